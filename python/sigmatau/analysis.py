@@ -22,10 +22,11 @@ from sigmatau.exporting.source import Source
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
 from sigmatau.findings.kinds.values import CoarseResolution
-from sigmatau.findings.wording import words
+from sigmatau.findings.wording import causes, words
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.overview import overview
 from sigmatau.fitting.read_off import ReadOff, read_off
 from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.fitting.tables import fit_table, read_off_table
@@ -156,8 +157,14 @@ class Analysis(Printed):
         """The input of an export: the model, the sampling rates and the filters."""
         return Source.of_result(self.to_dict())
 
+    def overview(self) -> str:
+        """The main coefficients of each axis in a row, with how far to trust them, as the command line prints them."""
+        if not self.fits:
+            return self.summary()
+        return overview(self.fits, self.findings)
+
     def summary(self) -> str:
-        """The grids and the table of coefficients, as the command line prints them."""
+        """The grids and the table of all coefficients, as the command line prints them with ``--verbose``."""
         return "\n".join([*self.grids.values(), "", self.coefficients()])
 
     def coefficients(self) -> str:
@@ -165,7 +172,7 @@ class Analysis(Printed):
         return fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
 
     def __repr__(self) -> str:
-        return "\n".join([self.summary(), *map(str, self.findings)])
+        return "\n".join([self.overview(), *causes(self.findings)])
 
 
 @facts_kept()

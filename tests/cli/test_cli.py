@@ -72,7 +72,7 @@ class TestAnalyze:
 
     def test_table_figure_and_json(self, log, tmp_path, capsys):
         figure, result = tmp_path / "a.png", tmp_path / "r.json"
-        code, out, err = run("analyze", log, "--rate", 100, "--plot", figure, "--json", result, capsys=capsys)
+        code, out, err = run("analyze", log, "--rate", 100, "-v", "--plot", figure, "--json", result, capsys=capsys)
         assert (code, err) == (0, "")
         assert "gyro_x                      adequate: τ from 0.01 s to 1.28 s, p = " in out
         assert "  velocity random walk" in out
@@ -109,7 +109,7 @@ class TestAnalyze:
         for name, (y, verdict) in cases.items():
             log = tmp_path / f"{name}.csv"
             np.savetxt(log, y, header="gyro_x [deg/s]", comments="")
-            code, out, err = run("analyze", log, "--rate", 100, "--json", tmp_path / "r.json", capsys=capsys)
+            code, out, err = run("analyze", log, "--rate", 100, "-v", "--json", tmp_path / "r.json", capsys=capsys)
             assert code == 0
             text = (tmp_path / "r.json").read_text()
             content = json.loads(text, parse_constant=lambda c: pytest.fail(f"{c} in JSON"))
@@ -137,7 +137,7 @@ class TestAnalyze:
         schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
         figure, result = tmp_path / "all.svg", tmp_path / "all.json"
         command = ["analyze", one, "--rate", 100]
-        code, table, _ = run(*command, "--taus", "all", "--plot", figure, "--json", result, capsys=capsys)
+        code, table, _ = run(*command, "-v", "--taus", "all", "--plot", figure, "--json", result, capsys=capsys)
         assert code == 0
         content = json.loads(result.read_text(encoding="utf-8"))
         jsonschema.validate(content, schema)

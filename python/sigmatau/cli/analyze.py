@@ -33,6 +33,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import damaged
+from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
 
 
@@ -56,6 +57,7 @@ def analyze_command(
     choosing: Choosing | None = None,
     jobs: int | None = None,
     threads: int | None = None,
+    verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
     """Analyse a log of a sensor at rest: Allan deviation and noise coefficients of every axis.
@@ -101,6 +103,8 @@ def analyze_command(
         Number of logs to analyse in parallel (default 1).
     threads
         Number of threads (default: all cores). The result does not depend on it.
+    verbose
+        Print all coefficients and findings, not only the main ones.
     quiet
         Print only errors on standard error.
     """
@@ -129,7 +133,7 @@ def analyze_command(
         not files_of(place) for place in folders
     )  # a ROS 2 bag is a folder and one log
     if len(logs) == 1 and not meant_as_several:
-        return _one(logs[0], reading, settings, outputs, exports, quiet=quiet)
+        return _one(logs[0], reading, settings, outputs, exports, verbose=verbose, quiet=quiet)
     if exports.files:
         raise OptionError(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
@@ -153,7 +157,14 @@ class Outputs:
 
 
 def _one(
-    log: Path, reading: Reading | None, settings: dict[str, Any], outputs: Outputs, exports: Exports, *, quiet: bool
+    log: Path,
+    reading: Reading | None,
+    settings: dict[str, Any],
+    outputs: Outputs,
+    exports: Exports,
+    *,
+    verbose: bool,
+    quiet: bool,
 ) -> int:
     for option, path in outputs.files.items():
         check_output(path, () if option == "json" else FIGURE_ENDINGS, option)
@@ -163,15 +174,17 @@ def _one(
     record = read_log(log, reading, quiet=quiet)
     with working("computing Allan variances, fitting", quiet=quiet):
         analysis = analyze(record, **settings)
-    for line in finding_lines(analysis.findings):
-        say(line, quiet=quiet)
     if outputs.plot is not None:
         with working(f"drawing {outputs.plot}", quiet=quiet):
             write_figure(analysis.plot(), outputs.plot)
     if outputs.stability is not None and analysis.stability:
         with working(f"drawing {outputs.stability}", quiet=quiet):
             write_figure(analysis.plot_stability(), outputs.stability)
-    write_result(analysis.summary(), analysis.to_dict() if outputs.json is not None else None, outputs.json)
+    table = analysis.summary() if verbose else analysis.overview()
+    write_result(table, analysis.to_dict() if outputs.json is not None else None, outputs.json)
+    sys.stdout.flush()
+    for line in finding_lines(analysis.findings) if verbose else causes(analysis.findings):
+        say(line, quiet=quiet)
     exports.write(analysis, result=outputs.files["json"], quiet=quiet)
     return damaged(analysis.findings)
 

@@ -60,7 +60,7 @@ def demo_command(
     with working(f"drawing {figure}", quiet=quiet):
         write_figure(analysis.plot(), figure)
     write_json(analysis.to_dict(), result)
-    sys.stdout.write(f"{analysis.summary()}\n\n{_beside_truth(analysis, model)}\n")
+    sys.stdout.write(f"{analysis.overview()}\n\n{_beside_truth(analysis, model)}\n")
     say(f"\nwritten: {model_file}, {log}, {figure}, {result}", quiet=quiet)
     return 0
 

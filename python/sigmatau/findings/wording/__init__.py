@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 from sigmatau.findings.wording.phrases import Words, axes_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from sigmatau.findings.finding import Finding
 
-__all__ = ["SUBJECTS", "Words", "line", "sentence", "words"]
+__all__ = ["SUBJECTS", "Words", "causes", "line", "sentence", "words"]
 
 SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", "fit", "exporting", "live")
 """Modules of this package, one per subject."""
@@ -56,3 +56,37 @@ def line(finding: Finding) -> str:
     """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``."""
     about = f"{axes_text(finding.channels)}: " if finding.channels else ""
     return f"{finding.severity}: {about}{finding.message}"
+
+
+def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:
+    """What matters: errors and warnings, one line a kind of finding, with the worst axis and what to do.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+    most : int
+        Kinds that are named; a last line counts the other findings.
+
+    Returns
+    -------
+    list of str
+    """
+    from sigmatau.findings.finding import by_severity
+
+    findings = tuple(findings)
+    kinds: dict[str, list[Finding]] = {}
+    for one in by_severity(findings):
+        if one.severity != "info":
+            kinds.setdefault(one.code, []).append(one)
+    told = list(kinds.values())[:most]
+    lines = [_cause(alike) for alike in told]
+    if left := len(findings) - sum(map(len, told)):
+        lines.append(f"{left} more finding{'s' if left > 1 else ''}: sigmatau analyze --verbose")
+    return lines
+
+
+def _cause(alike: list[Finding]) -> str:
+    worst = max(alike, key=lambda one: abs(one.size or 0.0))
+    others = tuple(dict.fromkeys(c for one in alike for c in one.channels if c not in worst.channels))
+    also = f"; also {axes_text(others)}" if others else ""
+    return f"{line(worst)}{also}" + (f". {worst.action}" if worst.action else "")

@@ -1,0 +1,92 @@
+"""The result at a glance: a row an axis with its main coefficients and how far to trust them, in 80 columns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from itertools import groupby
+from typing import Literal
+
+from sigmatau.findings.finding import Finding
+from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import duration_text, two_digits, value_error_text
+
+Trust = Literal["good", "partial", "poor"]
+
+COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
+"""The terms that have a column: those that filters take."""
+
+_LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
+_EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one
+
+
+def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = ()) -> str:
+    """Random walk, bias instability and rate random walk of each channel in the field's units, and `trust`.
+
+    Parameters
+    ----------
+    fits : mapping of str to NoiseFit
+        By channel.
+    findings : iterable of Finding
+        Findings of the record.
+
+    Returns
+    -------
+    str
+        At most 80 columns for names of up to 16 characters.
+    """
+    findings = tuple(findings)
+    rows = [("", *(TERMS[term].label("signal") for term in COLUMNS), "trust")]
+    for (quantity, unit, n, tau0), group in groupby(fits.items(), lambda item: _kind(item[1])):
+        units = (display_units(term, quantity, unit)[-1][0] for term in COLUMNS)
+        rows.append((f"[{duration_text(n * tau0)}]", *units, ""))
+        for channel, fitted in group:
+            values = (_text(fitted, term) for term in COLUMNS)
+            rows.append((channel, *values, trust(fitted, findings, channel)))
+    widths = [max(len(row[k]) for row in rows) for k in range(len(COLUMNS) + 2)]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
+
+def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
+    """How far to trust the coefficients of a channel.
+
+    Returns
+    -------
+    {"good", "partial", "poor"}
+        ``"poor"``: without intervals, or a finding says that a coefficient is wrong by half or more; ``"partial"``:
+        intervals are wider because the model is not quite right, or a warning names the channel; ``"good"``: neither.
+    """
+    warnings = [one for one in findings if one.severity != "info" and (channel in one.channels or not one.channels)]
+    factors = [factor for one in warnings for term, factor in one.factors if term in COLUMNS]
+    if not fitted.quantified or any(max(factor, 1 / factor) >= _LARGE for factor in factors if factor > 0):
+        return "poor"
+    return "partial" if warnings or fitted.verdict == "widened" else "good"
+
+
+def _kind(fitted: NoiseFit) -> tuple[str, str, int, float]:
+    return fitted.quantity, fitted.rate_unit, fitted.n, fitted.tau0
+
+
+def _text(fitted: NoiseFit, name: str) -> str:
+    """``2.429 ± 0.011``, ``25 -15 +32``, ``below 190``, or ``unknown``."""
+    term = fitted.get(name)
+    factor = display_units(name, fitted.quantity, fitted.rate_unit)[-1][1]
+    if term is None or not fitted.quantified:
+        return "unknown"
+    if term.value is None:
+        return "unknown" if term.upper_limit is None else f"below {two_digits(term.upper_limit / factor)}"
+    return _with_sides(term, factor)
+
+
+def _with_sides(term: FittedTerm, factor: float) -> str:
+    if term.value is None or term.low is None or term.high is None:
+        return "unknown"
+    value, low, high = term.value / factor, term.low / factor, term.high / factor
+    below, above = value - low, high - value
+    if max(below, above) <= _EVEN * min(below, above):
+        return value_error_text(value, max(below, above))
+    decimals = 1 - math.floor(math.log10(max(below, above)))
+    digits = max(decimals, 0)
+    texts = [f"{round(number, decimals):.{digits}f}" for number in (value, below, above)]
+    return f"{texts[0]} -{texts[1]} +{texts[2]}"

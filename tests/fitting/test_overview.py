@@ -1,0 +1,84 @@
+"""The result at a glance: its columns, its sides, and how far a channel is trusted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import Record, analyze
+from sigmatau.findings.finding import Details, Finding
+from sigmatau.findings.kinds.stamps import RateMismatch, RateNotNominal
+from sigmatau.findings.wording import causes
+from sigmatau.fitting.overview import overview, trust
+
+
+@pytest.fixture(scope="module")
+def analysis():
+    y = np.random.default_rng(seed_of("overview")).standard_normal((20_000, 6)) * 1e-3
+    return analyze(Record.from_arrays(rate=100, gyro=y[:, :3], accel=y[:, 3:] + [0, 0, 9.81]))
+
+
+def test_a_row_an_axis_in_80_columns(analysis):
+    lines = overview(analysis.fits).splitlines()
+    assert max(map(len, lines)) <= 80
+    names = ["random", "[3.3", *(f"gyro_{a}" for a in "xyz"), "[3.3", *(f"accel_{a}" for a in "xyz")]
+    assert [line.split()[0] for line in lines] == names
+    assert lines[1].split() == ["[3.3", "min]", "deg/√h", "deg/h", "deg/h/√h"]
+    assert lines[5].split() == ["[3.3", "min]", "m/s/√h", "µg", "m/s/h^{3/2}"]
+
+
+def test_the_interval_is_that_of_the_fit(analysis):
+    """1e-3 rad/s at 100 Hz is 1e-4 rad/√s, 0.344 deg/√h."""
+    for channel, fitted in analysis.fits.items():
+        walk = fitted["random_walk"]
+        cells = next(line for line in overview(analysis.fits).splitlines() if line.startswith(channel)).split()
+        unit = "deg/sqrt(h)" if channel.startswith("gyro") else "m/s/sqrt(h)"
+        value, low, high = (getattr(walk, name) / walk.value * walk.to(unit) for name in ("value", "low", "high"))
+        last = 10.0 ** -len(cells[1].partition(".")[2])
+        assert float(cells[1]) == pytest.approx(value, abs=last)
+        if cells[2] == "±":
+            assert float(cells[3]) == pytest.approx(max(value - low, high - value), abs=last)
+        else:
+            assert float(cells[2]) == pytest.approx(low - value, abs=last)
+            assert float(cells[3]) == pytest.approx(high - value, abs=last)
+
+
+@pytest.mark.parametrize(
+    ("change", "severity", "channels", "factors", "said"),
+    [
+        ({}, "info", ("gyro_x",), (), "good"),
+        ({}, "warning", ("gyro_y",), (), "good"),
+        ({}, "warning", ("gyro_x", "gyro_y"), (), "partial"),
+        ({}, "warning", (), (), "partial"),
+        ({}, "warning", ("gyro_x",), (("random_walk", 1.4),), "partial"),
+        ({}, "warning", ("gyro_x",), (("random_walk", 1.6),), "poor"),
+        ({}, "warning", ("gyro_x",), (("rate_random_walk", 0.5),), "poor"),
+        ({"verdict": "widened"}, "info", (), (), "partial"),
+        ({"verdict": "descriptive"}, "info", (), (), "poor"),
+    ],
+)
+def test_trust(analysis, change, severity, channels, factors, said):
+    finding = Finding(details=Details(), severity=severity, channels=channels, factors=factors)
+    assert trust(replace(analysis.fits["gyro_x"], **change), [finding], "gyro_x") == said
+
+
+def test_causes_are_one_line_a_kind_worst_first():
+    def of(details, severity, channel, size):
+        return Finding(details=details, severity=severity, channels=(channel,), size=size)
+
+    rate = RateNotNominal(rate=99.0, nominal=100.0)
+    findings = [
+        of(rate, "warning", "gyro_x", 1.0),
+        of(rate, "warning", "gyro_y", -3.0),
+        of(rate, "info", "gyro_z", 9.0),
+        of(RateMismatch(used=99.0, by_stamps=100.0), "error", "gyro_z", None),
+    ]
+    first, second, last = causes(findings)
+    assert first.startswith("error: gyro_z: ")
+    assert second.startswith("warning: gyro_y: ")
+    assert "; also gyro_x" in second
+    assert last == "1 more finding: sigmatau analyze --verbose"
+    assert causes(findings[2:3]) == ["1 more finding: sigmatau analyze --verbose"]
+    assert causes(findings, most=1)[1:] == ["3 more findings: sigmatau analyze --verbose"]
+    assert causes([]) == []

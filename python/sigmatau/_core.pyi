@@ -14,6 +14,7 @@ __all__ = [
     "NonFinite",
     "TextError",
     "all_finite",
+    "allan_variance_variances",
     "allan_variances",
     "band_limited_avar",
     "band_limited_psd",
@@ -110,6 +111,9 @@ def all_finite(columns: list[_Floats]) -> list[bool]: ...
 def allan_variances(
     columns: list[_Floats], m: _Ints, overlapped: bool, paper: bool, threads: int
 ) -> tuple[list[_Floats], list[_Floats], _Ints]: ...
+def allan_variance_variances(
+    n: int, m: _Ints, theta: list[float], correlation_times: list[float], ramp: float
+) -> _Floats: ...
 def covariance_tensors(n: int, m: _Ints, tau0: float, correlation_times: list[float]) -> tuple[_Floats, _Floats]: ...
 def deviation_limits(kind: str, samples: int) -> tuple[int, int, int]: ...
 def deviations_of_channels(

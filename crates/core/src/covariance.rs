@@ -218,6 +218,40 @@ impl Gamma {
     }
 }
 
+/// Variances of the Allan variances alone, for τ₀ = 1: the diagonal of [`Gamma::covariance`], in a J-th of the time.
+///
+/// # Errors
+///
+/// As for [`Gamma::new`].
+///
+/// # Panics
+///
+/// If `theta` has not one element for each component.
+pub fn variances(
+    n_samples: usize,
+    sizes: &[usize],
+    components: &[Component],
+    theta: &[f64],
+    ramp: f64,
+) -> Result<Vec<f64>, Error> {
+    assert_eq!(theta.len(), components.len(), "one coefficient for each component");
+    components.iter().try_for_each(|component| component.check())?;
+    check_sizes(n_samples, sizes, Overlap::Full, Counting::Standard)?;
+    let terms: Vec<&dyn Term> = components.iter().map(|component| component as &dyn Term).collect();
+    let rules = Rules::new();
+    let variance = |&size: &usize| {
+        let sums = entry(&rules, n_samples, size, size, &terms);
+        let (of_noise, of_ramp) = sums.split_at(sums.len() - terms.len());
+        let noise = of_noise.iter().zip(upper_triangle(terms.len())).map(|(sum, (p, q))| {
+            let times = if p == q { 1.0 } else { 2.0 };
+            times * theta[p] * theta[q] * sum
+        });
+        let drift = of_ramp.iter().zip(theta).map(|(sum, theta)| ramp * ramp * theta * sum);
+        noise.sum::<f64>() + drift.sum::<f64>()
+    };
+    Ok(sizes.par_iter().map(variance).collect())
+}
+
 /// Matrix number `index` of those laid one after the other.
 fn matrix(all: &[f64], index: usize, order: usize) -> &[f64] {
     &all[index * order * order..][..order * order]

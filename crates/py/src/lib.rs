@@ -27,7 +27,7 @@ mod _core {
     #[pymodule_export]
     use crate::cholesky::Factor;
     #[pymodule_export]
-    use crate::covariance::covariance_tensors;
+    use crate::covariance::{allan_variance_variances, covariance_tensors};
     #[pymodule_export]
     use crate::deviations::{
         deviation_limits, deviations_of_channels, quadratic_edf, stationary_moments, theo1_expectation,

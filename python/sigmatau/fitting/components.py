@@ -194,6 +194,12 @@ def components(
     return result
 
 
+def densities(frequency: float) -> tuple[float, float, float, float]:
+    """Two-sided densities of the four noise terms for θ = 1 at a frequency in cycles per sample."""
+    sine = math.sin(math.pi * frequency)
+    return 4 * sine**2, 1.0, 0.5 / sine, 0.25 / sine**2
+
+
 def with_sinusoid(linear: Components, frequency: float) -> Components:
     """The noise terms and a sinusoid of random phase, whose θ is the squared amplitude; frequency in cycles per sample.
 
@@ -202,14 +208,13 @@ def with_sinusoid(linear: Components, frequency: float) -> Components:
     to it.
     """
     column = kernels.sinusoid_avar(1.0, frequency, linear.m, 1.0)
-    sine = math.sin(math.pi * frequency)
-    densities = (4 * sine**2, 1.0, 0.5 / sine, 0.25 / sine**2)
+    at = densities(frequency)
     outer = np.outer(column, column)
     zero = np.zeros_like(outer)
     matrices = iter(linear.noise)
     terms = len(LINEAR)
     noise = [
-        next(matrices) if q < terms else (8 / linear.n * densities[p] * outer if p < terms else zero)
+        next(matrices) if q < terms else (8 / linear.n * at[p] * outer if p < terms else zero)
         for p, q in pairs_of_terms(terms + 1)
     ]
     return replace(

@@ -13,8 +13,6 @@ from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import BandsOff, Reason
 from sigmatau.findings.wording.fit import filter_text, reasons_text
-from sigmatau.fitting.components import LINEAR, power_of_interval
-from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.noise import terms
 from sigmatau.noise.resonance import resonance_avar, resonance_psd
@@ -23,7 +21,6 @@ from sigmatau.results import Printed, duration_text, interval_texts, plain, seco
 from sigmatau.units import find
 
 _MOST_LINES = 3  # that are printed one by one
-_MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
 
 Verdict = Literal["adequate", "adequate_with", "widened", "descriptive", "too_short"]
 QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
@@ -271,31 +268,9 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
 
         Exact at up to 100 sizes; interpolated between 100 if there are more.
         """
-        sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
-        theta = {name: self.model.get(name, 0.0) ** 2 * self.tau0 ** (power_of_interval(name) - 2) for name in LINEAR}
-        process = self.gauss_markov[0] if self.gauss_markov else None
-        # `components_with_gaps` takes one of the two; a line has no scatter of its own.
-        line = self.sinusoid[0] if self.sinusoid and process is None else None
-        if process is not None:
-            theta["gauss_markov"] = process.sigma.value**2
-        if not any(theta.values()):  # a line alone has no scatter
-            return None
-        if line is not None:
-            theta["sinusoid"] = line.amplitude.value**2
-        grid = np.unique(sizes)
-        if len(grid) > _MOST_EXACT:
-            grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
-        parts = components_with_gaps(
-            self.n,
-            tuple(int(size) for size in grid),
-            self.gaps,
-            correlation_time=None if process is None else process.time.value / self.tau0,
-            frequency=None if line is None else line.frequency.value * self.tau0,
-        )
-        edf = parts.degrees_of_freedom(
-            np.array([theta[name] for name in parts.names]), ramp=self.model.get("rate_ramp", 0.0) * self.tau0
-        )
-        return np.asarray(np.exp(np.interp(np.log(sizes), np.log(grid), np.log(edf))))
+        from sigmatau.fitting.freedom import degrees_of_freedom
+
+        return degrees_of_freedom(self, np.atleast_1d(np.asarray(m, dtype=np.int64)))
 
     def texts(self, term: str) -> list[tuple[str, str, str]]:
         """Value, interval and unit in each of the field's units; limits as ``("below 21", "", "deg/h/√h")``."""

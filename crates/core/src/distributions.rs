@@ -128,7 +128,7 @@ fn solve(target: f64, guess: f64, rising: bool, at: impl Fn(f64) -> (f64, f64)) 
         }
         let step = -(value / target).ln() * value / slope;
         if step.abs() < LAST_STEP {
-            return x * step.exp();
+            return x + x * step.exp_m1(); // rounded once
         }
         let newton = x * step.exp();
         x = if newton > low && newton < high {

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import normal_below
 from sigmatau.findings.kinds.fit import CoarseValues
 from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit
 
@@ -62,11 +63,9 @@ class Rounding:
 
 def _rounded(phase: float) -> Floats:
     """Standard deviation of rounded normal noise with the mean at a level (0) or halfway between two (0.5). [steps]"""
-    from scipy.special import ndtr
-
     levels = np.arange(-_LEVELS, _LEVELS + 1) - phase
     edges = (np.append(levels, levels[-1] + 1) - 0.5) / _SIGMAS[:, None]
-    shares = np.diff(ndtr(edges), axis=1)
+    shares = np.diff(normal_below(edges), axis=1)
     return np.asarray(np.sqrt(shares @ levels**2 - (shares @ levels) ** 2))
 
 

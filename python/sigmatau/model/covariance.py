@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau._native.distributions import digamma
 from sigmatau.errors import OptionError
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 
@@ -57,8 +58,6 @@ def phase_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
 
 def flicker_phase(lags: Floats, tau0: float) -> Floats:
     """s(l) of discrete flicker noise with B = 1: −τ₀²/(2π)·J(l)."""
-    from scipy.special import digamma
-
     inside = np.maximum(lags, 2.0)
     # Σ 1/(2j − 1), j = 1 … l − 1
     odd = (digamma(inside - 0.5) + np.euler_gamma + 2 * math.log(2)) / 2

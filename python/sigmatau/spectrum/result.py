@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import freeze, runs
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import ByChannel, Printed, plain
@@ -128,10 +129,7 @@ class Spectrum(Printed):
         """
         if not 0 < level < 1:
             raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
-        from scipy.special import chdtri
-
-        # chdtri(v, p) is the x that χ² exceeds with probability p.
-        low, high = chdtri(self.dof, (1 - level) / 2), chdtri(self.dof, (1 + level) / 2)
+        low, high = chi2_quantile_above(self.dof, (1 - level) / 2), chi2_quantile_above(self.dof, (1 + level) / 2)
         return self.density * self.dof / low, self.density * self.dof / high
 
     def binned(self, *, per_octave: int = 8) -> Spectrum:

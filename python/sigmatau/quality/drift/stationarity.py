@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from sigmatau._native import kernels
+from sigmatau._native.distributions import gamma_above
 from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
@@ -155,8 +156,6 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     # In a stationary record the mean of the cube roots is 1 − 2/(9ν) of the cube root of the mean, in all segments.
     spread = np.sqrt(2 / (9 * freedom[use])) * roots.mean(axis=0) / (1 - 2 / (9 * freedom[use]))
     z = (roots - roots.mean(axis=0)) / spread
-    from scipy.special import gammaincc
-
     try:
         factor = np.linalg.cholesky(correlation[np.ix_(use, use)])
     except np.linalg.LinAlgError:
@@ -164,8 +163,8 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     whitened = np.linalg.solve(factor, z.T)
     count = (len(starts) - 1) * int(use.sum())
     evidence = np.sum(z**2, axis=0)
-    p_values = np.asarray(gammaincc((len(starts) - 1) / 2, evidence / 2))
-    together = float(gammaincc(count / 2, float(np.sum(whitened**2)) / 2))
+    p_values = np.asarray(gamma_above((len(starts) - 1) / 2, evidence / 2))
+    together = float(gamma_above(count / 2, float(np.sum(whitened**2)) / 2))
     # The sum over all octaves is weak for a change at few averaging times, a single octave for a small change at all of
     # them: the smaller p-value counts twice (Bonferroni).
     return SegmentTest(

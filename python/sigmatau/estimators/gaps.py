@@ -9,7 +9,6 @@ variance at 256 samples). That of a rate random walk is nearly the same. `Gaps` 
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from typing import Self
 from weakref import WeakValueDictionary
@@ -71,6 +70,8 @@ class Gaps:
 
     @classmethod
     def _shared(cls, packed: NDArray[np.uint8], n: int) -> Self:
+        import hashlib
+
         key = hashlib.blake2b(packed.tobytes() + n.to_bytes(8, "big"), digest_size=24).digest()
         found = _known.get(key)
         if not isinstance(found, cls):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.write import atomic
+from sigmatau.io.atomic import atomic
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import channels_of, correlation_of, toml
 from sigmatau.model.from_result import channels_of_result
@@ -106,6 +105,8 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         DataError
             If the file cannot be read or understood: which channel, which key, what was got.
         """
+        import tomllib
+
         path = Path(path)
         is_json = path.suffix.lower() == ".json"
         try:

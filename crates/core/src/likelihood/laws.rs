@@ -1,6 +1,6 @@
 //! Tails of the χ² and the normal distribution, and the functions behind the gamma law of a mean of powers.
 
-use crate::distributions::{gamma_above, gamma_below, gamma_quantile_above, normal_below, normal_quantile};
+use crate::distributions::{gamma_above, gamma_below, gamma_quantile_above, normal_quantile};
 
 pub(crate) use crate::distributions::digamma;
 
@@ -17,11 +17,6 @@ pub(crate) fn chi2_below(x: f64, freedom: f64) -> f64 {
 /// The value that χ² with `freedom` degrees of freedom exceeds with a probability.
 pub(crate) fn chi2_quantile_above(probability: f64, freedom: f64) -> f64 {
     2.0 * gamma_quantile_above(0.5 * freedom, probability)
-}
-
-/// Probability that a standard normal deviate exceeds `z`.
-pub(crate) fn normal_above(z: f64) -> f64 {
-    normal_below(-z)
 }
 
 /// The value that a standard normal deviate exceeds with a probability.

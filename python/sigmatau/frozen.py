@@ -1,15 +1,15 @@
 """`frozen`: a decorator for dataclasses that are frozen and have slots, at a tenth of the standard library's cost.
 
-`dataclasses` compiles six methods of each class on import, 0.8 ms a class in Python 3.11; for hundreds of classes that is the
-longest part of starting the program. Here the classes share five of them, and ``__init__`` is compiled by `dataclasses` on
-first use. `fields`, `replace`, `asdict`, pickling and pattern matching work as ever.
+`dataclasses` compiles six methods of each class on import, 0.8 ms a class in Python 3.11; for hundreds of classes that was a
+fifth of the start-up of the program. Here the classes share five of them, and ``__init__`` is compiled on first use.
+`fields`, `replace`, `asdict`, pickling and pattern matching work as ever.
 """
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, field, fields, make_dataclass
+from dataclasses import MISSING, FrozenInstanceError, dataclass, field, fields
 from typing import Any, TypeVar, cast, dataclass_transform, overload
 
 __all__ = ["frozen"]
@@ -61,30 +61,48 @@ class _Init:
         self._cls = cls
 
     def __get__(self, instance: object, owner: type) -> Callable[..., None]:
-        cls = self._cls
-        # `dataclasses` compiles it for a class of the same fields.
-        twin = make_dataclass(
-            cls.__name__,
-            [(one.name, one.type, _copy(one)) for one in fields(cls)],
-            namespace={"__post_init__": cls.__post_init__} if hasattr(cls, "__post_init__") else None,
-            frozen=True,
-            slots=True,
-            eq=False,
-            repr=False,
-        )
-        method = cast(Any, twin).__init__
-        method.__qualname__, method.__module__ = f"{cls.__qualname__}.__init__", cls.__module__
-        cast(Any, cls).__init__ = method
+        method = _initializer(self._cls)
+        cast(Any, self._cls).__init__ = method
         return cast(Callable[..., None], method if instance is None else method.__get__(instance, owner))
 
 
-def _copy(one: Field[Any]) -> Any:  # noqa: ANN401  as `dataclasses.field`
-    given: dict[str, Any] = {"init": one.init, "kw_only": one.kw_only}
-    if one.default is not MISSING:
-        given["default"] = one.default
-    if one.default_factory is not MISSING:
-        given["default_factory"] = one.default_factory
-    return field(**given)
+class _Default:
+    """Default of an argument whose value is made anew for each instance, as `inspect.signature` shows it."""
+
+    def __repr__(self) -> str:
+        return "<factory>"
+
+
+_DEFAULT = _Default()
+
+
+def _initializer(cls: Any) -> Any:  # noqa: ANN401  a class, and a function of its own signature
+    """``__init__`` of a class, as `dataclasses` writes it."""
+    scope: dict[str, Any] = {"_put": object.__setattr__, "_DEFAULT": _DEFAULT}
+    positional, keyword, body = ["self"], ["*"], []
+    for one in fields(cls):
+        name, default = one.name, f"_default_{one.name}"
+        argument, value = name, name
+        if one.default is not MISSING:
+            scope[default] = one.default
+            argument, made = f"{name}={default}", default
+        elif one.default_factory is not MISSING:
+            scope[default] = one.default_factory
+            argument, made = f"{name}=_DEFAULT", f"{default}()"
+            value = f"{made} if {name} is _DEFAULT else {name}"
+        elif not one.init:  # for ``__post_init__``
+            continue
+        if one.init:
+            (keyword if one.kw_only else positional).append(argument)
+        body.append(f"_put(self, {name!r}, {value if one.init else made})")
+    if hasattr(cls, "__post_init__"):
+        body.append("self.__post_init__()")
+    arguments = ", ".join([*positional, *(keyword if len(keyword) > 1 else ())])
+    exec(f"def __init__({arguments}):\n " + ("; ".join(body) or "pass"), scope)
+    method = scope["__init__"]
+    method.__qualname__, method.__module__ = f"{cls.__qualname__}.__init__", cls.__module__
+    method.__annotations__ = {one.name: one.type for one in fields(cls) if one.init} | {"return": None}
+    return method
 
 
 def _repr(self: Any) -> str:  # noqa: ANN401  any instance

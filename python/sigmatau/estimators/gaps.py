@@ -9,7 +9,6 @@ variance at 256 samples). That of a rate random walk is nearly the same. `Gaps` 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Self
 from weakref import WeakValueDictionary
 
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ _NO_CORRELATION = 0.1  # Samples; e^(−10) is left of a process with this corre
 _known: WeakValueDictionary[bytes, Gaps] = WeakValueDictionary()
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Expected:
     """Expected Allan variances for unit coefficients, one sample interval being 1."""
 

@@ -17,7 +17,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +31,7 @@ from sigmatau._native.distributions import (
 )
 from sigmatau.fitting.gls import Gls, Score
 from sigmatau.fitting.roots import root
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ _SYMMETRIC = 1e-3  # skewness below which the normal distribution is used
 _TOLERANCE = 1e-4  # relative error of a coefficient, below the printed digits
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Evidence:
     """Test and interval of one squared coefficient."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from sigmatau.findings.wording.fit import filter_text, reasons_text
 from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.fitting.response import FittedFilter
+from sigmatau.frozen import frozen
 from sigmatau.noise import terms
 from sigmatau.noise.resonance import resonance_avar, resonance_psd
 from sigmatau.noise.terms import TERMS, display_units
@@ -30,7 +31,7 @@ QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Interval:
     """A value and, if the model is adequate, its interval. [unit]"""
 
@@ -43,7 +44,7 @@ class Interval:
         return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FittedTerm:
     """One of the five terms in a fit."""
 
@@ -78,7 +79,7 @@ class FittedTerm:
         return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class GaussMarkov:
     """A first-order Gauss-Markov process: standard deviation and correlation time."""
 
@@ -89,7 +90,7 @@ class GaussMarkov:
         return {"sigma": self.sigma.to_dict(), "time": self.time.to_dict()}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Sinusoid:
     """A line in the spectrum: amplitude and frequency."""
 
@@ -100,7 +101,7 @@ class Sinusoid:
         return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Resonance:
     """Noise of a band: standard deviation, centre and half width."""
 
@@ -112,7 +113,7 @@ class Resonance:
         return plain(self, "sigma frequency width")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class WarmUp:
     """A drift of the mean that decays exponentially from the first sample on."""
 
@@ -123,7 +124,7 @@ class WarmUp:
         return plain(self, "amplitude time_s=time")
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class NoiseFit(Mapping[str, FittedTerm], Printed):
     """Fit of one channel: a mapping from term to `FittedTerm`, empty if the record is too short.
 

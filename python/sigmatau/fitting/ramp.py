@@ -9,7 +9,6 @@ the removal of that ramp, so that it does not contain the ramp with which it is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import normal_quantile, student_below, student_quantile
 from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.noise_fit import FittedTerm
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ _LEAST_FREEDOM = 1.5
 """If the rate random walk is hardly known: then t = 6.2, which weak walks exceed in fewer than 5 % of records."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Ramp:
     """Estimate of a ramp per sample."""
 

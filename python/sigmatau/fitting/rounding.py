@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import normal_below
 from sigmatau.findings.kinds.fit import CoarseValues
 from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit
+from sigmatau.frozen import frozen
 
 __all__ = ["Rounding", "allowing_for_rounding"]
 
@@ -23,7 +24,7 @@ _COARSE = (
 _LEVELS = 8  # on either side of the mean that rounded noise takes: six standard deviations at least
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Rounding:
     """What is known of the noise before rounding, from the noise that is seen. Both in steps.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native.distributions import chi2_above, chi2_below, chi2_quantile_above
 from sigmatau.arrays import freeze
+from sigmatau.frozen import frozen
 from sigmatau.results import Printed, plain
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Comparison(Printed):
     """Ratio of a measured density to a model's; 1 if the model is right.
 

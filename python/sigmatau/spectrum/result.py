@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import freeze, runs
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, shared
@@ -41,7 +42,7 @@ class HasChannels(Protocol):
     def channels(self) -> Mapping[str, HasDensity]: ...
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Spectrum(Printed):
     """Two-sided power spectral density of one channel.
 

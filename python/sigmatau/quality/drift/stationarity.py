@@ -17,7 +17,6 @@ G. C. Tiao, "Use of cumulative sums of squares for retrospective detection of ch
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.frozen import frozen
 from sigmatau.record.streams import Stream
 
 __all__ = ["cusum", "non_stationary", "segment_test"]
@@ -46,7 +46,7 @@ _CUSUM_BLOCKS = 1024
 _LEAST_IN_BLOCK = 8  # samples
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class SegmentTest:
     """Allan variances of segments, and the test whether they are equal."""
 
@@ -208,7 +208,7 @@ def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | No
     return 2 * expected**2 / variance, covariance / np.sqrt(np.outer(variance, variance))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Cusum:
     """Largest distance of the running sum from a straight line."""
 

@@ -1,11 +1,13 @@
 """What is imported when: starting a program is part of its speed."""
 
 import ast
+import json
 import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import sigmatau
@@ -49,16 +51,34 @@ def test_reading_off_loads_no_scipy(tmp_path):
     assert not modules & {"scipy", "matplotlib", "pandas"}
 
 
+NOT_OF_AN_ANALYSIS = (
+    *("scipy", "matplotlib", "pandas", "numpy.testing", "numpy.f2py", "numpy.random", "multiprocessing", "concurrent"),
+    *("zipfile", "tomllib", "logging"),
+    *("sigmatau.exporting", "sigmatau.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),
+    *("sigmatau.plot", "sigmatau.fitting.planning", "sigmatau.io.write", "sigmatau.estimators.stability"),
+    "sigmatau.findings.kinds.exporting",
+)
+
+
 @pytest.mark.parametrize("method", ["likelihood", "gls"])
-def test_analysing_loads_no_more_of_scipy_than_special_functions(tmp_path, method):
+@pytest.mark.parametrize("lost", [range(0), range(700, 720)], ids=["complete", "missing"])
+def test_an_analysis_imports_only_what_it_uses(tmp_path, method, lost):
+    rng = np.random.default_rng(len(method) + len(lost))
+    white = rng.normal(size=(4000, 6)) * ([0.01] * 3 + [0.02] * 3) + [0, 0, 0, 0, 0, 9.81]
     log = tmp_path / "log.csv"
-    log.write_text("time [s],gyro_x [deg/s]\n" + "".join(f"{i / 100},{i * 7919 % 101}\n" for i in range(2000)))
-    code = f"from sigmatau.cli import main; main(['analyze', {str(log)!r}, '--method', {method!r}])"
-    code += "; import sys; sys.stdout = sys.__stdout__; print(); print(*sys.modules)"
+    names = [f"{sensor}_{axis} [{unit}]" for sensor, unit in (("gyro", "rad/s"), ("accel", "m/s^2")) for axis in "xyz"]
+    rows = [f"{i / 100},{','.join(map(repr, row.tolist()))}" for i, row in enumerate(white) if i not in lost]
+    log.write_text("\n".join([",".join(["time [s]", *names]), *rows, ""]))
+    arguments = ["analyze", str(log), "--method", method, "--json", str(tmp_path / "result.json")]
+    code = f"from sigmatau.cli import main; code = main({arguments!r}); import sys; print(); print(code, *sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    modules = set(done.stdout.splitlines()[-1].split())
-    assert "scipy.special" in modules
-    assert not modules & {"scipy.optimize", "scipy.linalg", "scipy.stats", "scipy.fft", "scipy.signal"}
+    exit_code, *modules = done.stdout.splitlines()[-1].split()
+    assert exit_code == "0"
+    assert "random walk" in done.stdout
+    assert len(json.loads((tmp_path / "result.json").read_text())["channels"]) == 6
+    assert "sigmatau.analysis" in modules
+    needless = [m for m in modules if f"{m}.".startswith(tuple(f"{name}." for name in NOT_OF_AN_ANALYSIS))]
+    assert needless == []
 
 
 def test_every_public_name_is_in_its_home():

@@ -5,7 +5,7 @@
 >>> st.analyze(record)  # doctest: +SKIP
 
 The public names are listed once, in `__init__.pyi`. Each is imported on first use: importing the package loads NumPy at
-most, SciPy is loaded by a fit and matplotlib by a figure.
+most, and matplotlib is loaded by a figure. An analysis needs no SciPy.
 """
 
 import lazy_loader

@@ -24,6 +24,8 @@ __all__ = [
     "decode_messages",
     "deviation_limits",
     "deviations_of_channels",
+    "distribution",
+    "distribution_of_shape",
     "flicker_poles",
     "format_text",
     "gauss_markov_avar",
@@ -119,6 +121,8 @@ def deviation_limits(kind: str, samples: int) -> tuple[int, int, int]: ...
 def deviations_of_channels(
     kind: str, columns: list[_Floats], m: _Ints, overlapped: bool, threads: int
 ) -> tuple[list[_Floats], _Ints]: ...
+def distribution(name: str, x: _Floats) -> _Floats: ...
+def distribution_of_shape(name: str, shape: _Floats, x: _Floats) -> _Floats: ...
 def masked_white_slopes(there: NDArray[np.bool_], m: _Ints, threads: int) -> _Floats: ...
 def masked_covariance(
     there: NDArray[np.bool_], m: _Ints, block: int, correlation_times: list[float]

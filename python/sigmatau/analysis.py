@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -15,10 +15,6 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import accumulate, strided_sizes
 from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap, allan, refuse_missing
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
-from sigmatau.estimators.stability import DynamicAllan, dynamic_allan
-from sigmatau.exporting.choices import Choices
-from sigmatau.exporting.export import export
-from sigmatau.exporting.source import Source
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
 from sigmatau.findings.kinds.values import CoarseResolution
@@ -30,6 +26,7 @@ from sigmatau.fitting.overview import overview
 from sigmatau.fitting.read_off import ReadOff, read_off
 from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.fitting.tables import fit_table, read_off_table
+from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality import curve_checks
 from sigmatau.quality.angle_noise import angle_noise, undetermined
@@ -50,6 +47,10 @@ from sigmatau.results import Printed
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from sigmatau.estimators.stability import DynamicAllan
+    from sigmatau.exporting.choices import Choices
+    from sigmatau.exporting.source import Source
+
 __all__ = ["Analysis", "Long", "Method", "Spikes", "analyze", "of_curves"]
 
 Method = Literal["likelihood", "gls", "read-off"]
@@ -69,7 +70,7 @@ _WITHOUT_CURVE = (
 _LOOKED_AT_BOUNDED = 1 << 20  # samples that are checked of a record that does not fit in memory
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Analysis(Printed):
     """Result of `analyze`.
 
@@ -151,10 +152,14 @@ class Analysis(Printed):
 
         The sampling rate is that of the record if `choices` has none.
         """
+        from sigmatau.exporting.export import export
+
         return export(self.to_source(), to=to, path=path, choices=choices)
 
     def to_source(self) -> Source:
         """The input of an export: the model, the sampling rates and the filters."""
+        from sigmatau.exporting.source import Source
+
         return Source.of_result(self.to_dict())
 
     def overview(self) -> str:
@@ -314,13 +319,10 @@ def analyze(
         findings = [*without_consequences(findings, fits), *of_fits]
         if window is not None:
             findings += bias_finding(whole, window, fits)
-    maps: dict[str, DynamicAllan] = {}
-    for channel in curves if stability else ():
-        try:
-            maps[channel] = dynamic_allan(record, channel, threads=threads)
-        except RecordTooShortError as error:
-            no_map = NoMap(samples=error.got, needed=error.need)
-            findings.append(Finding(details=no_map, severity="info", channels=(channel,)))
+    maps: Mapping[str, DynamicAllan] = {}
+    if stability:
+        maps, without_map = _maps(record, tuple(curves), threads)
+        findings += without_map
     return Analysis(
         source=record.provenance,
         findings=by_severity(findings),
@@ -390,6 +392,23 @@ def _curves(
         except RecordTooShortError:
             without_curve.append(curve_checks.too_few_samples(stream, channel))
     return found, without_curve
+
+
+def _maps(
+    record: Record, channels: Sequence[str], threads: int | None
+) -> tuple[dict[str, DynamicAllan], list[Finding]]:
+    """The dynamic Allan deviations, and findings of channels that are too short for one."""
+    from sigmatau.estimators.stability import dynamic_allan
+
+    maps: dict[str, DynamicAllan] = {}
+    without_map = []
+    for channel in channels:
+        try:
+            maps[channel] = dynamic_allan(record, channel, threads=threads)
+        except RecordTooShortError as error:
+            no_map = NoMap(samples=error.got, needed=error.need)
+            without_map.append(Finding(details=no_map, severity="info", channels=(channel,)))
+    return maps, without_map
 
 
 def _in_bounded_memory(stream: Stream, long: Long, threads: int | None) -> bool:

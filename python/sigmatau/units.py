@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 
 __all__ = ["STANDARD_GRAVITY", "Unit", "find", "integral", "known", "to_si", "usual"]
 
@@ -23,7 +23,7 @@ _HOUR = 3600.0
 _FOOT = 0.3048  # international foot, exact
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Unit:
     """A unit of the table.
 

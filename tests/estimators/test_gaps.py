@@ -5,13 +5,14 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.interpolate import PchipInterpolator
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, analyze, deviation, fit, simulate
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
-from sigmatau.estimators.gaps import Gaps
+from sigmatau.estimators.gaps import Gaps, monotone_cubic
 from sigmatau.findings.kinds.fit import IsolatedSamples
 from sigmatau.fitting.components import LINEAR, components, pairs_of_terms
 from sigmatau.fitting.masked_components import components_with_gaps, white_covariance
@@ -362,3 +363,15 @@ class TestMuchMissing:
         assert fitted.observed["random_walk"] == pytest.approx(0.05, rel=0.02)
         assert "quantization" not in fitted.observed
         assert fitted.reasons[-1] == IsolatedSamples()
+
+
+@pytest.mark.parametrize("shape", ["rough", "rising", "flat"])
+def test_the_interpolation_is_scipys(shape):
+    rng = np.random.default_rng(seed_of(f"monotone cubic {shape}"))
+    x = np.sort(rng.uniform(-5, 5, 9))
+    y = rng.normal(size=(40, 9))
+    y = {"rough": y, "rising": np.cumsum(np.abs(y), axis=1), "flat": np.round(y)}[shape]
+    for at in [*x, *rng.uniform(x[0], x[-1], 50)]:
+        np.testing.assert_allclose(
+            monotone_cubic(x, y, at), PchipInterpolator(x, y, axis=1)(at), rtol=1e-12, atol=1e-13
+        )

@@ -11,6 +11,7 @@ pub mod cholesky;
 pub mod compensated;
 pub mod covariance;
 pub mod deviations;
+pub mod distributions;
 mod draws;
 pub mod error;
 mod every_size;

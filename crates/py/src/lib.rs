@@ -9,6 +9,7 @@ mod allan;
 mod cholesky;
 mod covariance;
 mod deviations;
+mod distributions;
 mod flight;
 mod gaps;
 mod generate;
@@ -32,6 +33,8 @@ mod _core {
     use crate::deviations::{
         deviation_limits, deviations_of_channels, quadratic_edf, stationary_moments, theo1_expectation,
     };
+    #[pymodule_export]
+    use crate::distributions::{distribution, distribution_of_shape};
     #[pymodule_export]
     use crate::flight::{dataflash_columns, scan_dataflash, scan_ulog, ulog_columns};
     #[pymodule_export]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import _core
+from sigmatau.frozen import frozen
 
 __all__ = [
     "Sentences",
@@ -54,7 +54,7 @@ class TextReadError(Exception):
         self.expected = expected
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TextColumns:
     """Columns of a text table, and the lines that were skipped between its rows. Lines count from 1.
 
@@ -147,7 +147,7 @@ def read_text(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Sentences:
     """The sentences of one name in a log.
 

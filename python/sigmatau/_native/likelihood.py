@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _core
+from sigmatau.frozen import frozen
 
 __all__ = [
     "LEAST_SAMPLES",
@@ -34,7 +34,7 @@ LEAST_SAMPLES = 256
 _LEAST_TAPER = 0.2  # samples; with less the weights of a run are all 1
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Bounds:
     """A parameter (a squared coefficient, a time, a frequency) with its interval."""
 
@@ -45,7 +45,7 @@ class Bounds:
     loss: float  # rise of the deviance without the part
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Process:
     """A Gauss-Markov process, whose shape is its time, or a resonance, whose shape is its centre and half width."""
 
@@ -54,7 +54,7 @@ class Process:
     shape: tuple[Bounds, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Line:
     """A line of the spectrum that was left out."""
 
@@ -65,7 +65,7 @@ class Line:
     error: float  # standard error if the line is noise of a narrow band
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False, kw_only=False)
 class Outcome:
     """Result of `Summary.analyse`; parameters are squares of coefficients."""
 

@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli import batch
-from sigmatau.cli.export import Choosing, Exports
+from sigmatau.cli.choosing import Choosing, Exports
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
     Reading,

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import multiprocessing.connection
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.results import duration_text
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 # Files in folders of logs that are not logs.
 _BESIDE = (
@@ -115,9 +116,12 @@ def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) ->
     """Outcomes of logs in the order of completion, `jobs` of them in parallel. `work`: analyses one log and writes its
     outputs. It is sent to another process, so it is a function of a module or a `functools.partial` of one.
     """
+    import multiprocessing
+    import multiprocessing.connection
+
     context = multiprocessing.get_context("spawn")  # a forked process would lack the threads of this one
     waiting = list(logs)
-    running: dict[multiprocessing.connection.Connection, tuple[Path, Any]] = {}
+    running: dict[Connection, tuple[Path, Any]] = {}
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
@@ -143,7 +147,7 @@ def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) ->
             process.terminate()
 
 
-def _one(log: Path, work: Callable[[Path], Analysis], send: multiprocessing.connection.Connection) -> None:
+def _one(log: Path, work: Callable[[Path], Analysis], send: Connection) -> None:
     # Ctrl-C reaches all processes of the terminal; the parent ends the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -1,26 +1,20 @@
-"""``sigmatau export``: write the file that a filter reads, from a model or a result; options of ``analyze --export`` too."""
+"""``sigmatau export``: write the file that a filter reads, from a model or a result."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.analysis import Analysis
-from sigmatau.cli.options import check_output, finding_lines, key_values, refuse_same, say
+from sigmatau.cli.choosing import Choosing, as_typed, print_findings
+from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.errors import OptionError
-from sigmatau.exporting.choices import Axes, Choices
-from sigmatau.exporting.export import check_all, check_choices, check_path, prepare, prepare_all
+from sigmatau.exporting.export import check_choices, check_path, prepare
 from sigmatau.exporting.source import read_source
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.exporting.values import Target
-from sigmatau.findings.finding import Finding
-from sigmatau.quality.selection.time_text import time_of
 
 
 def export_command(
@@ -99,134 +93,3 @@ def _about(target: Target) -> str:
         "--name": ", ".join(f"{key}={default}" for key, default in target.names.items()) or "none",
     }
     return "".join([f"{target.name}: {target.summary}\n", *(f"  {key:<10} {text}\n" for key, text in rows.items())])
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class Choosing:
-    """Options of an export.
-
-    Parameters
-    ----------
-    axes
-        How to combine three axes: worst (the largest), mean (root mean square), or each, for targets with a field per axis.
-    rate_random_walk
-        Rate random walk to write if none was observed: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or gyro=horizon, which
-        matches the Allan variance of the model at --horizon, observed or not.
-    random_walk
-        Random walk to write if none was observed: accel=upper-limit, or a value with unit.
-    horizon
-        Averaging time for gyro=horizon and Gauss-Markov biases, e.g. 10s (ms, s, min, h, d).
-    noise_factor
-        Factor on the random walk; the file states estimate and factor (default 1).
-    walk_factor
-        Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes (default 1).
-    step
-        Step of the filter in seconds, for targets that need one.
-    name
-        Other fields of a target: topic=/imu0, gravity=9.81.
-    """
-
-    axes: Axes = "worst"
-    rate_random_walk: Annotated[list[str] | None, Parameter(negative=())] = None
-    random_walk: Annotated[list[str] | None, Parameter(negative=())] = None
-    horizon: str | None = None
-    noise_factor: float = 1.0
-    walk_factor: float = 1.0
-    step: float | None = None
-    name: Annotated[list[str] | None, Parameter(negative=())] = None
-
-    def choices(self, rate: float | None) -> Choices:
-        """The `Choices` of these options; raises `OptionError`."""
-        walks = key_values(self.rate_random_walk or [], "rate-random-walk", "gyro=upper-limit")
-        noises = key_values(self.random_walk or [], "random-walk", "gyro=upper-limit")
-        with as_typed():
-            time = "want a value with its unit, e.g. 10s, 5min, 2h"
-            return Choices(
-                axes=self.axes,
-                walk=walks,
-                noise=noises,
-                horizon=None
-                if self.horizon is None
-                else time_of(self.horizon, self.horizon, option="horizon", forms=time),
-                noise_factor=self.noise_factor,
-                walk_factor=self.walk_factor,
-                rate=rate,
-                step=self.step,
-                names=key_values(self.name or [], "name", "topic=/imu0"),
-            )
-
-    def given(self) -> str | None:
-        """An option that was given, in the form of the command line; None if none was."""
-        for field in fields(self):
-            if getattr(self, field.name) != field.default:
-                return f"--{field.name.replace('_', '-')}"
-        return None
-
-
-_NAMES = {"walk": "rate-random-walk", "noise": "random-walk", "names": "name"}
-_UNITS = {"horizon": "s"}
-
-
-@contextmanager
-def as_typed(before: str = "", after: str = "") -> Iterator[None]:
-    """Translate errors of an export to options of the command line."""
-    try:
-        yield
-    except OptionError as error:
-        raise OptionError(f"{before}{error.for_command_line(_NAMES, _UNITS)}{after}", option=error.option) from None
-
-
-def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
-    """Print findings of an export, each once."""
-    for line in finding_lines(list(dict.fromkeys(findings))):
-        say(line, quiet=quiet)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Exports:
-    """Files by target, and the options for them."""
-
-    files: Mapping[str, Path]
-    choices: Choices
-
-    @classmethod
-    def of(cls, given: Sequence[str], choosing: Choosing | None, *, rate: float | None, method: str) -> Exports:
-        """Check the options before a long log is read; raises `OptionError`."""
-        choosing = choosing or Choosing()
-        option = choosing.given()
-        if option and not given:
-            raise OptionError(f"{option} needs --export, e.g. --export kalibr=imu.yaml", option="export")
-        files: dict[str, Path] = {}
-        for text in given:
-            name, equals, path = text.partition("=")
-            name = name.lower()
-            if not (name and equals and path):
-                raise OptionError(
-                    f"--export {text!r}: want TARGET=FILE, e.g. --export kalibr=imu.yaml", option="export"
-                )
-            if name in files:
-                raise OptionError(f"--export: {name} is given twice", option="export")
-            files[name] = Path(path)
-        if files and method == "read-off":
-            raise OptionError("--export needs a fit: --method likelihood", option="method")
-        choices = choosing.choices(rate)
-        with as_typed():
-            for name, file in files.items():
-                check_path(target(name), file)
-            check_all(files, choices)
-        return cls(files=files, choices=choices)
-
-    def write(self, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
-        """Write all files, or none if one fails; raises `OptionError` or `DataError`. `result` is the written JSON,
-        which allows another attempt without a second analysis.
-        """
-        if not self.files:
-            return
-        again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
-        with as_typed("--export ", again):
-            files = prepare_all(analysis, self.files, choices=self.choices, named=True)
-        print_findings((finding for file in files for finding in file.findings), quiet=quiet)
-        for file in files:
-            file.write()
-            say(f"{file.path}: written for {file.to}", quiet=quiet)

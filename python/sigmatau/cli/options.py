@@ -20,8 +20,8 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import line
+from sigmatau.io.atomic import atomic
 from sigmatau.io.read import read
-from sigmatau.io.write import atomic
 from sigmatau.record.record import Record
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")

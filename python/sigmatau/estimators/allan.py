@@ -9,7 +9,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -20,6 +20,7 @@ from sigmatau.arrays import freeze
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.estimators.gaps import Gaps
+from sigmatau.frozen import frozen
 from sigmatau.noise.uncertainty import chi2_factors, percentage_error
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
@@ -40,7 +41,7 @@ _MOST_ALL_WITH_GAPS = 100_000  # samples: half a minute
 _PRINTED_ROWS = 200
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class DeviationCurve(Printed):
     """Allan deviation of one channel against averaging time.
 

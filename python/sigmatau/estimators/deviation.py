@@ -8,7 +8,6 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators import deviation_kinds
 from sigmatau.estimators.allan import Overlap, refuse_missing
 from sigmatau.estimators.deviation_kinds import KINDS, Kind, TauGrid, estimator, sizes_for
+from sigmatau.frozen import frozen
 from sigmatau.noise.uncertainty import chi2_factors
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Deviation(Printed):
     """A deviation of one channel against averaging time.
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError, RecordTooShortError
+from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS
 
 _ALL = 20_000  # samples up to which every averaging time is done one by one
@@ -26,7 +26,7 @@ _ALL = 20_000  # samples up to which every averaging time is done one by one
 Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Estimator:
     """An entry of `KINDS`."""
 

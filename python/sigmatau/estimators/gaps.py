@@ -9,8 +9,6 @@ variance at 256 samples). That of a rate random walk is nearly the same. `Gaps` 
 
 from __future__ import annotations
 
-import hashlib
-from dataclasses import dataclass
 from typing import Self
 from weakref import WeakValueDictionary
 
@@ -18,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +30,7 @@ _NO_CORRELATION = 0.1  # Samples; e^(−10) is left of a process with this corre
 _known: WeakValueDictionary[bytes, Gaps] = WeakValueDictionary()
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Expected:
     """Expected Allan variances for unit coefficients, one sample interval being 1."""
 
@@ -71,6 +70,8 @@ class Gaps:
 
     @classmethod
     def _shared(cls, packed: NDArray[np.uint8], n: int) -> Self:
+        import hashlib
+
         key = hashlib.blake2b(packed.tobytes() + n.to_bytes(8, "big"), digest_size=24).digest()
         found = _known.get(key)
         if not isinstance(found, cls):
@@ -129,13 +130,11 @@ class Gaps:
         """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation
         time. `time`: correlation time [samples].
         """
-        from scipy.interpolate import PchipInterpolator
-
         e = self.expected(m)
         white = e.avar[:, 1] * e.m
         log_times = np.log([_NO_CORRELATION, *e.times])
         at = min(max(float(np.log(time)), log_times[0]), log_times[-1])
-        return np.asarray(PchipInterpolator(log_times, np.column_stack([white, e.ratios]), axis=1)(at))
+        return monotone_cubic(log_times, np.column_stack([white, e.ratios]), at)
 
     def ratio(self, term: str, m: ArrayLike) -> Floats:
         """Expected Allan variance of one term, or of the ramp, over that without gaps; 1 at sizes without a pair. Of
@@ -152,3 +151,30 @@ class Gaps:
             values = e.avar[:, TERMS.index(term)] / kernels.term_avar(term, 1.0, grid, 1.0)
         values = np.where(e.n_pairs > 0, values, 1.0)
         return np.asarray(np.interp(np.log(sizes), np.log(grid), values))
+
+
+def monotone_cubic(x: Floats, y: Floats, at: float) -> Floats:
+    """Values at one point of the monotone piecewise cubics through the rows of `y`, as SciPy's `PchipInterpolator`.
+
+    Slopes are Fritsch and Butland's: a weighted harmonic mean of both sides, 0 at an extremum, and parabolic at the ends.
+    """
+    width, steep = np.diff(x), np.diff(y, axis=1) / np.diff(x)
+    before, after = 2 * width[1:] + width[:-1], width[1:] + 2 * width[:-1]
+    rising = steep[:, :-1] * steep[:, 1:] > 0
+    left, right = np.where(rising, steep[:, :-1], 1.0), np.where(rising, steep[:, 1:], 1.0)
+    inside = np.where(rising, (before + after) / (before / left + after / right), 0.0)
+    first, last = _end_slope(width[:2], steep[:, :2]), _end_slope(width[:-3:-1], steep[:, :-3:-1])
+    slopes = np.column_stack([first, inside, last])
+    k = int(np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(width) - 1))
+    t, h = (at - x[k]) / width[k], width[k]
+    rest = 1 - t
+    values = rest**2 * (1 + 2 * t) * y[:, k] + t**2 * (3 - 2 * t) * y[:, k + 1]
+    return np.asarray(values + h * t * rest * (rest * slopes[:, k] - t * slopes[:, k + 1]))
+
+
+def _end_slope(width: Floats, steep: Floats) -> Floats:
+    """Slope at the end of the first interval, from it and the next; of the same sign, and at most thrice as steep."""
+    near, far = steep[:, 0], steep[:, 1]
+    slope = ((2 * width[0] + width[1]) * near - width[0] * far) / (width[0] + width[1])
+    slope = np.where((near * far < 0) & (np.abs(slope) > 3 * np.abs(near)), 3 * near, slope)
+    return np.where(slope * near > 0, slope, 0.0)

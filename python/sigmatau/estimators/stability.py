@@ -14,7 +14,6 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from sigmatau.arrays import freeze
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.estimators.allan import allan
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
+from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed, duration_text, plain, seconds
@@ -38,7 +38,7 @@ _PRINTED_ROWS = 12
 _MOST_MISSING = 0.1  # of the samples of a window
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class DynamicAllan(Printed):
     """Allan deviation of one channel over time and averaging time."""
 

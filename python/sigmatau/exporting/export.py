@@ -19,7 +19,7 @@ from sigmatau.exporting.values import Numbers, Target
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate
 from sigmatau.findings.wording import words
-from sigmatau.io.write import atomic
+from sigmatau.io.atomic import atomic
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from sigmatau.frozen import frozen
 
 if TYPE_CHECKING:
     from sigmatau.findings.wording import Words
@@ -20,7 +22,7 @@ Span = tuple[float, float]
 _FIRST = "no_adequate_model"  # no number has an interval then, which matters more than any other warning
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Details:
     """What is known of one kind of finding, beside what all findings have: base of the classes in `findings.kinds`.
 
@@ -33,7 +35,7 @@ class Details:
         cls.code = code or cls.code
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Finding:
     """Something to know about the record before a number is trusted.
 

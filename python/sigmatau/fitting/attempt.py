@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -16,6 +16,7 @@ from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.goodness import p_value
 from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.fitting.ramp import Ramp, estimate_ramp
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ FAILURES = (FloatingPointError, np.linalg.LinAlgError)
 _STEP = 1e-4  # of the logarithm of a correlation time, for a derivative
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False, kw_only=False)
 class Data:
     """The data of a fit, in samples and in a unit that makes the variances near 1."""
 
@@ -66,7 +67,7 @@ class Data:
         return np.asarray((avar(_STEP) - avar(-_STEP)) / (2 * _STEP))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False, kw_only=False)
 class Attempt:
     """The best θ from one averaging time on, and how well it fits."""
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ def power_of_interval(name: str) -> int:
     return _POWERS.get(name, 2)
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Components:
     """Terms at the cluster sizes `m` of a record of `n` samples."""
 

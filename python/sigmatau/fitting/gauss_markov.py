@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import normal_quantile
 from sigmatau.fitting.attempt import FAILURES, Attempt, Data
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.gls import Gls
@@ -124,15 +125,13 @@ def intervals(
     """Value, low and high of the standard deviation and of the correlation time, symmetric in the logarithm. The
     covariance has the time as a free parameter.
     """
-    from scipy.special import ndtri
-
     assert found.time is not None
     gls, size = found.gls, float(theta[-1])
     tangent = size * data.by_time(found.first, found.time)
     whitened = gls.weights(theta).whiten(np.column_stack([gls.parts.design[:, list(gls.candidates)], tangent]))
     scale = np.linalg.norm(whitened, axis=0)
     sd = np.sqrt(np.sum(np.linalg.pinv(whitened / scale) ** 2, axis=1)) / scale
-    k = float(ndtri(0.5 + level / 2))
+    k = float(normal_quantile(0.5 + level / 2))
 
     def around(value: float, half: float) -> tuple[float, float, float]:
         factor = math.exp(min(half, 50))

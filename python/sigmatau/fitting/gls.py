@@ -9,7 +9,6 @@ is small by chance would have a large weight.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from sigmatau._native.kernels import Factor
 from sigmatau.fitting.components import Components
 from sigmatau.fitting.non_negative import non_negative
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ _MOST_NEGATIVE = 0.03  # largest negative eigenvalue that is corrected, as a sha
 _LEAST_EIGENVALUE = 1e-9  # of correlations
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False, kw_only=False)
 class Score:
     """Comparison of the estimate of one squared coefficient with a trial value, all others fitted for that value."""
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import gamma_above, gamma_below, log_gamma, normal_below, normal_quantile
 from sigmatau.fitting.gls import Gls
 
 __all__ = ["deviance", "octaves", "p_value"]
@@ -38,41 +39,37 @@ def p_value(gls: Gls, theta: Floats) -> float:
     """Twice the smaller of two p-values: of the sum of squares of all deviates, and, for a model that is too high, of the
     sum of those of the longest times.
     """
-    from scipy.special import gammaincc, ndtr
-
     u, _, _, correlation = _deviates(gls, theta)
     fitted = int((theta > 0).sum()) + gls.tangent.shape[1]
     squares, _ = _whitened(u, correlation)
-    of_all = gammaincc(max(len(u) - fitted, 1) / 2, squares / 2)
+    of_all = float(gamma_above(max(len(u) - fitted, 1) / 2, squares / 2))
     longest = slice(-_LONGEST, None)
-    of_longest = ndtr(u[longest].sum() / np.sqrt(correlation[longest, longest].sum()))
-    return float(min(1.0, 2 * of_all, 2 * of_longest))
+    of_longest = float(normal_below(u[longest].sum() / np.sqrt(correlation[longest, longest].sum())))
+    return min(1.0, 2 * of_all, 2 * of_longest)
 
 
 def deviance(gls: Gls, theta: Floats) -> float:
     """−2 ln of the probability density of the variances at the octaves, apart from a constant."""
-    from scipy.special import gammaln
-
     u, half, expected, correlation = _deviates(gls, theta)
     squares, determinant = _whitened(u, correlation)
     avar = gls.avar[octaves(gls.parts.m)]
     scale = expected / half
-    marginal = (half - 1) * np.log(avar / scale) - avar / scale - gammaln(half) - np.log(scale)
+    marginal = (half - 1) * np.log(avar / scale) - avar / scale - log_gamma(half) - np.log(scale)
     return float(determinant + squares - u @ u - 2 * marginal.sum())
 
 
 def _deviates(gls: Gls, theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """At the octaves: normal deviates, half of the degrees of freedom, expected variances, correlations."""
-    from scipy.special import gammainc, gammaincc, ndtri
-
     kept = octaves(gls.parts.m)
     expected = gls.parts.design[kept] @ theta
     covariance = gls.covariance(theta)[np.ix_(kept, kept)]
     sd = np.sqrt(covariance.diagonal())
     half = (expected / sd) ** 2
     ratio = gls.avar[kept] / expected
-    below, above = gammainc(half, half * ratio), gammaincc(half, half * ratio)
-    u = np.where(below < 0.5, ndtri(np.maximum(below, _SMALLEST)), -ndtri(np.maximum(above, _SMALLEST)))
+    below, above = gamma_below(half, half * ratio), gamma_above(half, half * ratio)
+    u = np.where(
+        below < 0.5, normal_quantile(np.maximum(below, _SMALLEST)), -normal_quantile(np.maximum(above, _SMALLEST))
+    )
     return u, half, expected, covariance / np.outer(sd, sd)
 
 

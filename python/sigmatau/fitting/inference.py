@@ -17,13 +17,21 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import (
+    gamma_above,
+    gamma_below,
+    gamma_quantile,
+    gamma_quantile_above,
+    normal_below,
+    normal_quantile,
+)
 from sigmatau.fitting.gls import Gls, Score
 from sigmatau.fitting.roots import root
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +41,7 @@ _SYMMETRIC = 1e-3  # skewness below which the normal distribution is used
 _TOLERANCE = 1e-4  # relative error of a coefficient, below the printed digits
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Evidence:
     """Test and interval of one squared coefficient."""
 
@@ -45,10 +53,8 @@ class Evidence:
 
 def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
     """Probabilities below and above z of Pearson's type III distribution with mean 0, variance 1 and a skewness."""
-    from scipy.special import gammainc, gammaincc, ndtr
-
     if abs(skewness) < _SYMMETRIC:
-        return float(ndtr(z)), float(ndtr(-z))
+        return float(normal_below(z)), float(normal_below(-z))
     if skewness < 0:
         above, below = skewed_tails(-z, -skewness)
         return below, above
@@ -56,7 +62,7 @@ def skewed_tails(z: float, skewness: float) -> tuple[float, float]:
     x = shape + z * math.sqrt(shape)
     if x <= 0:
         return 0.0, 1.0
-    return float(gammainc(shape, x)), float(gammaincc(shape, x))
+    return float(gamma_below(shape, x)), float(gamma_above(shape, x))
 
 
 def evidence(gls: Gls, term: int, theta: Floats, *, level: float) -> Evidence:
@@ -144,19 +150,15 @@ def _crossing(
 
 def _normal(probability: float) -> float:
     """A probability as a normal deviate, which is nearly linear in the root that is sought."""
-    from scipy.special import ndtri
-
-    return float(ndtri(min(max(probability, _SMALLEST_PROBABILITY), 1 - 1e-16)))
+    return float(normal_quantile(min(max(probability, _SMALLEST_PROBABILITY), 1 - 1e-16)))
 
 
 def _critical(skewness: float, probability: float) -> float:
     """Deviate that the skewed distribution exceeds with a probability."""
-    from scipy.special import gammainccinv, gammaincinv, ndtri
-
     if abs(skewness) < _SYMMETRIC:
-        return float(-ndtri(probability))
+        return float(-normal_quantile(probability))
     shape = 4 / skewness**2
-    x = gammainccinv(shape, probability) if skewness > 0 else gammaincinv(shape, probability)
+    x = gamma_quantile_above(shape, probability) if skewness > 0 else gamma_quantile(shape, probability)
     return math.copysign(1.0, skewness) * (float(x) - shape) / math.sqrt(shape)
 
 
@@ -172,13 +174,11 @@ def _feldman_cousins(level: float) -> tuple[Floats, Floats]:
     ends have the same ratio of the likelihood to that of max(x, 0): b = d, or (μ² + d²)/(2μ) if the interval contains x
     < 0.
     """
-    from scipy.special import ndtr
-
     mu = np.concatenate([[1e-3], np.linspace(0.05, 4, 80)])
     low, high = np.zeros_like(mu), np.full_like(mu, 10.0)
     for _ in range(_HALVINGS):
         d = 0.5 * (low + high)
         below = np.where(d <= mu, d, (mu * mu + d * d) / (2 * mu))
-        short = ndtr(d) - ndtr(-below) < level
+        short = normal_below(d) - normal_below(-below) < level
         low, high = np.where(short, d, low), np.where(short, high, d)
-    return mu, np.asarray(ndtr(-high))
+    return mu, np.asarray(normal_below(-high))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import likelihood as native
+from sigmatau._native.distributions import normal_quantile
 from sigmatau._native.likelihood import Bounds, Outcome, Process, Summary
 from sigmatau.errors import OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
@@ -163,10 +164,8 @@ def _summary(stream: Stream, channel: str) -> tuple[Summary, float]:
 def _stated(
     stream: Stream, channel: str, found: Outcome, *, wanted: set[str], regressors: tuple[str, ...], level: float
 ) -> NoiseFit:
-    from scipy.special import ndtri
-
     n, tau0 = stream.grid.n, stream.grid.tau0
-    quantile = -float(ndtri((1 - level) / 2))
+    quantile = -float(normal_quantile((1 - level) / 2))
     model = {name: math.sqrt(value) for name, value in found.reduced.items() if value > 0}
     terms = {name: _term(stream, found, name, model, level) for name in LINEAR if name in wanted}
     ramp = _ramp(stream, found, quantile, level)

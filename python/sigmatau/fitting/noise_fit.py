@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import BandsOff, Reason
 from sigmatau.findings.wording.fit import filter_text, reasons_text
 from sigmatau.fitting.response import FittedFilter
+from sigmatau.frozen import frozen
 from sigmatau.noise import terms
 from sigmatau.noise.resonance import resonance_avar, resonance_psd
 from sigmatau.noise.terms import TERMS, display_units
@@ -27,7 +28,7 @@ QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Interval:
     """A value and, if the model is adequate, its interval. [unit]"""
 
@@ -40,7 +41,7 @@ class Interval:
         return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FittedTerm:
     """One of the five terms in a fit."""
 
@@ -75,7 +76,7 @@ class FittedTerm:
         return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class GaussMarkov:
     """A first-order Gauss-Markov process: standard deviation and correlation time."""
 
@@ -86,7 +87,7 @@ class GaussMarkov:
         return {"sigma": self.sigma.to_dict(), "time": self.time.to_dict()}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Sinusoid:
     """A line in the spectrum: amplitude and frequency."""
 
@@ -97,7 +98,7 @@ class Sinusoid:
         return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Resonance:
     """Noise of a band: standard deviation, centre and half width."""
 
@@ -109,7 +110,7 @@ class Resonance:
         return plain(self, "sigma frequency width")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class WarmUp:
     """A drift of the mean that decays exponentially from the first sample on."""
 
@@ -120,7 +121,7 @@ class WarmUp:
         return plain(self, "amplitude time_s=time")
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class NoiseFit(Mapping[str, FittedTerm], Printed):
     """Fit of one channel: a mapping from term to `FittedTerm`, empty if the record is too short.
 

@@ -9,13 +9,14 @@ the removal of that ramp, so that it does not contain the ramp with which it is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import normal_quantile, student_below, student_quantile
 from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.noise_fit import FittedTerm
+from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ _LEAST_FREEDOM = 1.5
 """If the rate random walk is hardly known: then t = 6.2, which weak walks exceed in fewer than 5 % of records."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Ramp:
     """Estimate of a ramp per sample."""
 
@@ -42,10 +43,8 @@ class Ramp:
 
     def stated(self, scale: float, tau0: float, *, unit: str, level: float) -> FittedTerm:
         """The term in SI, for data that were divided by a variance `scale`."""
-        from scipy.special import stdtrit
-
         factor = math.sqrt(scale) / tau0
-        half = float(stdtrit(self.freedom, 0.5 + level / 2)) * self.error
+        half = float(student_quantile(self.freedom, 0.5 + level / 2)) * self.error
         low, high = (self.value - half) * factor, (self.value + half) * factor
         if self.p_value < 1 - level:
             return FittedTerm(
@@ -62,8 +61,6 @@ def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95
     """The ramp, the least squares problem after its removal, and the θ of that problem. `theta`: its fit: the weights
     start from it if no better start is found; `ramps`: mean second differences over m².
     """
-    from scipy.special import stdtr
-
     parts = gls.parts
     # A fit without the ramp is useless if the ramp is large; a rough fit with a ramp is good enough for the weights.
     drift = 0.5 * parts.squares
@@ -80,20 +77,18 @@ def estimate_ramp(gls: Gls, theta: Floats, ramps: Floats, *, level: float = 0.95
             raise FloatingPointError("the record is a ramp without noise")
         theta = still.fit()
     error, freedom = _error(still, theta, weights)
-    p_value = 2 * float(stdtr(freedom, -abs(value) / error))
+    p_value = 2 * float(student_below(freedom, -abs(value) / error))
     used = value if p_value < 1 - level else 0.0
     return Ramp(value, error, freedom, p_value, used), still, theta
 
 
 def least_ramp(gls: Gls, theta: Floats, *, level: float, power: float) -> float:
     """The ramp per sample that the test finds with probability `power` in a record with noise θ."""
-    from scipy.special import ndtri, stdtrit
-
     parts = gls.parts
     weights = least_variance(np.einsum("p,pij->ij", theta, parts.slopes))
     still = Gls(parts.without_ramp(weights), gls.avar, gls.candidates)
     error, freedom = _error(still, theta, weights)
-    return float((stdtrit(freedom, 0.5 + level / 2) + ndtri(power)) * error)
+    return float((student_quantile(freedom, 0.5 + level / 2) + normal_quantile(power)) * error)
 
 
 def _error(still: Gls, theta: Floats, weights: Floats) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.non_negative import non_negative
+from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
 from sigmatau.results import Printed, plain, seconds, value_error_text
 from sigmatau.units import find
@@ -31,7 +32,7 @@ LARGEST_ERROR = 0.35
 """Largest error by eq. (26) of the averaging times that are used: those up to a fifth of the record."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Rule:
     """Conditions for a region of a term."""
 
@@ -61,7 +62,7 @@ _PROPORTIONAL = 1 - 1e-9  # cosine from which on two columns count as proportion
 GAIN = 6.0  # Smallest reduction of the misfit by the term of a region, in squared errors by δ (at least 2 %) per octave
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Coefficient:
     """One coefficient, read off."""
 
@@ -82,7 +83,7 @@ class Coefficient:
         return plain(self, "value error unit slope", tau_s=[self.tau_min, self.tau_max])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Refusal:
     """A region that has the slope of a term but is not that term."""
 
@@ -92,7 +93,7 @@ class Refusal:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class ReadOff(Mapping[str, Coefficient], Printed):
     """Coefficients read off one channel: a mapping from term to `Coefficient`, without terms that have no region."""
 
@@ -207,7 +208,7 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
     return ReadOff(curve.channel, curve.quantity, curve.unit, coefficients, tuple(refused))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class _Points:
     """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points. `ratios` are
     the factors of gaps on the variances of each term, over that of the term that is read off; empty without gaps.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
 
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.fitting.roots import root
+from sigmatau.frozen import frozen
 from sigmatau.model.covariance import band_limited
 from sigmatau.model.processes import LowPass
 from sigmatau.results import plain
@@ -33,7 +33,7 @@ _MOST_WARPED = 3.0  # corner of a filter over that of its samples
 _AVERAGED = 1024  # cluster size from which sin⁴ is replaced by its mean of 3/8
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FittedFilter:
     """A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1)."""
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import normal_below
 from sigmatau.findings.kinds.fit import CoarseValues
 from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit
+from sigmatau.frozen import frozen
 
 __all__ = ["Rounding", "allowing_for_rounding"]
 
@@ -22,7 +24,7 @@ _COARSE = (
 _LEVELS = 8  # on either side of the mean that rounded noise takes: six standard deviations at least
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Rounding:
     """What is known of the noise before rounding, from the noise that is seen. Both in steps.
 
@@ -62,11 +64,9 @@ class Rounding:
 
 def _rounded(phase: float) -> Floats:
     """Standard deviation of rounded normal noise with the mean at a level (0) or halfway between two (0.5). [steps]"""
-    from scipy.special import ndtr
-
     levels = np.arange(-_LEVELS, _LEVELS + 1) - phase
     edges = (np.append(levels, levels[-1] + 1) - 0.5) / _SIGMAS[:, None]
-    shares = np.diff(ndtr(edges), axis=1)
+    shares = np.diff(normal_below(edges), axis=1)
     return np.asarray(np.sqrt(shares @ levels**2 - (shares @ levels) ** 2))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.model import covariance as covariances
 from sigmatau.model.processes import (
     LARGEST,
@@ -40,7 +41,7 @@ PROCESSES: Mapping[str, type] = {"gauss_markov": GaussMarkov, "resonance": Reson
 _NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class ChannelModel(Mapping[str, float], Printed):
     """The noise of one channel in SI and continuous form: a mapping from term to coefficient, with further processes.
 

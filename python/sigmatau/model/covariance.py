@@ -10,12 +10,13 @@ All lags are whole samples, and not negative.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau._native.distributions import digamma
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 
 Floats = NDArray[np.float64]
@@ -57,8 +58,6 @@ def phase_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
 
 def flicker_phase(lags: Floats, tau0: float) -> Floats:
     """s(l) of discrete flicker noise with B = 1: −τ₀²/(2π)·J(l)."""
-    from scipy.special import digamma
-
     inside = np.maximum(lags, 2.0)
     # Σ 1/(2j − 1), j = 1 … l − 1
     odd = (digamma(inside - 0.5) + np.euler_gamma + 2 * math.log(2)) / 2
@@ -66,7 +65,7 @@ def flicker_phase(lags: Floats, tau0: float) -> Floats:
     return np.where(lags < 2, 0.0, -(tau0**2) / (2 * math.pi) * j)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False, kw_only=False)
 class Damped:
     """A stationary rate whose samples have the autocovariance Re Σ weight·exp(−decay·l) at the lag l."""
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -15,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.write import atomic
+from sigmatau.frozen import frozen
+from sigmatau.io.atomic import atomic
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import channels_of, correlation_of, toml
 from sigmatau.model.from_result import channels_of_result
@@ -32,7 +32,7 @@ CORRELATED = ("quantization", "random_walk", "bias_instability", "rate_random_wa
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class NoiseModel(Mapping[str, ChannelModel], Printed):
     """The noise of the channels of a sensor, in SI and continuous form: a mapping from channel to `ChannelModel`.
 
@@ -106,6 +106,8 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         DataError
             If the file cannot be read or understood: which channel, which key, what was got.
         """
+        import tomllib
+
         path = Path(path)
         is_json = path.suffix.lower() == ".json"
         try:

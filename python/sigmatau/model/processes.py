@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, aliasing_inflation
 
 HIGHEST_ORDER = 9  # Highest order of a Butterworth filter
@@ -18,7 +18,7 @@ RATES = (1e-6, 1e9)  # Range of sampling rates; times, phases and squares of rat
 _CORNERS = (1e-9, 1e12)  # Range of bandwidths: a thousandth of the lowest rate to a thousand times the highest. [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class GaussMarkov:
     """A first-order Gauss-Markov process, autocovariance σ²·exp(−t/T) at the lag t.
 
@@ -48,7 +48,7 @@ class GaussMarkov:
         object.__setattr__(self, "time", _positive("the correlation time of a Gauss-Markov process", self.time))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Resonance:
     """Noise of a band: the speed of a damped oscillator that white noise drives.
 
@@ -96,7 +96,7 @@ class Resonance:
         return 2 * math.pi * math.sqrt((self.frequency - self.width) * (self.frequency + self.width))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Sinusoid:
     """A sinusoid A·sin(2πft + φ) with a random phase.
 
@@ -126,7 +126,7 @@ class Sinusoid:
         object.__setattr__(self, "frequency", _positive("the frequency of a sinusoid", self.frequency))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LowPass:
     """Bandwidth of the sensor: a Butterworth filter through which the white noise passes before it is sampled.
 

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau._native.arguments import whole_sizes
+from sigmatau.frozen import frozen
 from sigmatau.units import find
 
 __all__ = ["BIAS_LEVEL", "TERMS", "Term", "aliasing_inflation", "avar", "coefficient_unit", "display_units", "psd"]
@@ -28,7 +28,7 @@ BIAS_LEVEL = math.sqrt(2 * math.log(2) / math.pi)
 """Height of the flicker plateau over the bias instability, √(2 ln 2/π) = 0.664 (eq. 19 for T much longer than 1/f₀)."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Term:
     """One noise term.
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau._native.distributions import gamma_quantile
 from sigmatau.noise.terms import avar
 
 __all__ = ["avar_covariance", "chi2_factors", "degrees_of_freedom", "percentage_error"]
@@ -170,14 +171,12 @@ def chi2_factors(edf: ArrayLike, *, level: float = 0.95) -> tuple[NDArray[np.flo
     >>> low.round(3), high.round(3)
     (array([0.699, 0.879]), array([1.755, 1.161]))
     """
-    from scipy.special import gammaincinv
-
     freedom = np.atleast_1d(np.asarray(edf, dtype=float))
     if not (freedom > 0).all():
         raise ValueError(f"`edf` must be positive, got {freedom[~(freedom > 0)][0]}")
     if not 0 < level < 1:
         raise ValueError(f"`level` must lie between 0 and 1, not {level!r}")
-    quantiles = [2 * gammaincinv(freedom / 2, 0.5 + side * level / 2) for side in (1, -1)]
+    quantiles = [2 * gamma_quantile(freedom / 2, 0.5 + side * level / 2) for side in (1, -1)]
     low, high = (np.sqrt(freedom / quantile) for quantile in quantiles)
     return np.asarray(low), np.asarray(high)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -18,6 +18,7 @@ from sigmatau import units
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.record.missing import mask_of, missing_values
 from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform
 from sigmatau.record.thermometers import CELSIUS as TEMPERATURE
@@ -87,7 +88,7 @@ def _state(status: os.stat_result) -> tuple[int, ...]:
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Provenance:
     """Origin of a record, and the conversions made.
 
@@ -132,7 +133,7 @@ class Provenance:
         }
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Record(Printed):
     """A static record: streams, their origin, and findings of the reader.
 

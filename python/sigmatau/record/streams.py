@@ -7,12 +7,13 @@ are read. Samples are reached through `Stream.chunks` or `Stream.column`, so tha
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.frozen import frozen
 from sigmatau.results import two_digits
 
 __all__ = ["CHUNK", "PLAUSIBLE_RATES", "Columns", "Grid", "InputKind", "Stream", "Transform", "grid_text"]
@@ -26,7 +27,7 @@ CHUNK = 1 << 16
 """Default number of samples of a chunk."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Grid:
     """A uniform grid in time.
 
@@ -64,7 +65,7 @@ class Grid:
         return self.n * self.tau0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Transform:
     """Conversion of a number of the log to a rate in SI: ``(raw - offset) * scale * factor``, then the step for `kind`.
 
@@ -78,7 +79,7 @@ class Transform:
     kind: InputKind = "rate"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False, kw_only=False)
 class Columns:
     """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read.
 
@@ -117,7 +118,7 @@ class Columns:
         return x if self.missing is None else np.where(self.missing[start:stop, channel], np.nan, x)
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Stream:
     """Channels of one sensor on one grid.
 

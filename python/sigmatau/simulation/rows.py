@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import generators
+from sigmatau._native.distributions import normal_quantile
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
@@ -176,12 +177,10 @@ class Stamps:
     """Time stamps of the rows, and which rows are lost."""
 
     def __init__(self, job: Job) -> None:
-        from scipy.special import ndtri
-
         given = job.imperfections
         self._job = job
         self._losses = normal(job.rows, seed=job.seed, channel=_LOSSES) if given.lost else None
-        self._lost_below = float(ndtri(given.lost))
+        self._lost_below = float(normal_quantile(given.lost))
         self._jitter = normal(job.rows, seed=job.seed, channel=_JITTER) if given.jitter else None
         self._made = 0
 

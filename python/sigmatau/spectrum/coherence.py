@@ -18,6 +18,8 @@ import functools
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau._native.distributions import gamma_quantile
+
 Floats = NDArray[np.float64]
 
 _GAMMA_NODES = 30
@@ -37,11 +39,11 @@ def significance(n: ArrayLike, *, level: float = 0.95) -> Floats:
 
 def probability_below(measured: ArrayLike, true: ArrayLike, n: ArrayLike) -> Floats:
     """Probability that the coherence of `n` pairs is measured below `measured` if it is `true`; arrays broadcast."""
-    from scipy.special import gammaincinv, ncfdtr
+    from scipy.special import ncfdtr
 
     c, truth, pairs = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (measured, true, n)))
     nodes, weights = _rule()
-    power = gammaincinv(pairs[..., None], (nodes + 1) / 2)
+    power = gamma_quantile(pairs[..., None], (nodes + 1) / 2)
     odds = (truth / np.maximum(1 - truth, 1e-300))[..., None]
     f = ((pairs - 1) * c / np.maximum(1 - c, 1e-300))[..., None]
     return np.asarray(ncfdtr(2.0, 2 * (pairs[..., None] - 1), 2 * power * odds, f) @ weights / 2)

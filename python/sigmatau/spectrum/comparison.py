@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import chi2_above, chi2_below, chi2_quantile_above
 from sigmatau.arrays import freeze
+from sigmatau.frozen import frozen
 from sigmatau.results import Printed, plain
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Comparison(Printed):
     """Ratio of a measured density to a model's; 1 if the model is right.
 
@@ -40,18 +41,14 @@ class Comparison(Printed):
 
     def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
         """Confidence interval of the true ratio, by χ²; two arrays of shape (n_bands,)."""
-        from scipy.special import chdtri
-
-        low, high = chdtri(self.dof, (1 - level) / 2), chdtri(self.dof, (1 + level) / 2)
+        low, high = chi2_quantile_above(self.dof, (1 - level) / 2), chi2_quantile_above(self.dof, (1 + level) / 2)
         return self.ratio * self.dof / low, self.ratio * self.dof / high
 
     @property
     def p_values(self) -> Floats:
         """Two-sided p-value of each ratio; shape (n_bands,)."""
-        from scipy.special import chdtr, chdtrc
-
         x = self.ratio * self.dof
-        return np.asarray(np.minimum(2 * np.minimum(chdtr(self.dof, x), chdtrc(self.dof, x)), 1.0))
+        return np.asarray(np.minimum(2 * np.minimum(chi2_below(self.dof, x), chi2_above(self.dof, x)), 1.0))
 
     @property
     def p_value(self) -> float:

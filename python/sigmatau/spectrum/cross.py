@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.record.record import Record
@@ -137,13 +138,11 @@ class CrossSpectrum(Printed):
 
     def _spread(self, level: float) -> Floats:
         """Half the interval of either part of the transfer, relative to its magnitude: Student's t of a regression."""
-        from scipy.special import stdtrit
-
         _check(level)
         free = np.maximum(self.dof - 2, 0.0)
         gamma2 = np.clip(self.coherence, 1e-300, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            wide = stdtrit(np.maximum(free, 1e-3), (1 + level) / 2) * np.sqrt((1 - gamma2) / gamma2 / free)
+            wide = student_quantile(np.maximum(free, 1e-3), (1 + level) / 2) * np.sqrt((1 - gamma2) / gamma2 / free)
         return np.asarray(np.where(free > 0, wide, np.inf))
 
     def gain_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:

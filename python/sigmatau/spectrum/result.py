@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import freeze, runs
 from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
 from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, shared
@@ -40,7 +42,7 @@ class HasChannels(Protocol):
     def channels(self) -> Mapping[str, HasDensity]: ...
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class Spectrum(Printed):
     """Two-sided power spectral density of one channel.
 
@@ -128,10 +130,7 @@ class Spectrum(Printed):
         """
         if not 0 < level < 1:
             raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
-        from scipy.special import chdtri
-
-        # chdtri(v, p) is the x that χ² exceeds with probability p.
-        low, high = chdtri(self.dof, (1 - level) / 2), chdtri(self.dof, (1 + level) / 2)
+        low, high = chi2_quantile_above(self.dof, (1 - level) / 2), chi2_quantile_above(self.dof, (1 + level) / 2)
         return self.density * self.dof / low, self.density * self.dof / high
 
     def binned(self, *, per_octave: int = 8) -> Spectrum:

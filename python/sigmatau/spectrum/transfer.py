@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import digamma
 from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import Printed, plain
@@ -191,8 +192,6 @@ def transfer(
 
 def _smoothed(spectrum: Spectrum, per_octave: int | None) -> tuple[Floats, Floats, Floats]:
     """The density, corrected for the bias of its logarithm, and its interval."""
-    from scipy.special import digamma
-
     shown = spectrum if per_octave is None else spectrum.binned(per_octave=per_octave)
     half = np.maximum(shown.dof, 1.0) / 2
     least = _DENSITY_FLOOR * shown.density.max()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import chi2_above, gamma_above, gamma_below, normal_quantile
 from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve
@@ -237,8 +238,6 @@ def _verify_channel(
     flicker_error: float = 0.01,
     level: float = 0.95,
 ) -> Verification:
-    from scipy.special import chdtrc
-
     if not 0 < real(level) < 1:
         raise OptionError(f"{{option}} must lie between 0 and 1, not {level!r}", option="level")
     if tau_min is not None and not (math.isfinite(real(tau_min)) and tau_min >= 0):
@@ -295,7 +294,7 @@ def _verify_channel(
         used=used,
         misfit=misfit,
         freedom=len(octaves),
-        p_value=float(chdtrc(len(octaves), misfit)),
+        p_value=float(chi2_above(len(octaves), misfit)),
         worst=int(np.flatnonzero(used)[np.argmax(np.abs(u))]),
         tau_min=tau_min,
         of_fit=of_fit,
@@ -316,11 +315,11 @@ def _octaves(sizes: list[int]) -> list[int]:
 
 def _deviates(ratio: Floats, edf: Floats) -> Floats:
     """Normal deviates with the probability of χ²/edf = ratio."""
-    from scipy.special import gammainc, gammaincc, ndtri
-
-    below, above = gammainc(edf / 2, edf * ratio / 2), gammaincc(edf / 2, edf * ratio / 2)
+    below, above = gamma_below(edf / 2, edf * ratio / 2), gamma_above(edf / 2, edf * ratio / 2)
     tiny = np.finfo(float).tiny
-    return np.asarray(np.where(below < 0.5, ndtri(np.maximum(below, tiny)), -ndtri(np.maximum(above, tiny))))
+    return np.asarray(
+        np.where(below < 0.5, normal_quantile(np.maximum(below, tiny)), -normal_quantile(np.maximum(above, tiny)))
+    )
 
 
 def _p(value: float) -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from sigmatau.findings.finding import Details, Span
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MotionBurst:
     """A stretch in which one or more axes move."""
 
@@ -23,7 +23,7 @@ class MotionBurst:
     shock: bool  # whether the motion lasts no more than a few windows, see `sigmatau.quality.samples.shocks_and_steps`
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LevelStep:
     """A lasting change of the mean."""
 
@@ -35,7 +35,7 @@ class LevelStep:
     gradual: bool  # whether a line fits better than two constant parts
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Rotation:
     """A mean rate beyond any bias. `rate` in rad/s."""
 
@@ -43,7 +43,7 @@ class Rotation:
     stream: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class AddedWalk:
     """Rate random walk that levels other than the sensor's own add."""
 
@@ -60,7 +60,7 @@ class AddedWalk:
         return (("rate_random_walk", self.factor),) if self.resolved and self.factor is not None else ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NotStatic(Details, code="not_static"):
     """Motion of a sensor that should rest: bursts, steps of the mean, or rotation."""
 
@@ -79,7 +79,7 @@ class NotStatic(Details, code="not_static"):
     keep: tuple[float | None, float | None] | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Spikes(Details, code="spikes"):
     """Single samples far from their neighbours."""
 
@@ -94,7 +94,7 @@ class Spikes(Details, code="spikes"):
     more_below: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SpikesMasked(Details, code="spikes_masked"):
     """Spikes that were taken for missing samples, as asked."""
 
@@ -102,7 +102,7 @@ class SpikesMasked(Details, code="spikes_masked"):
     samples: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class StartTransient(Details, code="start_transient"):
     """A record that begins near zero and settles at its mean, as a filter does that starts from zero."""
 
@@ -113,7 +113,7 @@ class StartTransient(Details, code="start_transient"):
     keep: tuple[float, None]  # the rest, from the beginning of the log [s]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LeftOutOfStream:
     """Samples of a stream that were left out: of the channel with the most. `duration` in seconds."""
 
@@ -123,7 +123,7 @@ class LeftOutOfStream:
     duration: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LeftOut(Details, code="left_out"):
     """Stretches that were left out, as asked."""
 
@@ -131,7 +131,7 @@ class LeftOut(Details, code="left_out"):
     streams: tuple[LeftOutOfStream, ...]  # those of which samples were left out
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ChosenWindow:
     """The most stable window of a stream."""
 
@@ -144,7 +144,7 @@ class ChosenWindow:
     relative: float  # the range or scatter over the median of all windows
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class WindowChosen(Details, code="window_chosen"):
     """The most stable windows of a length that were analysed, as asked. `length` in seconds."""
 
@@ -152,7 +152,7 @@ class WindowChosen(Details, code="window_chosen"):
     windows: tuple[ChosenWindow, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class HiddenWalk:
     """A rate random walk that a window chosen by its own noise does not show."""
 
@@ -160,7 +160,7 @@ class HiddenWalk:
     factor: float  # the limit over that of a window that was not chosen, on average
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SelectionBias(Details, code="selection_bias"):
     """Noise that is too small because its window was chosen by its own scatter."""
 

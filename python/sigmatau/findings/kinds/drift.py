@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sigmatau.findings.finding import Details
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class WarmUp(Details, code="warm_up"):
     """The signal settles exponentially from the first sample on, which the fit allows for; the size is by how much."""
 
@@ -17,7 +16,7 @@ class WarmUp(Details, code="warm_up"):
     high: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TemperatureDrift(Details, code="temperature_drift"):
     """The signal follows the temperature, which the fit allows for; the size is the coefficient per kelvin."""
 
@@ -27,7 +26,7 @@ class TemperatureDrift(Details, code="temperature_drift"):
     high: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SegmentSpread:
     """How much the Allan deviations of segments of the record differ, where the evidence is strongest."""
 
@@ -42,7 +41,7 @@ class SegmentSpread:
     length: float  # length of a segment [s]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NoiseChange:
     """A change of the short-time noise, found by the cusum of squared first differences."""
 
@@ -50,7 +49,7 @@ class NoiseChange:
     ratio: float  # root mean square of the first differences after the change over that before
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NonStationary(Details, code="non_stationary"):
     """The noise changes during the record; at least one of the two tests found it."""
 

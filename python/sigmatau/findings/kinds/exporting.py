@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sigmatau.findings.finding import Details
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ChoiceWithoutPlace(Details, code="choice_without_place"):
     """A choice was made for several targets, and one of them has no field for it."""
 
@@ -16,7 +15,7 @@ class ChoiceWithoutPlace(Details, code="choice_without_place"):
     key: str = ""  # for option ``"name"``, the name; else empty
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ChoiceNotUsed(Details, code="choice_not_used"):
     """A value was chosen for a coefficient that was observed, or for a sensor that the model does not have."""
 
@@ -25,7 +24,7 @@ class ChoiceNotUsed(Details, code="choice_not_used"):
     observed: bool  # whether the coefficient was observed; else the model does not have the sensor
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class OmittedTerm:
     """A coefficient of the model that is not in the file."""
 
@@ -34,7 +33,7 @@ class OmittedTerm:
     value: float  # coefficient, or standard deviation of the process [SI]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
     """The bias process in the file has less slow noise than the model."""
 
@@ -45,12 +44,12 @@ class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
     omitted: tuple[OmittedTerm, ...] = ()  # terms that the chosen random walk replaces
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NotAdequate(Details, code="not_adequate"):
     """Coefficients in the file are from a fit that does not describe its curve."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class OtherRate(Details, code="other_rate"):
     """The file is for another sampling rate than that of the record."""
 
@@ -58,7 +57,7 @@ class OtherRate(Details, code="other_rate"):
     record_rate: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CorrelatedSamples(Details, code="correlated_samples"):
     """Samples of a channel are correlated, so that their variance is not N²·rate."""
 
@@ -68,26 +67,26 @@ class CorrelatedSamples(Details, code="correlated_samples"):
     corner: float | None  # corner of the low-pass filter that the analysis found [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class KeysNotRead(Details, code="keys_not_read"):
     """Keys of another program's file that were not read."""
 
     keys: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ImportedWithoutIntervals(Details, code="imported_without_intervals"):
     """A file with one value for all axes and no intervals was read."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class DeviationAsDensity(Details, code="deviation_as_density"):
     """imu_utils calls the standard deviation of a sample a density."""
 
     rate: float  # sampling rate by whose root they were divided [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MinimumAsWalk(Details, code="minimum_as_walk"):
     """imu_utils calls the minimum of the Allan deviation a random walk."""
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from sigmatau.findings.finding import Details
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TooFewTimes:
     """Not fitted: too few averaging times up to a third of the record."""
 
@@ -17,14 +18,14 @@ class TooFewTimes:
     samples: int  # length of the record
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ZeroVariance:
     """Not fitted: an Allan variance is 0."""
 
     kind: str = field(default="zero_variance", init=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Misfit:
     """Not adequate: neither the five terms nor a Gauss-Markov process beside them fit the curve."""
 
@@ -36,14 +37,14 @@ class Misfit:
     ratio: float  # measured Allan deviation over that of the model at `tau`
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NoCovariance:
     """Not adequate: the model fits, but the covariance of nearby values cannot be computed."""
 
     kind: str = field(default="no_covariance", init=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ShortTimesDeviate:
     """The shortest averaging times do not follow the model and are left out."""
 
@@ -52,21 +53,21 @@ class ShortTimesDeviate:
     ratio: float  # measured Allan deviation over that of the model there; below 1 as behind a low-pass filter
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class IsolatedSamples:
     """Missing samples leave no two consecutive ones: quantization noise looks like a random walk and is part of it."""
 
     kind: str = field(default="isolated_samples", init=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CoarseValues:
     """Widened: the resolution of the values is too coarse for the noise, so that the rounding error is unknown."""
 
     kind: str = field(default="coarse_values", init=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BandLeftOut:
     """The spectrum from a frequency on has a shape that no model describes, and is left out."""
 
@@ -74,7 +75,7 @@ class BandLeftOut:
     highest: float  # [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BandsOff:
     """Widened: the best model is off the spectrum in some bands."""
 
@@ -97,7 +98,7 @@ Reason = (
 """Why there is no fit, why a fit is not adequate, or why its shortest averaging times are left out."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TooShort(Details, code="too_short"):
     """The channel is not fitted."""
 
@@ -105,14 +106,14 @@ class TooShort(Details, code="too_short"):
     missing: float = 0.0  # share of the samples that is missing
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NoAdequateModel(Details, code="no_adequate_model"):
     """The coefficients describe the curve and have no intervals."""
 
     reasons: tuple[Reason, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Widened(Details, code="widened"):
     """The best model is off the spectrum, and the intervals allow for it; the size is the random walk's, relative."""
 
@@ -121,7 +122,7 @@ class Widened(Details, code="widened"):
     allowed: float  # largest standard deviation of the logarithm of the density that the intervals allow for
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ShortTimesLeftOut(Details, code="short_times_left_out"):
     """The fit begins beyond the shortest averaging time; the reasons are empty where that was asked for."""
 
@@ -129,7 +130,7 @@ class ShortTimesLeftOut(Details, code="short_times_left_out"):
     reasons: tuple[Reason, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class OutOfRange(Details, code="out_of_range"):
     """The squares of the Allan deviations cannot be squared again in double precision: the channel is not analysed."""
 
@@ -137,7 +138,7 @@ class OutOfRange(Details, code="out_of_range"):
     rate_unit: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ConstantChannel(Details, code="constant_channel"):
     """The samples differ by no more than rounding: the channel is not analysed."""
 
@@ -146,7 +147,7 @@ class ConstantChannel(Details, code="constant_channel"):
     rate_unit: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TooFewSamples(Details, code="too_few_samples"):
     """So many samples are missing that there is no Allan variance: the channel is not analysed."""
 
@@ -154,7 +155,7 @@ class TooFewSamples(Details, code="too_few_samples"):
     samples: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Strided(Details, code="strided"):
     """Long clusters do not begin at every sample."""
 
@@ -163,7 +164,7 @@ class Strided(Details, code="strided"):
     out_of_memory: bool = False  # whether the reason is that the record does not fit in memory, and not an option
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NoMap(Details, code="no_map"):
     """The record is too short for the dynamic Allan deviation."""
 
@@ -171,7 +172,7 @@ class NoMap(Details, code="no_map"):
     needed: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class WhiteAngleNoise(Details, code="white_angle_noise"):
     """Short averaging times show white noise of the angle, as quantization makes; not flicker noise of the angle."""
 
@@ -180,7 +181,7 @@ class WhiteAngleNoise(Details, code="white_angle_noise"):
     tau: float  # [s]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FlickerAngleNoise(Details, code="flicker_angle_noise"):
     """Short averaging times show flicker noise of the angle, which is not a term of the model."""
 
@@ -190,14 +191,14 @@ class FlickerAngleNoise(Details, code="flicker_angle_noise"):
     quantization_fitted: bool  # whether the fit describes it by a quantization coefficient
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class AngleNoiseUndetermined(Details, code="angle_noise_untold"):
     """Short averaging times show quantization or flicker noise of the angle; the Allan deviation cannot tell which."""
 
     quantity: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CheckedInPart(Details, code="checked_in_part"):
     """Only the beginning of a long record is checked for faults."""
 
@@ -206,7 +207,7 @@ class CheckedInPart(Details, code="checked_in_part"):
     duration: float  # of the samples that are checked [s]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CheckedWithoutFit(Details, code="checked_without_fit"):
     """The record is too long for a quick fit, so that the checks that need a fit are left out."""
 

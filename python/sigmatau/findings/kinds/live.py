@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sigmatau.findings.finding import Details
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LinesLost(Details, code="lines_lost"):
     """Lines that cannot be read are left out; the samples around them are taken as consecutive."""
 

@@ -6,12 +6,11 @@ is the topic, sentence or group that is read. Lines and columns count from 1, by
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sigmatau.findings.finding import Details
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(kw_only=False)
 class Place:
     """A place in a file."""
 
@@ -23,14 +22,14 @@ class Place:
     byte: int | None = None  # where the unit begins [bytes]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class InFile(Details):
     """Base of findings about a file."""
 
     part: str = ""  # name of the file, if the log is split into several
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Damage(InFile):
     """Base of findings about damage after which the file is not read further."""
 
@@ -48,22 +47,22 @@ class Damage(InFile):
     topic: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Damaged(Damage, code="damaged"):
     """A file that is damaged at a place, and is read up to it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BrokenOff(Damage, code="broken_off"):
     """A file that ends too early."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NoEndMark(Damage, code="no_end_mark"):
     """A stream that ends between two batches, without its end mark."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class PartMissing(InFile, code="part_missing"):
     """A file of a split log that is missing, or cannot be read for a `reason`; `number` counts from 1."""
 
@@ -72,7 +71,7 @@ class PartMissing(InFile, code="part_missing"):
     reason: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class PartOfSeveral(InFile, code="part_of_several"):
     """A file that is one part of a split log; `number` counts from 1."""
 
@@ -80,7 +79,7 @@ class PartOfSeveral(InFile, code="part_of_several"):
     of: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BrokenMessages(InFile, code="broken_messages"):
     """Messages with a wrong checksum, which are left out; `places` are the offsets of the first of them. [bytes]"""
 
@@ -89,7 +88,7 @@ class BrokenMessages(InFile, code="broken_messages"):
     kept: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BytesBetween(InFile, code="bytes_between"):
     """Bytes that belong to no whole message: their number, in `count` places, the first at `place`."""
 
@@ -99,7 +98,7 @@ class BytesBetween(InFile, code="bytes_between"):
     kept: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BrokenLines(InFile, code="broken_lines"):
     """Lines with a wrong checksum or form, which are left out."""
 
@@ -110,7 +109,7 @@ class BrokenLines(InFile, code="broken_lines"):
     topic: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class OtherSentences(InFile, code="other_sentences"):
     """Sentences of other names, which are not read."""
 
@@ -122,7 +121,7 @@ class OtherSentences(InFile, code="other_sentences"):
     run: int | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Leftover(InFile):
     """Bytes outside of what is read: their number, and where they begin."""
 
@@ -131,19 +130,19 @@ class _Leftover(InFile):
     after: str = ""  # what ends there: ``"the array"``; empty if they precede what is read
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BytesNotRead(_Leftover, code="bytes_not_read"):
     """Bytes before or after the contents, possibly of another log."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Filler(_Leftover, code="filler"):
     """Bytes of one `value`, 0 or 255, after the contents."""
 
     value: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _LinesBetween(InFile):
     """Lines among the rows of a text table; `line` is the first of them."""
 
@@ -151,34 +150,34 @@ class _LinesBetween(InFile):
     count: int = 1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class HiddenRows(_LinesBetween, code="hidden_rows"):
     """Rows behind a comment mark, which are left out."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Comments(_LinesBetween, code="comments"):
     """Comments, which are skipped."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class HeaderAgain(_LinesBetween, code="header_again"):
     """The header once more."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SecondHeader(_LinesBetween, code="second_header"):
     """A header that names other columns; only the rows before it are read."""
 
     kept: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NoLineEnd(InFile, code="no_line_end"):
     """A last line without a line end, which is left out."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NeverWritten(InFile, code="never_written"):
     """Zeros at the end of a preallocated file."""
 
@@ -189,7 +188,7 @@ class NeverWritten(InFile, code="never_written"):
     is_time: bool = False  # whether that is the time column
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ColumnsNotRead(InFile, code="columns_not_read"):
     """Columns of a log in this package's own form that are not the sensors'."""
 
@@ -199,7 +198,7 @@ class ColumnsNotRead(InFile, code="columns_not_read"):
     topic: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ColumnsByGravity(InFile, code="columns_by_gravity"):
     """Columns without names, whose accelerometers are detected by gravity."""
 
@@ -210,21 +209,21 @@ class ColumnsByGravity(InFile, code="columns_by_gravity"):
     other: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Unusable(InFile, code="unusable"):
     """A table that cannot be read; `reason` is the text of the error."""
 
     reason: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class UnknownMessages(InFile, code="unknown_messages"):
     """Messages of unknown kinds, which are skipped."""
 
     count: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class UnfinishedMessage(InFile, code="unfinished_message"):
     """A message of some bytes that was not finished before data were appended."""
 
@@ -232,7 +231,7 @@ class UnfinishedMessage(InFile, code="unfinished_message"):
     bytes: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class DeletedMessages(InFile, code="deleted_messages"):
     """Messages of all topics that were deleted from an intact database."""
 
@@ -240,7 +239,7 @@ class DeletedMessages(InFile, code="deleted_messages"):
     topic: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class PropertyChanged(InFile, code="property_changed"):
     """A property of channels that changes from `old` to `new`; only the rows before are read."""
 
@@ -251,14 +250,14 @@ class PropertyChanged(InFile, code="property_changed"):
     kept: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class UnequalLengths(InFile, code="unequal_lengths"):
     """Axes of one sensor with unequal numbers of samples; `lengths` are pairs of array and number."""
 
     lengths: tuple[tuple[str, int], ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MissingSamples(InFile, code="missing_samples"):
     """Samples that have the value `fill`, by which the file marks missing ones."""
 
@@ -267,7 +266,7 @@ class MissingSamples(InFile, code="missing_samples"):
     fill: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LoggerDropouts(InFile, code="dropouts"):
     """Times when the logger lost data, as it reports: number, total duration and longest one. [s]"""
 
@@ -276,7 +275,7 @@ class LoggerDropouts(InFile, code="dropouts"):
     longest: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class UnitOverruled(InFile, code="unit_overruled"):
     """A unit given by the user that differs from the one that the file states."""
 

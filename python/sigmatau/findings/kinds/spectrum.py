@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from sigmatau.findings.finding import Details
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Mains:
     """The multiple of the mains frequency that a line may be."""
 
@@ -16,7 +15,7 @@ class Mains:
     folded: bool  # whether that multiple is beyond half the sampling rate
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Line:
     """A line in the spectrum of a channel, which the fit leaves out."""
 
@@ -28,14 +27,14 @@ class Line:
     mains: Mains | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SpectralLines(Details, code="spectral_line"):
     """Lines of a channel; the size of the finding is the amplitude of the strongest."""
 
     lines: tuple[Line, ...]  # strongest first, each with its harmonics
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LowPassFilter(Details, code="low_pass_filter"):
     """A filter in front of the sampler, which is part of the fit; the size of the finding is its corner."""
 
@@ -46,14 +45,14 @@ class LowPassFilter(Details, code="low_pass_filter"):
     high: float | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BandLeftOut(Details, code="band_left_out"):
     """The top of the spectrum has a shape that no model describes, and is left out of the fit."""
 
     highest: float  # frequency from which on [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class GaussMarkovProcess(Details, code="gauss_markov_process"):
     """A first-order Gauss-Markov process is part of the fit; the size of the finding is its standard deviation."""
 
@@ -63,7 +62,7 @@ class GaussMarkovProcess(Details, code="gauss_markov_process"):
     high: float | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Resonance(Details, code="resonance"):
     """Noise of a band is part of the fit; the size of the finding is its standard deviation."""
 
@@ -72,7 +71,7 @@ class Resonance(Details, code="resonance"):
     width: float  # half width [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Aliasing(Details, code="aliasing"):
     """Noise that sampling without an anti-alias filter folds into the random walk; the size is the factor on it."""
 
@@ -83,7 +82,7 @@ class Aliasing(Details, code="aliasing"):
     rate_needed: float  # sampling rate at which the factor is 1.02 [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Resampled(Details, code="interpolated"):
     """A channel that was interpolated from samples at a lower rate, as its spectrum shows."""
 
@@ -99,7 +98,7 @@ class Resampled(Details, code="interpolated"):
     depth: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class AxisPair:
     """Correlation of two axes."""
 
@@ -110,7 +109,7 @@ class AxisPair:
     mean_length: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CorrelatedAxes(Details, code="correlated_axes"):
     """Axes that share noise; the size is the largest correlation."""
 

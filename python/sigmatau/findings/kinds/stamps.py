@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from sigmatau.findings.finding import Details
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ImplausibleRate(Details, code="implausible_rate"):
     """The stamps give a rate that no usual sensor has."""
 
     rate: float  # rate by the stamps [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RateNotNominal(Details, code="rate_not_nominal"):
     """The rate by the stamps is close to a nominal rate, but differs from it significantly."""
 
@@ -23,7 +23,7 @@ class RateNotNominal(Details, code="rate_not_nominal"):
     nominal: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RateMismatch(Details, code="rate_mismatch"):
     """The rate in use differs from the rate by the stamps."""
 
@@ -31,7 +31,7 @@ class RateMismatch(Details, code="rate_mismatch"):
     by_stamps: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RateOverruled(Details, code="rate_overruled"):
     """The rate that was given differs from the rate that the file states."""
 
@@ -39,7 +39,7 @@ class RateOverruled(Details, code="rate_overruled"):
     stated: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RateDrift(Details, code="rate_drift"):
     """The sampling rate changes over the record, by the mean rates of ten equal parts."""
 
@@ -47,7 +47,7 @@ class RateDrift(Details, code="rate_drift"):
     highest: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Gap:
     """Consecutive missing samples."""
 
@@ -57,7 +57,7 @@ class Gap:
     place: str  # the row behind the gap, as the file counts it: ``"line 501"``
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Subsampled:
     """A stretch in which only every k-th sample is present."""
 
@@ -67,7 +67,7 @@ class Subsampled:
     rate: float  # rate in this stretch [Hz]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Gaps(Details, code="gaps"):
     """Samples are missing between the stamps; their places on the grid are left empty."""
 
@@ -81,7 +81,7 @@ class Gaps(Details, code="gaps"):
     subsampled: Subsampled | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LongPauses(Details, code="long_pauses"):
     """Pauses, or steps of the clock, that are longer than the recorded data; only the longest piece is analysed."""
 
@@ -93,7 +93,7 @@ class LongPauses(Details, code="long_pauses"):
     total: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class IrregularStamps(Details, code="irregular_stamps"):
     """The stamps fit no grid; the samples are taken as evenly spaced."""
 
@@ -103,7 +103,7 @@ class IrregularStamps(Details, code="irregular_stamps"):
     leaps: int = 0  # intervals of a live log that are negative or longer than 20 samples
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CoarseStamps(Details, code="coarse_stamps"):
     """The stamps fit evenly spaced samples on a clock of low resolution."""
 
@@ -117,7 +117,7 @@ class CoarseStamps(Details, code="coarse_stamps"):
     lost: int = 0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class HostStamps(Details, code="host_stamps"):
     """The stamps say when a host received the samples, in bunches; the samples are taken as evenly spaced."""
 
@@ -127,7 +127,7 @@ class HostStamps(Details, code="host_stamps"):
     place: str  # the row behind it
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Jitter(Details, code="jitter"):
     """The stamps scatter about their grid."""
 
@@ -141,7 +141,7 @@ class Jitter(Details, code="jitter"):
     share: float = 0.0  # share of the squared quantization noise that the scatter accounts for
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MissingStamps(Details, code="missing_stamps"):
     """Rows without a time stamp, which are left out."""
 
@@ -149,7 +149,7 @@ class MissingStamps(Details, code="missing_stamps"):
     place: str  # the first of them
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RowsOutOfOrder(Details, code="rows_out_of_order"):
     """Rows that stand later in the log than their stamps say, and are moved to their place."""
 
@@ -158,7 +158,7 @@ class RowsOutOfOrder(Details, code="rows_out_of_order"):
     stamp: float  # its time stamp, in the unit of the column
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class WrongStamps(Details, code="wrong_stamps"):
     """Rows whose stamps are far from those before and after, which are left out."""
 
@@ -166,7 +166,7 @@ class WrongStamps(Details, code="wrong_stamps"):
     place: str  # the first of them
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class DuplicateSamples(Details, code="duplicate_samples"):
     """Rows that repeat the stamp of the row before, which are left out."""
 
@@ -176,7 +176,7 @@ class DuplicateSamples(Details, code="duplicate_samples"):
     factor: float  # factor on the random walk if the rows were kept
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MissingValues(Details, code="missing_values"):
     """Rows or samples without a number in some channels; their places are left empty."""
 
@@ -191,7 +191,7 @@ class MissingValues(Details, code="missing_values"):
     unit: Literal["rows", "samples"] = "rows"  # what is counted
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class EmptyChannel(Details, code="empty_channel"):
     """A channel without a number in most rows, which is not analysed."""
 

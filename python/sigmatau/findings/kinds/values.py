@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from sigmatau.findings.finding import Details
 from sigmatau.findings.kinds.disturbances import AddedWalk as AddedWalk
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class HeldRuns(Details):
     """Runs of samples that are not the sensor's: base of `Dropout` and `StuckSamples`."""
 
@@ -23,17 +23,17 @@ class HeldRuns(Details):
     walk: AddedWalk | None = None  # what the levels held add to the rate random walk; None for short runs
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Dropout(HeldRuns, code="dropout"):
     """The log holds the number 0 where samples were lost."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class StuckSamples(HeldRuns, code="stuck_samples"):
     """Runs of equal samples longer than the noise can explain."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Saturation(Details, code="saturation"):
     """Samples at an end of the measuring range."""
 
@@ -48,7 +48,7 @@ class Saturation(Details, code="saturation"):
     spread: bool  # whether these samples are spread over the whole record, so that the effect on white noise is known
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RepeatedSamples(Details, code="repeated_samples"):
     """Samples that equal the one before, more often than chance makes them."""
 
@@ -69,7 +69,7 @@ class RepeatedSamples(Details, code="repeated_samples"):
     walk_at_sensor_rate: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Upsampled:
     """How all samples were interpolated from a lower rate."""
 
@@ -80,7 +80,7 @@ class Upsampled:
     right_from: float  # averaging time from which on σ is right [s]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FilledOutages:
     """Long stretches that were filled in with straight lines."""
 
@@ -90,7 +90,7 @@ class FilledOutages:
     walk: AddedWalk  # of the channel on which the walk grows most
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FilledSamples:
     """Single lost samples that were filled in with straight lines."""
 
@@ -98,7 +98,7 @@ class FilledSamples:
     sigma_one_sample: float  # σ at one sample over the sensor's own
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Interpolated(Details, code="interpolated"):
     """Samples on the straight line through their neighbours: all made from a lower rate, or lost ones filled in."""
 
@@ -109,7 +109,7 @@ class Interpolated(Details, code="interpolated"):
     singles: FilledSamples | None = None  # those of the three that were found
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CoarseResolution(Details, code="coarse_resolution"):
     """A step of the numbers that is coarse against the noise."""
 
@@ -121,7 +121,7 @@ class CoarseResolution(Details, code="coarse_resolution"):
     added: float | None  # coefficient of the noise added: Q [unit·s], at most, or N [unit·√s]; None if unknown
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class QuantizationMismatch(Details, code="quantization_mismatch"):
     """A fitted quantization noise larger than the step of the log can make."""
 
@@ -131,7 +131,7 @@ class QuantizationMismatch(Details, code="quantization_mismatch"):
     unit: str  # unit of the stream
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ImplausibleUnit(Details, code="implausible_unit"):
     """Samples that are probably in another unit than stated."""
 
@@ -151,7 +151,7 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     others: tuple[str, ...] = ()  # the other axes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Gravity(Details, code="gravity"):
     """A mean acceleration that is not gravity."""
 
@@ -162,7 +162,7 @@ class Gravity(Details, code="gravity"):
     cause: Literal["bias_or_scale", "removed", "unknown"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class EarthRate(Details, code="earth_rate"):
     """The mean rate of a gyro triad against the Earth's."""
 

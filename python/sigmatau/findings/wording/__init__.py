@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from sigmatau.findings.wording.phrases import Words, axes_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
     from sigmatau.findings.finding import Finding
 
@@ -24,10 +24,9 @@ SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", 
 
 
 @cache
-def _table() -> dict[type, Callable[[Finding, Any], Words]]:
-    table: dict[type, Callable[[Finding, Any], Words]] = {}
-    for subject in SUBJECTS:
-        table.update(import_module(f"{__name__}.{subject}").WORDS)
+def _words_of(subject: str) -> Mapping[type, Callable[[Finding, Any], Words]]:
+    """What words each kind of a subject."""
+    table: Mapping[type, Callable[[Finding, Any], Words]] = import_module(f"{__name__}.{subject}").WORDS
     return table
 
 
@@ -43,7 +42,8 @@ def words(finding: Finding) -> Words:
     Words
         Message and action; the channels are not named in them unless one of several is meant.
     """
-    return _table()[type(finding.details)](finding, finding.details)
+    kind = type(finding.details)
+    return _words_of(kind.__module__.rpartition(".")[2])[kind](finding, finding.details)
 
 
 def sentence(finding: Finding) -> str:

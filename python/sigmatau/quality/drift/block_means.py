@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from sigmatau._native.distributions import digamma
 from sigmatau.arrays import Floats
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
@@ -48,8 +49,6 @@ def _flicker(lags: int, length: int) -> Floats:
     J grows as l² ln l, whose fourth differences lose digits: beyond 64 blocks two terms of the fourth derivative's series
     are used.
     """
-    from scipy.special import digamma
-
     exact = min(lags, 64)
     stride = np.abs(np.arange(-2, exact + 2, dtype=float)) * length
     h = np.where(stride >= 1, (digamma(np.maximum(stride, 1) - 0.5) + np.euler_gamma + 2 * math.log(2)) / 2, 0.0)

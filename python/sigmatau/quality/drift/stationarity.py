@@ -17,17 +17,18 @@ G. C. Tiao, "Use of cumulative sums of squares for retrospective detection of ch
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sigmatau._native import kernels
+from sigmatau._native.distributions import gamma_above
 from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.frozen import frozen
 from sigmatau.record.streams import Stream
 
 __all__ = ["cusum", "non_stationary", "segment_test"]
@@ -45,7 +46,7 @@ _CUSUM_BLOCKS = 1024
 _LEAST_IN_BLOCK = 8  # samples
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False)
 class SegmentTest:
     """Allan variances of segments, and the test whether they are equal."""
 
@@ -155,8 +156,6 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     # In a stationary record the mean of the cube roots is 1 − 2/(9ν) of the cube root of the mean, in all segments.
     spread = np.sqrt(2 / (9 * freedom[use])) * roots.mean(axis=0) / (1 - 2 / (9 * freedom[use]))
     z = (roots - roots.mean(axis=0)) / spread
-    from scipy.special import gammaincc
-
     try:
         factor = np.linalg.cholesky(correlation[np.ix_(use, use)])
     except np.linalg.LinAlgError:
@@ -164,8 +163,8 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     whitened = np.linalg.solve(factor, z.T)
     count = (len(starts) - 1) * int(use.sum())
     evidence = np.sum(z**2, axis=0)
-    p_values = np.asarray(gammaincc((len(starts) - 1) / 2, evidence / 2))
-    together = float(gammaincc(count / 2, float(np.sum(whitened**2)) / 2))
+    p_values = np.asarray(gamma_above((len(starts) - 1) / 2, evidence / 2))
+    together = float(gamma_above(count / 2, float(np.sum(whitened**2)) / 2))
     # The sum over all octaves is weak for a change at few averaging times, a single octave for a small change at all of
     # them: the smaller p-value counts twice (Bonferroni).
     return SegmentTest(
@@ -209,7 +208,7 @@ def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | No
     return 2 * expected**2 / variance, covariance / np.sqrt(np.outer(variance, variance))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Cusum:
     """Largest distance of the running sum from a straight line."""
 

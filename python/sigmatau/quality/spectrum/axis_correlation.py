@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes
@@ -120,8 +121,6 @@ def _centred(d: Floats) -> Floats:
 
 def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     """Correlation, 0 where that of the stretches scatters about 0 by chance."""
-    from scipy.special import stdtrit
-
     both = np.einsum("ij,ij->i", a, b)
     power = np.einsum("ij,ij->i", a, a), np.einsum("ij,ij->i", b, b)
     if not (power[0].sum() > 0 and power[1].sum() > 0):
@@ -132,7 +131,7 @@ def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     count = len(each)
     if count < _STRETCHES // 2:
         return 0.0
-    bound = float(stdtrit(count - 1, 1 - level / 2)) * float(np.std(each, ddof=1)) / np.sqrt(count)
+    bound = float(student_quantile(count - 1, 1 - level / 2)) * float(np.std(each, ddof=1)) / np.sqrt(count)
     number = int(np.count_nonzero((a != 0) & (b != 0))) if a.size <= 1 << 16 else a.size
     return r if abs(r) > max(bound, _chance(number, level)) else 0.0
 
@@ -148,8 +147,6 @@ def _by_number(a: Floats, b: Floats, level: float) -> float:
 
 def _chance(number: int, level: float) -> float:
     """Correlation that independent series exceed with probability `level`, by Student's law."""
-    from scipy.special import stdtrit
-
     freedom = max(number / _INFLATION - 2, 1.0)
-    t = float(stdtrit(freedom, 1 - level / 2))
+    t = float(student_quantile(freedom, 1 - level / 2))
     return float(t / np.sqrt(freedom + t * t))

@@ -23,6 +23,7 @@ from sigmatau.findings.wording import line
 from sigmatau.io.read import read
 from sigmatau.io.write import atomic
 from sigmatau.record.record import Record
+from sigmatau.results import printable
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 _PROGRESS_INTERVAL = 0.2  # [s]
@@ -183,7 +184,7 @@ def finding_lines(findings: Sequence[Finding]) -> list[str]:
 def say(message: str, *, quiet: bool = False) -> None:
     """Print a message on standard error."""
     if not quiet:
-        sys.stderr.write(message + "\n")
+        sys.stderr.write(printable(message) + "\n")
 
 
 @contextlib.contextmanager
@@ -265,6 +266,8 @@ class Reading:
         Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
     offset
         Reading at zero, in counts or volts: gyro=2048.
+    max_expansion
+        Largest size of compressed content over that of its file (default 100; 64 MiB are always unpacked).
     """
 
     rate: float | None = None
@@ -275,6 +278,7 @@ class Reading:
     input: Literal["rate", "increments", "accumulated"] = "rate"
     scale: Annotated[list[str] | None, Parameter(negative=())] = None
     offset: Annotated[list[str] | None, Parameter(negative=())] = None
+    max_expansion: float | None = None
 
     def options(self) -> dict[str, Any]:
         """Arguments of `sigmatau.read`."""
@@ -287,6 +291,7 @@ class Reading:
             "input": self.input,
             "scale": key_numbers(self.scale or [], "scale", "gyro=0.01"),
             "offset": key_numbers(self.offset or [], "offset", "gyro=2048"),
+            "max_expansion": self.max_expansion,
         }
 
 

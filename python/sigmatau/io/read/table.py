@@ -13,8 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.results import printable
 
 HEAD = 1 << 18  # The format, and the layout of a text table, are detected from this many bytes. [bytes]
 FORMATS = (
@@ -48,6 +49,11 @@ class Column:
     unit: str | None = None  # Unit from a row of units, as the file spells it
     first: str = ""  # Text of its first row, which shows a column without a name; may be empty
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", printable(self.name))
+        object.__setattr__(self, "unit", None if self.unit is None else printable(self.unit))
+        object.__setattr__(self, "first", printable(self.first))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loaded:
@@ -78,6 +84,10 @@ class Table:
     findings: tuple[Finding, ...] = ()  # Faults of the file that are known before it is loaded
     rate: float | None = None  # Sampling rate that the format states, for a table without a time column. [Hz]
     rate_source: str = ""  # Source of the rate: ``"the waveform increment of the channels"``
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "topic", printable(self.topic))
+        object.__setattr__(self, "notes", tuple(map(printable, self.notes)))
 
     def label(self, index: int) -> str:
         """Name of a column for messages; its number if it has none."""
@@ -119,23 +129,14 @@ def _shown(number: int, column: Column) -> str:
 _CHUNK = 1 << 20
 
 
-def refuse_infinite(array: NDArray[Any], name: str, where: str = "row {row} (counted from 0)") -> None:
-    """Raise `NonFiniteError` for the first infinite value of a column; NaN marks a missing value."""
+def without_infinite(array: NDArray[Any]) -> NDArray[Any]:
+    """The column with NaN, which marks a missing value, in place of infinite values."""
     if array.dtype.kind != "f":
-        return
+        return array
     for start in range(0, len(array), _CHUNK):
-        piece = array[start : start + _CHUNK]
-        if np.isfinite(piece).all():
-            continue
-        bad = np.flatnonzero(np.isinf(piece))
-        if len(bad):
-            row = start + int(bad[0])
-            raise NonFiniteError(
-                f", {where.format(row=row)}: column {name} has {array[row]}; cut the record there, or put NaN in its place"
-                " if the value is missing",
-                channel=name,
-                index=row,
-            )
+        if np.isinf(array[start : start + _CHUNK]).any():
+            return np.where(np.isinf(array), np.nan, array)
+    return array
 
 
 def whole_stamps(array: NDArray[Any]) -> NDArray[Any]:

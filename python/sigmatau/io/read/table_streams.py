@@ -18,7 +18,7 @@ from sigmatau.io.read.columns import Choice, Thermometer, not_read
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
-from sigmatau.io.read.table import Loaded, Table
+from sigmatau.io.read.table import Loaded, Table, without_infinite
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.timing import (
     Timing,
@@ -163,15 +163,19 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
 
 
 def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
-    """The columns, with the temperature if it can be read."""
+    """The columns, infinite values as missing ones, with the temperature if it can be read."""
     wanted = {*choice.channels.values(), *(() if choice.time is None else (choice.time,))}
-    if choice.temperature is not None and choice.temperature.index not in wanted:
+    loaded: Loaded | None = None
+    warm = choice.temperature
+    if warm is not None and warm.index not in wanted:
         try:
-            return table.load(sorted({*wanted, choice.temperature.index}), choice.time), choice
+            loaded = table.load(sorted({*wanted, warm.index}), choice.time)
         except DataError:  # it must not make the log unusable
-            name = table.label(choice.temperature.index)
-            choice = replace(choice, temperature=None, notes=(*choice.notes, f"column {name} cannot be read"))
-    return table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
+            choice = replace(choice, notes=(*choice.notes, f"column {table.label(warm.index)} cannot be read"))
+    if loaded is None:
+        loaded, choice = table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
+    finite = {index: without_infinite(column) for index, column in loaded.columns.items()}
+    return replace(loaded, columns=finite), choice
 
 
 def find_rate(

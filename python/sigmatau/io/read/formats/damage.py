@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,41 @@ def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
         else Damaged(place=place, reason=reason, kept=kept, counted="messages")
     )
     return (Finding(details=details, severity="error"),)
+
+
+EXPANSION = 100.0
+"""Largest size of unpacked content over that of the file, by default; text logs are compressed to a third or a twentieth."""
+
+_LEAST_EXPANDED = 1 << 26  # content of this size is unpacked whatever its ratio [bytes]
+_expansion = ContextVar("expansion", default=EXPANSION)
+
+
+@contextmanager
+def expansion_limit(times: float | None) -> Iterator[None]:
+    """Set the largest size of unpacked content over that of a file, for the readers that are called within."""
+    token = _expansion.set(EXPANSION if times is None else times)
+    try:
+        yield
+    finally:
+        _expansion.reset(token)
+
+
+def largest_expansion(stored: int) -> int:
+    """Bytes that so many bytes may be unpacked to."""
+    return int(min(max(_LEAST_EXPANDED, _expansion.get() * stored), 1 << 62))
+
+
+def refuse_expansion(stored: int, unpacked: int | None, what: str = "") -> None:
+    """Raise `DataError` if content is unpacked to more than is allowed; `unpacked` is None if its size is not known."""
+    most = largest_expansion(stored)
+    if unpacked is not None and unpacked <= most:
+        return
+    size = f"more than {most / 1e6:.3g} MB" if unpacked is None else f"{unpacked / 1e6:.3g} MB"
+    need = "N" if unpacked is None else str(-(-unpacked // max(stored, 1)))
+    raise DataError(
+        f"{what and f'{what} '}expands from {stored / 1e6:.3g} MB to {size}: it may be damaged or made to fill the memory;"
+        f" if it is right, allow N times its size by --max-expansion {need}"
+    )
 
 
 _CHUNK = 1 << 20

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import damage
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
-from sigmatau.io.read.formats.damage import behind, first_line
+from sigmatau.io.read.formats.damage import behind, first_line, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
 
 _MARK = b"\x89HDF\r\n\x1a\n"
@@ -24,8 +24,6 @@ _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
 _NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale")
 _MAX_OBJECTS = 10_000  # in a file; a log has far fewer
-_MAX_RATIO = 1100  # largest compression ratio of deflate is 1032
-_ALWAYS_READ = 1 << 28  # datasets up to this size are read whatever their ratio: other filters compress better [bytes]
 _MAX_DEPTH = 32  # of nested groups
 
 
@@ -183,8 +181,9 @@ def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN
     name = "/".join(names)
     if stored == 0:
         raise DataError(f"dataset {name} was never written; copy or record the file again")
-    if stored > size or declared > max(_ALWAYS_READ, stored * _MAX_RATIO):
+    if stored > size:
         raise DataError(f"dataset {name} declares {declared} bytes but the file stores {stored}; it is damaged")
+    refuse_expansion(stored, declared, f"dataset {name}")
     if dataset.chunks is None:
         if stored < declared and dataset.external is None:
             raise DataError(f"dataset {name} has {stored} of {declared} bytes; copy or record the file again")

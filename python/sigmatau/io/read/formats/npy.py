@@ -15,8 +15,8 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff
 from sigmatau.io.read.formats.arrays import parts, pick
-from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, library_faults
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, library_faults, refuse_expansion
+from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
 _NPY = b"\x93NUMPY"
@@ -163,6 +163,7 @@ class _Member:
         import zipfile
 
         with zipfile.ZipFile(self.path) as archive, archive.open(self.name) as member:
+            refuse_expansion(self.path.stat().st_size, archive.getinfo(self.name).file_size, self.name)
             array: NDArray[Any] = np.lib.format.read_array(_Whole(member), allow_pickle=False)
         return np.ascontiguousarray(pick(array, self.part))
 
@@ -192,7 +193,6 @@ def _table(
                 array = loaders[index]()
             if array.dtype.kind not in "iuf":
                 raise DataError(f"column {name} holds {array.dtype}, not real numbers")
-            refuse_infinite(array, name)
             raw[index] = array
         lengths = {len(array) for array in raw.values()}
         if len(lengths) > 1:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Place
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 
 _EXAMPLE = '"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"'
 _HEADER = re.compile(r"header\s+(\d+)")
@@ -94,9 +94,8 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         raw: dict[int, NDArray[Any]] = {}
         for index in wanted:
-            column, field, place = columns[index]
+            _, field, place = columns[index]
             values = array[field] if place is None else array[field][:, place]
-            refuse_infinite(values, column.name)
             raw[index] = whole_stamps(values) if index == exact else values
         return Loaded(columns=raw)
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import formats
 from sigmatau._native.formats import TextColumns
-from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import (
     BrokenOff,
@@ -29,6 +29,7 @@ from sigmatau.findings.kinds.reading import (
     SecondHeader,
 )
 from sigmatau.io.read.formats import truncation
+from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout, header_fields
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
@@ -44,6 +45,7 @@ _SENSOR_LOGGER = {
     "accelerometeruncalibrated": "accelerometer",
     "totalacceleration": "accelerometer",
 }
+_IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
 _MIN_LINES = 16  # lines before the first bytes that are not text, to be a damaged table and not a binary file
 
 
@@ -176,13 +178,28 @@ class _Text:
             decimal_comma=self.layout.decimal_comma,
             lines=lines,
             dates=exact is not None and is_date(self.layout.columns[exact].first),
+            most=self._most(),
         )
+
+    def _most(self) -> int:
+        """Bytes that compressed text may be unpacked to: numbers take about as much memory as their text."""
+        if not (self.gzip and isinstance(self.source, Path)):
+            return largest_expansion(1 << 62)
+        free = memory.available()
+        allowed = largest_expansion(self.source.stat().st_size)
+        return allowed if free is None else min(allowed, free)
 
     def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damage]:
         """The number of lines before the damage, and what it is; raises `DataError` for any other mistake in the file."""
+        if error.kind == "too_large" and isinstance(self.source, Path):
+            if (most := self._most()) < largest_expansion(stored := self.source.stat().st_size):
+                raise DataError(f"unpacks to more than the {most / 1e9:.3g} GB of memory that are free; {_IN_PIECES}")
+            refuse_expansion(stored, None)
+        if error.kind == "memory":
+            raise DataError(f"its {error.row} rows or more do not fit in memory; {_IN_PIECES}")
         if error.kind == "truncated":
             return error.line, BrokenOff(what="gzip stream", place=Place("line", error.line + 1))
-        if error.kind in ("ragged", "not_a_number", "non_finite", "too_long"):
+        if error.kind in ("ragged", "not_a_number", "too_long"):
             line = truncation.line_at(self.source, error.line, self.encoding)
             columns = len(self.layout.columns)
             short = error.got < error.expected if error.kind == "ragged" else error.column == columns - 1
@@ -218,7 +235,7 @@ def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
     if 8 * rows * columns > free:
         raise DataError(
             f"about {rows:.2g} rows need {8e-9 * rows * columns:.3g} GB of memory, but {1e-9 * free:.3g} GB are free;"
-            " save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
+            f" {_IN_PIECES}"
         )
 
 
@@ -241,17 +258,10 @@ def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
             f"{place}: {error.got} field{'s' if error.got != 1 else ''}, {error.expected} expected;"
             f" correct or delete the line{last}"
         )
-    if error.kind in ("not_a_number", "non_finite"):
+    if error.kind == "not_a_number":
         name = layout.columns[error.column].name or f"number {error.column + 1}"
-        where = f"{place}: column {name}"
-        if error.kind == "not_a_number":
-            return DataError(f"{where} has {error.text!r}, which is not a number; correct or delete the line")
-        what = repr(error.text) if error.text else "nothing"
-        return NonFiniteError(
-            f"{where} has {what} (row {error.row}, counted from 0), which is not finite;"
-            " cut the record there, or leave the field empty if the value is missing",
-            channel=name,
-            index=error.row,
+        return DataError(
+            f"{place}: column {name} has {error.text!r}, which is not a number; correct or delete the line"
         )
     if error.kind == "too_long":
         return DataError(f"{place}: longer than 1 MiB, so it is not a row; delete it")

@@ -8,13 +8,15 @@ import math
 import re
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
+import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import TauGrid
@@ -179,6 +181,20 @@ def finding_lines(findings: Sequence[Finding]) -> list[str]:
         lines += [line(one) for one in alike]
         lines += [f"  -> {action}" for action in dict.fromkeys(one.action for one in alike if one.action)]
     return lines
+
+
+def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: bool) -> list[str]:
+    """The channels whose values can be printed and drawn, and a warning of each other; `DataError` if there are none.
+    A channel that never changes has none, and squares of numbers beyond 1e±150 are 0 or not finite.
+    """
+    good = [name for name, of in values.items() if np.isfinite(of).all() and of.max(initial=0.0) > 0]
+    left = [name for name in values if name not in good]
+    why = f"never changes, or its numbers are too small or too large for a {what}"
+    if not good:
+        raise DataError(f"no channel is left: {', '.join(left)} {why}")
+    for name in left:
+        say(f"warning: {name}: it {why}; left out", quiet=quiet)
+    return good
 
 
 def say(message: str, *, quiet: bool = False) -> None:

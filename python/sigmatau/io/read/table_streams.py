@@ -30,7 +30,7 @@ from sigmatau.io.read.time.timing import (
     with_missing,
 )
 from sigmatau.record.record import MIN_SAMPLES, TEMPERATURE, make_stream, stream_name
-from sigmatau.record.streams import Stream
+from sigmatau.record.streams import RATES, Stream
 from sigmatau.record.thermometers import PLAUSIBLE, TO_CELSIUS, typical
 
 
@@ -105,6 +105,11 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         else:
             shared = shared or timed(table, choice, raw, unit.get("time"), options)
             timing = shared
+        if not RATES[0] <= timing.rate <= RATES[1]:
+            raise DataError(
+                f"its sampling rate is {timing.rate:g} Hz by {timing.source}, outside {RATES[0]:g} to {RATES[1]:g} Hz;"
+                " give --rate, or the unit of the time stamps by --unit time=…"
+            )
         if not any(timing is other for other in times):
             times.append(timing)
         if timing.rows is not None:

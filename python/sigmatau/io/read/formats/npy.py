@@ -218,6 +218,8 @@ def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.d
 def _refuse_shape(shape: tuple[int, ...]) -> None:
     if len(shape) not in (1, 2):
         raise DataError(f"has an array of shape {shape}; (n,) or (n, columns) is needed")
+    if 0 in shape:
+        raise DataError(f"has an array of shape {shape}, without numbers")
     if len(shape) == 2 and shape[1] > max(shape[0], _MAX_COLUMNS):
         raise DataError(
             f"has an array of shape {shape}, more columns than rows; save its transpose, one row per sample"

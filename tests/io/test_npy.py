@@ -8,6 +8,7 @@ import pytest
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import read
+from sigmatau.record.on_disk import FileColumn
 
 N = 50
 DATA = np.random.default_rng(1).normal(size=(N, 4))
@@ -32,7 +33,7 @@ def test_array(tmp_path, dtype, order):
 def test_an_array_stays_on_disk(tmp_path):
     np.save(tmp_path / "a.npy", DATA)
     (stream,) = read(tmp_path / "a.npy", **OPTIONS).streams
-    assert all(isinstance(raw, np.memmap) for raw in stream.samples.raw)
+    assert all(isinstance(raw, FileColumn) for raw in stream.samples.raw)
 
 
 def test_structured_array(tmp_path):

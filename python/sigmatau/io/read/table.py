@@ -134,13 +134,14 @@ def without_infinite(array: NDArray[Any]) -> NDArray[Any]:
     if array.dtype.kind != "f":
         return array
     for start in range(0, len(array), _CHUNK):
-        if np.isinf(array[start : start + _CHUNK]).any():
+        if np.isinf(np.asarray(array[start : start + _CHUNK])).any():
             return np.where(np.isinf(array), np.nan, array)
     return array
 
 
 def whole_stamps(array: NDArray[Any]) -> NDArray[Any]:
     """Time stamps as int64 if they are integers that fit, else as float64."""
+    array = np.asarray(array)
     whole = array.dtype.kind in "iu" and int(array.max(initial=0)) < 1 << 63
     return array.astype(np.int64 if whole else np.float64)
 

@@ -118,6 +118,20 @@ def not_read(number: int, start: int, *, after: str = "") -> Finding:
     return Finding(details=BytesNotRead(bytes=number, place=Place("byte", start), after=after), severity="error")
 
 
+def places_of(path: Path, mark: bytes) -> Iterator[int]:
+    """Where a mark is in a file, in order. [bytes]"""
+    with path.open("rb") as stream:
+        at, held = 0, b""  # place of the first byte that is held
+        while piece := stream.read(_CHUNK):
+            held += piece
+            found = held.find(mark)
+            while found >= 0:
+                yield at + found
+                found = held.find(mark, found + 1)
+            kept = len(mark) - 1
+            at, held = at + len(held) - min(kept, len(held)), held[len(held) - min(kept, len(held)) :]
+
+
 def _filler(path: Path, start: int) -> int | None:
     """The value of all bytes from a place to the end of the file, if it is 0 or 0xff."""
     with path.open("rb") as stream:

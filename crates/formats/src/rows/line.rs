@@ -173,7 +173,9 @@ impl Rows {
 
     /// Reads a field as a date, in nanoseconds.
     fn date(&mut self, field: &[u8], column: usize, place: Option<usize>) -> Result<(), TextError> {
-        let stamp = date::nanoseconds(bare(field)).ok_or_else(|| self.fault(column, field))?;
+        let text = bare(field);
+        let stamp =
+            date::nanoseconds(text).or_else(|| date::part(text)).ok_or_else(|| self.fault(column, field))?;
         if let Some(place) = place {
             self.columns[place].push(stamp as f64);
         }

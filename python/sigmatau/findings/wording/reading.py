@@ -215,6 +215,14 @@ def _columns_by_gravity(finding: Finding, it: kinds.ColumnsByGravity) -> Words:
     )
 
 
+def _gravity_on_gyro(finding: Finding, it: kinds.GravityOnGyro) -> Words:
+    return Words(
+        f"the mean of the gyro's columns is {it.gyro:.3g}, as of gravity, and that of the accelerometer's {it.accel:.2g}:"
+        " the sensors are probably exchanged",
+        "Exchange the columns in --channels",
+    )
+
+
 def _unusable(finding: Finding, it: kinds.Unusable) -> Words:
     return Words(it.reason)
 
@@ -293,6 +301,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
         (kinds.BytesBetween, _bytes_between),
         (kinds.BytesNotRead, _bytes_not_read),
         (kinds.ColumnsByGravity, _columns_by_gravity),
+        (kinds.GravityOnGyro, _gravity_on_gyro),
         (kinds.ColumnsNotRead, _columns_not_read),
         (kinds.Comments, _comments),
         (kinds.Damaged, _damaged),

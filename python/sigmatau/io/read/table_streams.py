@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import NeverWritten
+from sigmatau.findings.kinds.reading import GravityOnGyro, NeverWritten
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice, Thermometer, not_read
-from sigmatau.io.read.names import unit_of
+from sigmatau.io.read.names import gravity_on_gyro, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table, without_infinite
@@ -129,6 +129,10 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
                 finite=timing.places is None and not missing.intersection(columns.values()),
             )
         )
+    sensed = [[raw[index] for index in by_stream.get(name, {}).values()] for name in SI]
+    if all(len(columns) == 3 for columns in sensed) and (sizes := gravity_on_gyro(*sensed)):
+        exchanged = GravityOnGyro(gyro=sizes[0], accel=sizes[1])
+        overruled = [*overruled, Finding(details=exchanged, severity="warning")]
     said = missing_in(raw, choice.channels, missing, rows_of, table.where, streams[0].grid.tau0)
     said = (*said, *jitter_findings(streams, times))
     if choice.temperature is not None:

@@ -6,7 +6,7 @@ nearest double.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout, header_fields
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
+from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date, with_days
 from sigmatau.record import memory
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
@@ -96,14 +96,16 @@ def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Ta
     """The table of a file, or of text in memory; `name` is the name of the file without its suffix."""
     beginning = _Beginning.of(head.data, whole=head.whole)
     layout = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called)
-    text = _Text(source=source, layout=layout, encoding=beginning.encoding, gzip=head.gzip)
+    dated, days = with_days(layout.columns)
+    text = _Text(
+        source=source, layout=replace(layout, columns=dated), encoding=beginning.encoding, gzip=head.gzip, days=days
+    )
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         if isinstance(source, Path) and not head.gzip:
             _refuse_too_large(source, head, len(wanted) + (exact is not None))
         return text.load(tuple(wanted), exact)
 
-    dated = tuple(replace(c, unit="ns") if is_date(c.first) else c for c in layout.columns)
     columns, named = _of_sensor_logger(dated, name)
     return Table(
         format="text",
@@ -132,6 +134,7 @@ class _Text:
     layout: Layout
     encoding: str
     gzip: bool
+    days: Mapping[int, int | None]  # column of the day, by that of the time of day
 
     def load(self, wanted: tuple[int, ...], exact: int | None) -> Loaded:
         found: tuple[Finding, ...] = ()
@@ -146,12 +149,17 @@ class _Text:
                 raise _explained(error, self.layout) from None
             found = (Finding(details=replace(damage, kept=len(read.columns[0])), severity="error"),)
         skipped = SkippedLines.between(read, self.layout)
+        last = until
         if skipped.stop is not None:
-            read = self._read(wanted, exact, skipped.stop - 1)
+            last = skipped.stop - 1
+            read = self._read(wanted, exact, last)
             found = ()
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, read.columns, strict=True))
         if exact is not None and read.integers is not None:
             raw[exact] = read.integers
+            day = self.days.get(exact)
+            if day is not None and (days := self._read((day,), day, last).integers) is not None:
+                raw[exact] = read.integers + days
         found = (*found, *skipped.findings(len(read.columns[0])))
         whole = until is None and skipped.stop is None
         if whole and len(self.layout.columns) - 1 in wanted:
@@ -177,7 +185,7 @@ class _Text:
             encoding=self.encoding,
             decimal_comma=self.layout.decimal_comma,
             lines=lines,
-            dates=exact is not None and is_date(self.layout.columns[exact].first),
+            dates=exact is not None and (is_date(self.layout.columns[exact].first) or exact in self.days.values()),
             most=self._most(),
         )
 
@@ -196,7 +204,7 @@ class _Text:
                 raise DataError(f"unpacks to more than the {most / 1e9:.3g} GB of memory that are free; {_IN_PIECES}")
             refuse_expansion(stored, None)
         if error.kind == "memory":
-            raise DataError(f"its {error.row} rows or more do not fit in memory; {_IN_PIECES}")
+            raise DataError(f"its rows do not fit in memory; {_IN_PIECES}")
         if error.kind == "truncated":
             return error.line, BrokenOff(what="gzip stream", place=Place("line", error.line + 1))
         if error.kind in ("ragged", "not_a_number", "too_long"):

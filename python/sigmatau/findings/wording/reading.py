@@ -217,9 +217,8 @@ def _columns_by_gravity(finding: Finding, it: kinds.ColumnsByGravity) -> Words:
 
 def _gravity_on_gyro(finding: Finding, it: kinds.GravityOnGyro) -> Words:
     return Words(
-        f"the mean of the gyro's columns is {it.gyro:.3g}, as of gravity, and that of the accelerometer's {it.accel:.2g}:"
-        " the sensors are probably exchanged",
-        "Exchange the columns in --channels",
+        f"gravity is on the columns of the gyro (mean {it.gyro:.3g}), not on those of the accelerometer ({it.accel:.2g})",
+        "Exchange the sensors in --channels",
     )
 
 

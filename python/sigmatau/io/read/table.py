@@ -144,13 +144,17 @@ def _shown(number: int, column: Column) -> str:
 _CHUNK = 1 << 20
 
 
-def without_infinite(array: NDArray[Any]) -> NDArray[Any]:
-    """The column with NaN, which marks a missing value, in place of infinite values."""
+ABSURD = 1e60
+"""A number that no sensor says, in any unit; its fourth power overflows a double."""
+
+
+def without_absurd(array: NDArray[Any]) -> NDArray[Any]:
+    """The column with NaN, which marks a missing value, in place of infinite values and of those from `ABSURD` on."""
     if array.dtype.kind != "f":
         return array
     for start in range(0, len(array), _CHUNK):
-        if np.isinf(np.asarray(array[start : start + _CHUNK])).any():
-            return np.where(np.isinf(array), np.nan, array)
+        if (np.abs(np.asarray(array[start : start + _CHUNK])) >= ABSURD).any():
+            return np.where(np.abs(array) >= ABSURD, np.nan, array)
     return array
 
 

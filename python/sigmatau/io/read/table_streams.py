@@ -18,7 +18,7 @@ from sigmatau.io.read.columns import Choice, Thermometer, not_read
 from sigmatau.io.read.names import gravity_on_gyro, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
-from sigmatau.io.read.table import Loaded, Table, without_infinite
+from sigmatau.io.read.table import Loaded, Table, without_absurd
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.timing import (
     Timing,
@@ -183,7 +183,7 @@ def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
             choice = replace(choice, notes=(*choice.notes, f"column {table.label(warm.index)} cannot be read"))
     if loaded is None:
         loaded, choice = table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
-    finite = {index: without_infinite(column) for index, column in loaded.columns.items()}
+    finite = {index: without_absurd(column) for index, column in loaded.columns.items()}
     return replace(loaded, columns=finite), choice
 
 

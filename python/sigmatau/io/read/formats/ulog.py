@@ -21,7 +21,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, InFile, LoggerDropouts, Place, UnfinishedMessage, UnknownMessages
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import broken
-from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps, without_infinite
+from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps, without_absurd
 
 _MAGIC = b"ULog\x01\x12\x35"
 
@@ -205,7 +205,7 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
             counted, factor = source.arrays([axes[index - 1], scale], [depth, 1])
             used = np.arange(depth) < counts[:, None]
             raw[index] = counted.reshape(-1, depth)[:good][used] * np.repeat(
-                without_infinite(factor[:good].astype(np.float64)), counts
+                without_absurd(factor[:good].astype(np.float64)), counts
             )
         return Loaded(columns=raw)
 

@@ -242,7 +242,7 @@ def _term(stream: Stream, found: Outcome, name: str, model: Mapping[str, float],
         return FittedTerm(term=name, unit=unit, observed=False, level=level)
     p_value = 0.5 * math.erfc(math.sqrt(max(bounds.loss, 0.0) / 2))
     low, high = math.sqrt(max(bounds.low, 0.0)), math.sqrt(bounds.high)
-    if bounds.observed:
+    if bounds.observed and math.isfinite(high):  # a term without an upper bound is not known
         value = model.get(name, math.sqrt(bounds.value))
         return FittedTerm(
             term=name,

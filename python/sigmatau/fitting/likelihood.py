@@ -345,6 +345,8 @@ def _worst(found: Outcome) -> tuple[float, float]:
     near = np.abs(np.log(found.bins[:, 0] / frequency)) < math.log(10) / 8
     near[int(np.argmin(np.abs(found.bins[:, 0] - frequency)))] = True
     weights = found.bins[near, 3]
+    if not weights.sum() > 0:  # of a band in which no bin counts
+        weights = np.ones(len(weights))
     return frequency, float(np.average(found.bins[near, 1] / found.bins[near, 2], weights=weights))
 
 

@@ -149,12 +149,13 @@ ABSURD = 1e60
 
 
 def without_absurd(array: NDArray[Any]) -> NDArray[Any]:
-    """The column with NaN, which marks a missing value, in place of infinite values and of those from `ABSURD` on."""
+    """The column with NaN, which marks a missing value, in place of infinite values and of those beyond `ABSURD`."""
     if array.dtype.kind != "f":
         return array
+    most = array.dtype.type(min(ABSURD, float(np.finfo(array.dtype).max)))
     for start in range(0, len(array), _CHUNK):
-        if (np.abs(np.asarray(array[start : start + _CHUNK])) >= ABSURD).any():
-            return np.where(np.abs(array) >= ABSURD, np.nan, array)
+        if (np.abs(np.asarray(array[start : start + _CHUNK])) > most).any():
+            return np.where(np.abs(array) > most, np.nan, array)
     return array
 
 

@@ -28,4 +28,6 @@ for target in ${TARGETS:-text sentences ulog dataflash mcap bag messages}; do
 done
 # The readers in Python and the libraries they use: ten times as many mutants as the tests read.
 SIGMATAU_MUTANTS=10 "$PY" -m pytest tests/io -k "mutat or mutant" --numprocesses "$(nproc)" --dist worksteal || failed=1
+# Odd records through every command.
+SIGMATAU_ODD_RECORDS=3000 "$PY" -m pytest tests/test_odd_records.py --numprocesses "$(nproc)" --dist worksteal || failed=1
 exit "$failed"

@@ -160,7 +160,7 @@ class Generator:
 
 def flicker_poles(n: int) -> tuple[_Floats, _Floats]: ...
 def read_sentences(
-    path: str, name: str, fields: int, wanted: list[int]
+    path: str, name: str, fields: int, wanted: list[int], most: int
 ) -> tuple[list[_Floats], int, int, list[tuple[int, str]], tuple[int, tuple[int, int], str], bool]: ...
 def read_text(
     path: str,
@@ -170,7 +170,7 @@ def read_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
-    writing: tuple[str, bool, int | None, bool],
+    writing: tuple[str, bool, int | None, bool, int],
 ) -> tuple[list[_Floats], _Ints | None, tuple[int, int, int, int, list[tuple[int, str]]], bool]: ...
 def parse_text(
     lines: bytes,
@@ -180,7 +180,7 @@ def parse_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
-    writing: tuple[str, bool, int | None, bool],
+    writing: tuple[str, bool, int | None, bool, int],
 ) -> tuple[list[_Floats], _Ints | None, tuple[int, int, int, int, list[tuple[int, str]]], bool]: ...
 def scan_dataflash(path: str) -> dict[str, Any]: ...
 def dataflash_columns(

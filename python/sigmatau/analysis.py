@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Analysis", "Long", "Method", "Spikes", "analyze", "of_curves"]
 
+P = ParamSpec("P")
 Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
 Spikes = Literal["keep", "mask"]
@@ -180,6 +182,24 @@ class Analysis(Printed):
         return "\n".join([self.overview(), *causes(self.findings)])
 
 
+def _bounded_if_memory_lacks(function: Callable[P, Analysis]) -> Callable[P, Analysis]:
+    """The analysis again in bounded memory, if `long` is "auto" and the memory does not suffice after all."""
+
+    @functools.wraps(function)
+    def call(*args: P.args, **options: P.kwargs) -> Analysis:
+        try:
+            return function(*args, **options)
+        except MemoryError:
+            record = cast("Record", args[0] if args else options["record"])
+            if options.get("long", "auto") != "auto" or any(stream.mask is not None for stream in record.streams):
+                raise
+        options["long"] = "strided"
+        return function(*args, **options)
+
+    return call
+
+
+@_bounded_if_memory_lacks
 @facts_kept()
 def analyze(
     record: Record,

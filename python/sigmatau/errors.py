@@ -41,6 +41,9 @@ class _SourcedError(ValueError):
     def __str__(self) -> str:
         return _joined(self.source, self.message)
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({str(self)!r})"
+
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuilt, (type(self), self.args, self.__dict__)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterator, Mapping
+import unicodedata
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeVar
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "Printed",
     "duration_text",
     "interval_texts",
+    "lines_text",
     "option_seconds",
     "plain",
     "printable",
@@ -101,8 +103,21 @@ def value_error_text(value: float, error: float) -> str:
 
 
 def printable(text: str) -> str:
-    """The text with a question mark for each control character, line ends included."""
-    return "".join(c if c.isprintable() else "?" for c in text)
+    r"""Text from a file in one line for a terminal: any other character that does not print as ``\n``, ``\x1b``.
+
+    Examples
+    --------
+    >>> print(printable("gyro_x\nforged: 1"))
+    gyro_x\nforged: 1
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else " " if unicodedata.category(c) == "Zs" else ascii(c)[1:-1] for c in text)
+
+
+def lines_text(lines: Iterable[str]) -> str:
+    """Lines of a printed form, each as `printable` returns it: names from files do not add lines."""
+    return "\n".join(map(printable, lines))
 
 
 def seconds(value: float) -> str:

@@ -47,7 +47,7 @@ class Unit:
 
 def _pretty(symbol: str) -> str:
     text = symbol.replace("sqrt(h)", "√h").replace("sqrt(s)", "√s").replace("sqrt(Hz)", "√Hz")
-    text = text.replace("^(3/2)", "^{3/2}").replace("^2", "²").replace("^3", "³")
+    text = text.replace("*", "·").replace("^(3/2)", "^{3/2}").replace("^2", "²").replace("^3", "³")
     return re.sub(r"\bu(?=g|rad|s|deg|m\b)", "µ", text)
 
 
@@ -80,7 +80,16 @@ def _table() -> dict[str, Unit]:
             "m/s/h": 1 / _HOUR,
         },
         "rad": {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": _DEG, "arcmin": 60 * _ARCSEC, "arcsec": _ARCSEC},
-        "m/s": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "km/h": 1 / 3.6, "ft/s": _FOOT},
+        "m/s": {
+            "m/s": 1.0,
+            "mm/s": 1e-3,
+            "um/s": 1e-6,
+            "km/h": 1 / 3.6,
+            "ft/s": _FOOT,
+            "g*s": g,
+            "mg*s": g * 1e-3,
+            "ug*s": g * 1e-6,
+        },
         "rad/sqrt(s)": {
             "rad/sqrt(s)": 1.0,
             "rad/s/sqrt(Hz)": 1.0,
@@ -224,6 +233,7 @@ _WORDS = (
     (r"(?<=[sh])\^\(?-(?:1\.5|\(?3/2\)?)\)?$", r"^-(3/2)"),
     (r"[·* ](s|h)\^-\(3/2\)$", r"/\1^(3/2)"),
     (r"(deg|rad)/h\^\(3/2\)$", r"\1/h/sqrt(h)"),  # of the accelerometer's m/s/h^(3/2) the table has a row of its own
+    (r"(?<=g)\s*[·* ]\s*s$", "*s"),
     (r"/s\^\(3/2\)$", "/s/sqrt(s)"),
     (r"/s\^\(5/2\)$|/s\^2\.5$", "/s^2/sqrt(s)"),
     (r"(?<=[sh])\^?\(?-([123])\)?", r"^-\1"),

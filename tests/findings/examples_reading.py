@@ -92,6 +92,7 @@ EXAMPLES = [
         topic="/imu",
     ),
     info(kinds.ColumnsByGravity, gyro=(2, 4), accel=(5, 7), time=1, gravity=9.8066, other=0.0123),
+    warning(kinds.GravityOnGyro, gyro=9.8066, accel=0.0123),
     error(kinds.Unusable, reason="line 12: column time [s] has 'x', which is not a number; correct or delete the line"),
     warning(kinds.UnknownMessages, count=12),
     warning(kinds.UnfinishedMessage, place=Place("byte", 4000), bytes=12),

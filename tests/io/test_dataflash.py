@@ -7,7 +7,7 @@ import pytest
 
 from container_damage import outcomes
 from known import seed_of
-from sigmatau.errors import DataError, NonFiniteError, OptionError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.kinds.reading import Place
 from sigmatau.io.read import read
 
@@ -159,9 +159,9 @@ def test_not_a_number(file):
     row = len(imu(0))
     log[-10 * row + 12 : -10 * row + 16] = struct.pack("<f", np.inf)
     file.write_bytes(log)
-    with pytest.raises(NonFiniteError, match=r"message 390 of IMU\[0\]") as caught:
-        read(file)
-    assert caught.value.index == 390
+    (finding,) = read(file).findings
+    assert (finding.code, finding.size) == ("missing_values", 1)
+    assert finding.details.place == "message 391 of IMU[0]"
 
 
 @pytest.mark.parametrize("part", [0.2, 0.5, 0.99])

@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError, StampError
+from sigmatau.errors import DataError, OptionError, RecordTooShortError, StampError
 from sigmatau.io.read import read
 
 HEADER = "time [s],gyro_x [deg/s]\n"
@@ -99,11 +99,16 @@ def test_data(tmp_path, content, words):
 
 
 @pytest.mark.parametrize("text", ["inf", "-Infinity", "1e400"])
-def test_not_finite(tmp_path, text):
+def test_infinite_values_are_missing(tmp_path, text):
     path = tmp_path / "log.csv"
     path.write_text(edited(6, f"0.04,{text}"))
-    error = refuse(path, NonFiniteError, [", line 6", "gyro_x", repr(text), "leave the field empty", "cut"])
-    assert error.index == 4
+    (finding,) = read(path).findings
+    assert (finding.code, finding.channel, finding.size, finding.details.place) == (
+        "missing_values",
+        "gyro_x",
+        1,
+        "line 6",
+    )
 
 
 @pytest.mark.parametrize("keep", [0.3, 0.9])

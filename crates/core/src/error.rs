@@ -48,3 +48,24 @@ pub enum Error {
         got: usize,
     },
 }
+
+/// Whether so much memory can be had at the moment: asked for at once before work that takes it in many pieces, because a
+/// piece that is refused ends the program.
+///
+/// # Errors
+///
+/// [`Error::Memory`].
+pub(crate) fn room(bytes: usize) -> Result<(), Error> {
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Error::Memory { bytes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn room_for_a_little_and_not_for_all() {
+        assert_eq!(room(1 << 20), Ok(()));
+        assert_eq!(room(1 << 60), Err(Error::Memory { bytes: 1 << 60 }));
+    }
+}

@@ -98,7 +98,10 @@ impl Memory {
             Self::Heap(numbers) => numbers,
             Self::Pages(_) => Vec::new(),
         };
-        numbers.resize(count + 1 + LINE, 0.0);
+        let size = count + 1 + LINE;
+        let more = size.saturating_sub(numbers.len());
+        numbers.try_reserve(more).map_err(|_| Error::Memory { bytes: more * size_of::<f64>() })?;
+        numbers.resize(size, 0.0);
         Ok(Self::Heap(numbers))
     }
 

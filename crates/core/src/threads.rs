@@ -2,11 +2,17 @@
 
 use crate::error::Error;
 
+/// More threads than a machine has.
+const MOST: usize = 1024;
+
+/// Memory of a thread. \[bytes\]
+const STACK: usize = 1 << 21;
+
 /// Runs on a pool of so many threads; without a number, on the current one.
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`] if so many cannot be had.
+/// [`Error::Parameter`] for a number that no machine has, [`Error::Memory`] if they cannot be had.
 pub(crate) fn on_threads<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> T + Send,
@@ -19,5 +25,7 @@ pub(crate) fn on_threads<T: Send>(
         return Err(out_of_range);
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    Ok(pool.map_err(|_| out_of_range)?.install(work))
+    // Threads need memory for their stacks.
+    let refused = if threads > MOST { out_of_range } else { Error::Memory { bytes: threads * STACK } };
+    Ok(pool.map_err(|_| refused)?.install(work))
 }

@@ -41,6 +41,16 @@ pub fn nanoseconds(text: &[u8]) -> Option<i64> {
     seconds.checked_mul(1_000_000_000)?.checked_add(nanos)
 }
 
+/// The same of a day alone, at midnight, and of a time alone, on the first day of 1970.
+#[must_use]
+pub fn part(text: &[u8]) -> Option<i64> {
+    if text.get(2) == Some(&b':') {
+        nanoseconds(&[b"1970-01-01 ", text].concat())
+    } else {
+        nanoseconds(&[text, b" 00:00"].concat())
+    }
+}
+
 /// Days since 1970 of a day of the Gregorian calendar, counted in years that begin in March.
 fn days(year: i64, month: i64, day: i64) -> i64 {
     let year = if month <= 2 { year - 1 } else { year };
@@ -94,9 +104,18 @@ fn offset(mut rest: &[u8]) -> Option<i64> {
 
 #[cfg(test)]
 mod tests {
-    use super::nanoseconds;
+    use super::{nanoseconds, part};
 
     const NOON: i64 = 1_772_366_400_000_000_000; // date -u -d 2026-03-01T12:00:00 +%s
+
+    #[test]
+    fn a_day_and_a_time_apart() {
+        let time = part(b"12:00:00.5").unwrap();
+        assert_eq!(part(b"2026-03-01").unwrap() + time, NOON + 500_000_000);
+        for wrong in ["", "12", "12:", "24:00:00", "2026-03-32", "2026-03-01 12:00", "12:00:00 12:00"] {
+            assert_eq!(part(wrong.as_bytes()), None, "{wrong}");
+        }
+    }
 
     #[test]
     fn every_spelling() {

@@ -86,7 +86,7 @@ pub fn read_written_file(
     if writing == Writing::default() {
         return read_file(path, dialect, wanted, exact);
     }
-    read_written(open(path)?, writing, dialect, wanted, exact)
+    read_written(open(path, dialect.most)?, writing, dialect, wanted, exact)
 }
 
 struct Utf16<R> {

@@ -50,7 +50,10 @@ pub(crate) fn read(
     // Threads of their own: some wait for others, and a process that was forked has no pool to ask.
     std::thread::scope(|scope| {
         for _ in 1..threads {
-            scope.spawn(|| shared.work());
+            // A thread that cannot be had is done without.
+            if std::thread::Builder::new().spawn_scoped(scope, || shared.work()).is_err() {
+                break;
+            }
         }
         shared.work();
     });
@@ -213,7 +216,7 @@ impl<S: Source> Shared<'_, S> {
                 Ok(false) => Some(Ok(())),
                 Err(error) => Some(Err(whole.moved(error))),
             };
-            whole.append(&rows);
+            let outcome = whole.append(&rows).err().map_or(outcome, |error| Some(Err(error)));
             if next == 0 {
                 let rest = self.job.source.length().saturating_sub(self.job.origin);
                 whole.reserve(rest as f64 / self.job.sizes.piece as f64 * (1.0 + SPARE_ROOM));

@@ -123,7 +123,12 @@ fn table(random: &mut Random, faults: bool) -> (Vec<u8>, Dialect, Vec<usize>, Op
     }
     let exact = (random.below(3) > 0).then(|| random.below(columns));
     let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
-    (text.into_bytes(), Dialect { delimiter, comment, skip_lines, columns, dates: false }, wanted, exact)
+    (
+        text.into_bytes(),
+        Dialect { delimiter, comment, skip_lines, columns, dates: false, most: u64::MAX },
+        wanted,
+        exact,
+    )
 }
 
 /// Bits of the columns, so that zeros with a sign are told apart; integers, rows, first line.
@@ -171,6 +176,7 @@ fn dialect(columns: usize) -> Dialect {
         skip_lines: 1,
         columns,
         dates: false,
+        most: u64::MAX,
     }
 }
 

@@ -17,6 +17,8 @@ impl Layout<'_> {
     /// Reads `text` up to `end`: whole lines, the last of which may lack its line feed.
     pub(crate) fn read(&self, text: &[u8], end: usize, rows: &mut Rows) -> Result<(), TextError> {
         let mut start = 0;
+        // A row has at least one byte for each of its fields.
+        rows.room(end / self.dialect.columns.max(1) + 1)?;
         // The quick way goes on until a line ends, so that there must be an end.
         let ended = if self.quick { memrchr(b'\n', &text[..end]).map_or(0, |last| last + 1) } else { 0 };
         while start < end {

@@ -53,6 +53,7 @@ pub fn read_sentences(
     name: &[u8],
     fields: usize,
     wanted: &[usize],
+    most: u64,
 ) -> Result<Sentences, TextError> {
     assert!(wanted.iter().all(|&field| field < fields), "fields {wanted:?} of {fields}");
     let mut found = Sentences { columns: vec![Vec::new(); wanted.len()], ..Sentences::default() };
@@ -70,6 +71,7 @@ pub fn read_sentences(
                 ErrorKind::InvalidData | ErrorKind::InvalidInput => {
                     return Err(TextError::Damaged { line: number });
                 }
+                ErrorKind::FileTooLarge => return Err(TextError::TooLarge { most }),
                 _ => return Err(TextError::Io(io::Error::to_string(&e))),
             },
         };
@@ -199,7 +201,7 @@ mod tests {
             .replace("*5C", &format!("*{:02X}", xor ^ 1))
             .replace("*76", &format!("*{other:02x}"));
         let text = text.replace("\n\n", &format!("\n{}\n", good("VNGYR,7,8,9,S000123")));
-        let found = read_sentences(text.as_bytes(), b"VNGYR", 3, &[2, 0]).unwrap();
+        let found = read_sentences(text.as_bytes(), b"VNGYR", 3, &[2, 0], u64::MAX).unwrap();
         assert_eq!(found.columns, [[3.5, 9.0], [1.0, 7.0]]);
         assert_eq!((found.rows, found.broken, found.inner, found.others, found.cut), (2, 4, 3, 1, true));
         assert_eq!(found.examples.iter().map(|e| e.0).collect::<Vec<_>>(), [1, 5, 6, 8]);
@@ -210,13 +212,13 @@ mod tests {
         let line = |body: &str| format!("${body}*{:04X}\n", crc16(body.as_bytes()));
         let (own, other) = (line("VNGYR,1,2,3"), line("VNACC,1,2,3"));
         let text = [other.repeat(9), own.clone(), other.clone(), own, other.repeat(3)].concat();
-        let found = read_sentences(text.as_bytes(), b"VNGYR", 3, &[0]).unwrap();
+        let found = read_sentences(text.as_bytes(), b"VNGYR", 3, &[0], u64::MAX).unwrap();
         assert_eq!((found.rows, found.others, found.gap, found.other.as_str()), (2, 13, (3, 13), "VNACC"));
     }
 
     #[test]
     fn a_line_without_end_takes_no_memory() {
-        let found = read_sentences(io::repeat(b'7').take(1 << 24), b"VNGYR", 3, &[0]).unwrap();
+        let found = read_sentences(io::repeat(b'7').take(1 << 24), b"VNGYR", 3, &[0], u64::MAX).unwrap();
         assert_eq!((found.rows, found.broken), (0, 1));
     }
 }

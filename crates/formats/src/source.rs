@@ -12,12 +12,13 @@ use crate::table::TextError;
 /// First bytes of a compressed file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// A file for reading, decompressed on the way if its first two bytes say gzip.
+/// A file for reading, decompressed on the way if its first two bytes say gzip; to at most so many bytes, after which it
+/// fails as [`ErrorKind::FileTooLarge`].
 ///
 /// # Errors
 ///
 /// [`TextError::Io`] if the file cannot be opened.
-pub fn open(path: &Path) -> Result<Box<dyn Read + Send>, TextError> {
+pub fn open(path: &Path, most: u64) -> Result<Box<dyn Read + Send>, TextError> {
     let failed = |e: io::Error| TextError::Io(e.to_string());
     let mut file = File::open(path).map_err(failed)?;
     let mut head = Vec::with_capacity(2);
@@ -27,9 +28,23 @@ pub fn open(path: &Path) -> Result<Box<dyn Read + Send>, TextError> {
     if gzip {
         // The decoder asks for small pieces; the file is read in large ones.
         let buffered = io::BufReader::with_capacity(1 << 16, whole);
-        Ok(Box::new(MultiGzDecoder::new(buffered)))
+        Ok(Box::new(Limited { reader: MultiGzDecoder::new(buffered), left: most }))
     } else {
         Ok(Box::new(whole))
+    }
+}
+
+/// A reader that fails after so many bytes.
+struct Limited<R> {
+    reader: R,
+    left: u64,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let got = self.reader.read(out)?;
+        self.left = self.left.checked_sub(got as u64).ok_or(ErrorKind::FileTooLarge)?;
+        Ok(got)
     }
 }
 

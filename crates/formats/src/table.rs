@@ -24,6 +24,8 @@ pub struct Dialect {
     pub columns: usize,
     /// Whether the exact column holds dates, see [`crate::date::nanoseconds`].
     pub dates: bool,
+    /// Bytes that a compressed file may have.
+    pub most: u64,
 }
 
 /// Columns of numbers.
@@ -71,18 +73,6 @@ pub enum TextError {
         /// The field, at most 40 characters of it.
         text: String,
     },
-    /// A field that stands for no finite number: an infinity, or a number beyond the largest double.
-    #[error("line {line}, column {column}: {text:?} is not a finite number")]
-    NonFinite {
-        /// Line of the file.
-        line: usize,
-        /// Row of data.
-        row: usize,
-        /// Column of the file.
-        column: usize,
-        /// The field, at most 40 characters of it.
-        text: String,
-    },
     /// A line longer than a piece.
     #[error("line {line} is longer than 1 MiB")]
     TooLong {
@@ -101,6 +91,18 @@ pub enum TextError {
         /// Last line that was read whole.
         line: usize,
     },
+    /// A compressed file of more bytes than are allowed.
+    #[error("more than {most} bytes")]
+    TooLarge {
+        /// Bytes that are allowed.
+        most: u64,
+    },
+    /// There is no memory for the numbers.
+    #[error("no memory for {rows} rows")]
+    Memory {
+        /// Rows that were to be kept.
+        rows: usize,
+    },
     /// The system could not read.
     #[error("{0}")]
     Io(String),
@@ -113,14 +115,13 @@ impl TextError {
     /// The same so many lines and rows further down.
     pub(crate) fn moved(mut self, lines: usize, rows: usize) -> Self {
         match &mut self {
-            Self::Ragged { line, row, .. }
-            | Self::NotANumber { line, row, .. }
-            | Self::NonFinite { line, row, .. } => {
+            Self::Ragged { line, row, .. } | Self::NotANumber { line, row, .. } => {
                 *line += lines;
                 *row += rows;
             }
             Self::TooLong { line } | Self::Truncated { line } | Self::Damaged { line } => *line += lines,
-            Self::Io(_) | Self::Empty => {}
+            Self::Memory { rows: all } => *all += rows,
+            Self::TooLarge { .. } | Self::Io(_) | Self::Empty => {}
         }
         self
     }

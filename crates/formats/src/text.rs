@@ -1,8 +1,8 @@
 //! Text tables: numbers in columns, read in pieces, every line held to the same number of fields.
 //!
-//! Nothing is guessed and nothing is mended. A short line, a word among the numbers or an infinity ends the reading with an
-//! error that names the line, because a table that is read wrongly costs more than one that is refused. An empty field, or
-//! one that says NaN, is a missing number, and is read as NaN.
+//! Nothing is guessed and nothing is mended. A short line or a word among the numbers ends the reading with an error that
+//! names the line, because a table that is read wrongly costs more than one that is refused. An empty field, or one that
+//! says NaN or an infinity, is a missing number, and is read as NaN.
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;
@@ -71,7 +71,7 @@ pub fn read_file(
             return pieces::read(&file, &layout, Sizes { piece: PIECE, longest: LONGEST }, threads);
         }
     }
-    read_stream(open(path)?, &layout, LONGEST)
+    read_stream(open(path, dialect.most)?, &layout, LONGEST)
 }
 
 /// Reads a stream in pieces as long as the longest line.
@@ -92,6 +92,7 @@ pub(crate) fn read_stream(
                 ErrorKind::InvalidData | ErrorKind::InvalidInput => {
                     return Err(TextError::Damaged { line: rows.lines });
                 }
+                ErrorKind::FileTooLarge => return Err(TextError::TooLarge { most: layout.dialect.most }),
                 _ => return Err(TextError::Io(e.to_string())),
             },
         };

@@ -126,9 +126,15 @@ mod tests {
             (false, b' ', Delimiter::Whitespace),
         ] {
             write_file(&path, None, delimiter, &[&a, &b], gzip).unwrap();
-            let dialect =
-                Dialect { delimiter: reader, comment: Vec::new(), skip_lines: 0, columns: 2, dates: false };
-            let table = read_columns(open(&path).unwrap(), &dialect, &[1, 0], None).unwrap();
+            let dialect = Dialect {
+                delimiter: reader,
+                comment: Vec::new(),
+                skip_lines: 0,
+                columns: 2,
+                dates: false,
+                most: u64::MAX,
+            };
+            let table = read_columns(open(&path, u64::MAX).unwrap(), &dialect, &[1, 0], None).unwrap();
             std::fs::remove_file(&path).unwrap();
             for (column, written) in table.columns.iter().zip([&b, &a]) {
                 let same = column.iter().zip(written).all(|(x, y)| x.to_bits() == y.to_bits());

@@ -19,8 +19,10 @@ pub fn read_sentences<'py>(
     name: &str,
     fields: usize,
     wanted: Vec<usize>,
+    most: u64,
 ) -> PyResult<Found<'py>> {
-    let read = || formats::read_sentences(formats::open(&path)?, name.as_bytes(), fields, &wanted);
+    let read =
+        || formats::read_sentences(formats::open(&path, most)?, name.as_bytes(), fields, &wanted, most);
     let found = py.detach(read).map_err(refused)?;
     let columns = found.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
     let others = (found.others, found.gap, found.other);

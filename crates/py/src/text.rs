@@ -12,6 +12,9 @@ pyo3::create_exception!(sigmatau._core, TextError, PyValueError);
 /// Columns, the exact one as integers, comments among the rows, and whether the last line has no line end.
 type Columns<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<i64>>>, Passed, bool);
 
+/// Encoding, decimal commas, lines, dates, most bytes of a compressed file.
+type Fields<'a> = (&'a str, bool, Option<usize>, bool, u64);
+
 /// The fields of [`formats::Remarks`].
 type Passed = (usize, usize, usize, usize, Vec<(usize, String)>);
 
@@ -26,9 +29,9 @@ pub fn read_text<'py>(
     columns: usize,
     wanted: Vec<usize>,
     exact: Option<usize>,
-    writing: (&str, bool, Option<usize>, bool),
+    writing: Fields<'_>,
 ) -> PyResult<Columns<'py>> {
-    let dialect = dialect(delimiter, comment, skip_lines, columns, writing.3)?;
+    let dialect = dialect(delimiter, comment, skip_lines, columns, writing)?;
     let writing = written(writing)?;
     let table = py
         .detach(|| formats::read_written_file(&path, writing, &dialect, &wanted, exact))
@@ -48,9 +51,9 @@ pub fn parse_text<'py>(
     columns: usize,
     wanted: Vec<usize>,
     exact: Option<usize>,
-    writing: (&str, bool, Option<usize>, bool),
+    writing: Fields<'_>,
 ) -> PyResult<Columns<'py>> {
-    let dialect = dialect(delimiter, comment, skip_lines, columns, writing.3)?;
+    let dialect = dialect(delimiter, comment, skip_lines, columns, writing)?;
     let writing = written(writing)?;
     let table =
         py.detach(|| formats::read_written(lines, writing, &dialect, &wanted, exact)).map_err(refused)?;
@@ -100,14 +103,14 @@ fn dialect(
     comment: Vec<String>,
     skip_lines: usize,
     columns: usize,
-    dates: bool,
+    (_, _, _, dates, most): Fields<'_>,
 ) -> PyResult<Dialect> {
     let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
     let comment = comment.into_iter().map(String::into_bytes).collect();
-    Ok(Dialect { delimiter, comment, skip_lines, columns, dates })
+    Ok(Dialect { delimiter, comment, skip_lines, columns, dates, most })
 }
 
-fn written((encoding, decimal_comma, lines, _): (&str, bool, Option<usize>, bool)) -> PyResult<Writing> {
+fn written((encoding, decimal_comma, lines, ..): Fields<'_>) -> PyResult<Writing> {
     let encoding = match encoding {
         "ascii" => Encoding::Ascii,
         "utf-16-le" => Encoding::Utf16Le,
@@ -134,10 +137,11 @@ pub fn refused(error: Refused) -> PyErr {
             ("ragged", line, row, 0, String::new(), got, expected)
         }
         Refused::NotANumber { line, row, column, text } => ("not_a_number", line, row, column, text, 0, 0),
-        Refused::NonFinite { line, row, column, text } => ("non_finite", line, row, column, text, 0, 0),
         Refused::TooLong { line } => ("too_long", line, 0, 0, String::new(), 0, 0),
         Refused::Truncated { line } => ("truncated", line, 0, 0, message, 0, 0),
         Refused::Damaged { line } => ("damaged", line, 0, 0, message, 0, 0),
+        Refused::TooLarge { .. } => ("too_large", 0, 0, 0, message, 0, 0),
+        Refused::Memory { rows } => ("memory", 0, rows, 0, message, 0, 0),
         Refused::Io(text) => ("io", 0, 0, 0, text, 0, 0),
         Refused::Empty => ("empty", 0, 0, 0, String::new(), 0, 0),
     };

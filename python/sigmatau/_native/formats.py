@@ -23,14 +23,17 @@ __all__ = [
 ]
 
 
+_ANY_SIZE = 1 << 62  # [bytes]
+
+
 class TextReadError(Exception):
     """A text table that cannot be read: where, and what was there.
 
     Attributes
     ----------
     kind : str
-        ``"ragged"``, ``"not_a_number"``, ``"non_finite"``, ``"too_long"``, ``"truncated"``, ``"damaged"``, ``"io"``
-        or ``"empty"``.
+        ``"ragged"``, ``"not_a_number"``, ``"too_long"``, ``"truncated"``, ``"damaged"``, ``"too_large"``, ``"memory"``,
+        ``"io"`` or ``"empty"``.
     line : int
         Line of the file, counted from 1; 0 if unknown.
     row : int
@@ -96,6 +99,7 @@ def read_text(
     decimal_comma: bool = False,
     lines: int | None = None,
     dates: bool = False,
+    most: int = _ANY_SIZE,
 ) -> TextColumns:
     """Columns of a text table.
 
@@ -123,12 +127,14 @@ def read_text(
         Lines of the source after which it is taken to end.
     dates : bool
         Whether the exact column holds dates; they come as nanoseconds since 1970.
+    most : int
+        Bytes that a compressed file may have. [bytes]
 
     Raises
     ------
     TextReadError
     """
-    writing = (encoding, decimal_comma, lines, dates)
+    writing = (encoding, decimal_comma, lines, dates, most)
     how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, writing)
     try:
         found = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
@@ -178,10 +184,10 @@ class Sentences:
     cut: bool
 
 
-def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...]) -> Sentences:
+def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...], most: int = _ANY_SIZE) -> Sentences:
     """The wanted fields (counted from 0) of VectorNav sentences of a name without ``$``; raises `TextReadError`."""
     try:
-        columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted))
+        columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted), most)
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
     count, gap, other = others

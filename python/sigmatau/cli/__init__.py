@@ -48,7 +48,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (DataError, ImportError) as error:
         return _fail(str(error), 1)
     except MemoryError:
-        return _fail("not enough memory for this record", 1)
+        return _fail(
+            "not enough memory for this record; analyse a part of it (--window), or save it as .npy, which stays on disk,"
+            " and take --long strided",
+            1,
+        )
     except _Terminated:
         return _fail("terminated", 128 + signal.SIGTERM)
     except KeyboardInterrupt:

@@ -61,7 +61,7 @@ def demo_command(
         write_figure(analysis.plot(), figure)
     write_json(analysis.to_dict(), result)
     sys.stdout.write(f"{analysis.overview()}\n\n{_beside_truth(analysis, model)}\n")
-    say(f"\nwritten: {model_file}, {log}, {figure}, {result}", quiet=quiet)
+    say(f"written: {model_file}, {log}, {figure}, {result}", quiet=quiet)
     return 0
 
 

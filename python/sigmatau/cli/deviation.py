@@ -14,11 +14,12 @@ from sigmatau.cli.options import (
     check_outputs,
     read_log,
     say,
+    with_noise,
     working,
     write_figure,
     write_result,
 )
-from sigmatau.estimators.deviation import deviation
+from sigmatau.estimators.deviation import Deviations, deviation
 from sigmatau.estimators.deviation_kinds import Kind
 from sigmatau.findings.finding import damaged
 from sigmatau.fitting.tables import deviation_table
@@ -69,7 +70,9 @@ def deviation_command(
         say(str(finding), quiet=quiet)
     with working(f"computing {kind}", quiet=quiet) as done:
         found = deviation(record, kind=kind, taus=averaging, overlap=overlap, threads=threads, progress=done)
-        table = deviation_table(found, noise=noise)
+    names = with_noise({name: found[name].deviation for name in found}, "deviation", quiet=quiet)
+    found = Deviations({name: found[name] for name in names})
+    table = deviation_table(found, noise=noise)
     if plot is not None:
         with working(f"drawing {plot}", quiet=quiet):
             write_figure(found.plot(noise=noise), plot)

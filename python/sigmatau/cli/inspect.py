@@ -17,6 +17,7 @@ from sigmatau.cli.options import (
 from sigmatau.cli.options import reading as showing
 from sigmatau.findings.finding import damaged
 from sigmatau.quality.inspection import inspect
+from sigmatau.results import lines_text
 
 
 def inspect_command(
@@ -50,5 +51,5 @@ def inspect_command(
     with showing(log, quiet=quiet):
         found = inspect(log, bandwidth=bandwidths(bandwidth or []), leave_out=leave_out or None, **options)
     lines = [*found.contents(), *finding_lines(found.findings), *found.wants()]
-    write_result("\n".join(lines), found.to_dict(), json)
+    write_result(lines_text(lines), found.to_dict(), json)
     return damaged(found.findings)

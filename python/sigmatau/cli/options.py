@@ -8,13 +8,15 @@ import math
 import re
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
+import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import TauGrid
@@ -23,6 +25,7 @@ from sigmatau.findings.wording import line
 from sigmatau.io.atomic import atomic
 from sigmatau.io.read import read
 from sigmatau.record.record import Record
+from sigmatau.results import printable
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 _PROGRESS_INTERVAL = 0.2  # [s]
@@ -180,10 +183,24 @@ def finding_lines(findings: Sequence[Finding]) -> list[str]:
     return lines
 
 
+def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: bool) -> list[str]:
+    """The channels whose values can be printed and drawn, and a warning of each other; `DataError` if there are none.
+    A channel that never changes has none, and squares of numbers beyond 1e±150 are 0 or not finite.
+    """
+    good = [name for name, of in values.items() if np.isfinite(of).all() and of.max(initial=0.0) > 0]
+    left = [name for name in values if name not in good]
+    why = f"never changes, or its numbers are too small or too large for a {what}"
+    if not good:
+        raise DataError(f"no channel is left: {', '.join(left)} {why}")
+    for name in left:
+        say(f"warning: {name}: it {why}; left out", quiet=quiet)
+    return good
+
+
 def say(message: str, *, quiet: bool = False) -> None:
     """Print a message on standard error."""
     if not quiet:
-        sys.stderr.write(message + "\n")
+        sys.stderr.write(printable(message) + "\n")
 
 
 @contextlib.contextmanager
@@ -265,6 +282,8 @@ class Reading:
         Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
     offset
         Reading at zero, in counts or volts: gyro=2048.
+    max_expansion
+        Largest size of compressed content over that of its file (default 100; 64 MiB are always unpacked).
     """
 
     rate: float | None = None
@@ -275,6 +294,7 @@ class Reading:
     input: Literal["rate", "increments", "accumulated"] = "rate"
     scale: Annotated[list[str] | None, Parameter(negative=())] = None
     offset: Annotated[list[str] | None, Parameter(negative=())] = None
+    max_expansion: float | None = None
 
     def options(self) -> dict[str, Any]:
         """Arguments of `sigmatau.read`."""
@@ -287,6 +307,7 @@ class Reading:
             "input": self.input,
             "scale": key_numbers(self.scale or [], "scale", "gyro=0.01"),
             "offset": key_numbers(self.offset or [], "offset", "gyro=2048"),
+            "max_expansion": self.max_expansion,
         }
 
 

@@ -16,6 +16,7 @@ from sigmatau.cli.options import (
     check_outputs,
     read_log,
     say,
+    with_noise,
     working,
     write_figure,
     write_result,
@@ -83,6 +84,8 @@ def psd_command(
         say(str(finding), quiet=quiet)
     with working("computing densities", quiet=quiet):
         found = psd(_of(record, named), method=method, **options)
+    names = with_noise({name: found[name].density for name in found}, "power spectral density", quiet=quiet)
+    found = Spectra({name: found[name] for name in names})
     compared = {} if expected is None else _compared(found, expected, model, quiet=quiet)
     if plot is not None:
         known = None if expected is None else expected.of([name for name in expected.channels if name in found])

@@ -8,8 +8,9 @@ from typing import Any, Literal
 
 from sigmatau.errors import OptionError, argument
 from sigmatau.model.file import value_in_si
-from sigmatau.model.processes import LARGEST, RATES, SMALLEST, real
+from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.noise.terms import coefficient_unit
+from sigmatau.record.streams import RATES
 
 Axes = Literal["worst", "mean", "each"]
 

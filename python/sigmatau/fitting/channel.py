@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve, channel_curve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.fitting import likelihood
@@ -65,6 +66,10 @@ def fit_channel(
     processes, regressors
         See `sigmatau.fitting.likelihood.fit_samples`.
     """
+    if method not in get_args(FitMethod):
+        raise OptionError(
+            f"{{option}} must be one of {', '.join(get_args(FitMethod))}, not {method!r}", option="method"
+        )
     stream = record.stream_of(channel)
     if method == "likelihood" and likelihood.usable(stream, channel):
         given = dict(regressors or {})

@@ -66,6 +66,11 @@ def fit(
     processes", J. Am. Stat. Assoc. 108 (2013), :doi:`10.1080/01621459.2013.799920`, for least squares on variances; the
     covariance is exact here, see `sigmatau.noise.uncertainty.avar_covariance`.
     """
+    if not isinstance(curve, DeviationCurve):
+        raise TypeError(
+            f"`curve` must be a DeviationCurve, e.g. sigmatau.allan(record)['gyro_x'], not a {type(curve).__name__};"
+            " sigmatau.analyze(record) fits every channel of a record"
+        )
     if curve.overlap != "full":
         raise OptionError("a fit needs overlapping clusters, overlap='full'", option="overlap")
     if not 0.5 <= level <= 0.999:

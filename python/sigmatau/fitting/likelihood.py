@@ -241,7 +241,7 @@ def _term(stream: Stream, found: Outcome, name: str, model: Mapping[str, float],
         return FittedTerm(term=name, unit=unit, observed=False, level=level)
     p_value = 0.5 * math.erfc(math.sqrt(max(bounds.loss, 0.0) / 2))
     low, high = math.sqrt(max(bounds.low, 0.0)), math.sqrt(bounds.high)
-    if bounds.observed:
+    if bounds.observed and math.isfinite(high):  # a term without an upper bound is not known
         value = model.get(name, math.sqrt(bounds.value))
         return FittedTerm(
             term=name,
@@ -344,6 +344,8 @@ def _worst(found: Outcome) -> tuple[float, float]:
     near = np.abs(np.log(found.bins[:, 0] / frequency)) < math.log(10) / 8
     near[int(np.argmin(np.abs(found.bins[:, 0] - frequency)))] = True
     weights = found.bins[near, 3]
+    if not weights.sum() > 0:  # of a band in which no bin counts
+        weights = np.ones(len(weights))
     return frequency, float(np.average(found.bins[near, 1] / found.bins[near, 2], weights=weights))
 
 

@@ -177,7 +177,7 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
     `sigmatau.estimators.gaps`). The region of a term is then sought on the curve divided by that factor.
     """
     whole = _Points.of(curve)
-    gaps = {} if curve.gaps is None else {name: curve.gaps.ratio(name, whole.m) for name in TERMS}
+    gaps = {} if curve.gaps is None or not len(whole.m) else {name: curve.gaps.ratio(name, whole.m) for name in TERMS}
     coefficients, refused = {}, []
     for name, rule in rules.items():
         term = TERMS[name]

@@ -25,7 +25,7 @@ from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
-from sigmatau.io.read.table import HEAD, Loaded, Table
+from sigmatau.io.read.table import ABSURD, HEAD, Loaded, Table
 from sigmatau.io.read.table_streams import find_rate
 
 _PIECE = 1 << 18  # read at a time [bytes]
@@ -33,7 +33,7 @@ _PAUSE = 0.05  # before a file that has ended is looked at again [s]
 _WAITING = 64  # pieces that may be read ahead
 _FIRST_LINES = 50  # that are waited for, to find out the layout and the rate
 _LONGEST_LINE = 1 << 20  # [bytes]
-_ABSURD = 1e100  # no sensor says so: a bad byte in the exponent
+
 _PRINTABLE = bytes([*b"\t\n\r\f", *range(32, 256)])
 _MANY_BAD = 16  # lines of a piece, after which it is read line by line
 _GAP = 20  # sample intervals, as in `sigmatau.io.read.time.stamps`
@@ -267,11 +267,11 @@ def _without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[
     """The stretches between rows with a number that no sensor says, or without one; those rows are added to `bad`."""
     absurd = np.zeros(len(columns[0]), dtype=bool)
     for column in columns:
-        absurd |= ~(np.abs(column) <= _ABSURD)  # missing numbers too
+        absurd |= ~(np.abs(column) <= ABSURD)  # missing numbers too
     if not absurd.any():
         return [columns]
     rows = np.flatnonzero(absurd)
-    bad += [next(f"{column[row]:g}" for column in columns if not abs(column[row]) <= _ABSURD) for row in rows]
+    bad += [next(f"{column[row]:g}" for column in columns if not abs(column[row]) <= ABSURD) for row in rows]
     borders = [-1, *rows.tolist(), len(absurd)]
     stretches = [(a + 1, b) for a, b in pairwise(borders) if b > a + 1]
     return [[column[a:b] for column in columns] for a, b in stretches]

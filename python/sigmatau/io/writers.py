@@ -9,7 +9,6 @@ import contextlib
 import gzip
 import io
 import shutil
-import tempfile
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import formats
 from sigmatau.errors import DataError
+from sigmatau.io.atomic import PARTS
 
 Piece = Sequence[NDArray[np.float64]]  # A piece of every column, each of shape (n,)
 Put = Callable[[Piece], None]  # What takes the next piece
@@ -114,11 +114,11 @@ def _npz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     headers = headers_of(columns)
     dtype = np.dtype("<f8")
     rows = 0
-    with (
-        tempfile.TemporaryDirectory(prefix=f"{path.name}.", dir=path.parent) as folder,
-        contextlib.ExitStack() as open_,
-    ):
-        parts = [Path(folder) / str(k) for k in range(len(headers))]
+    folder = path.with_name(path.name + PARTS)
+    folder.mkdir()
+    with contextlib.ExitStack() as open_:
+        open_.callback(shutil.rmtree, folder, ignore_errors=True)
+        parts = [folder / str(k) for k in range(len(headers))]
         streams = [open_.enter_context(part.open("wb")) for part in parts]
 
         def put(piece: Piece) -> None:
@@ -128,7 +128,8 @@ def _npz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
             rows += len(piece[0])
 
         yield put
-        open_.close()
+        for stream in streams:
+            stream.close()
         with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
             for header, part in zip(headers, parts, strict=True):
                 member = zipfile.ZipInfo(f"{header}.npy")  # of 1980: the same numbers give the same bytes

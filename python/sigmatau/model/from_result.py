@@ -36,7 +36,10 @@ def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | 
 
 def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
     """Results by channel; raises `DataError` if there are none."""
-    channels = content.get("channels") if isinstance(content, Mapping) else None
+    if not isinstance(content, Mapping):
+        hint = "; its model is the attribute `model`" if hasattr(type(content), "model") else ""
+        raise DataError(f"this is not a result of sigmatau analyze as a mapping, but a {type(content).__name__}{hint}")
+    channels = content.get("channels")
     if not isinstance(channels, Mapping) or not channels:
         raise DataError("this is not a result of sigmatau analyze: it has no channels")
     return {str(name): channel for name, channel in channels.items()}

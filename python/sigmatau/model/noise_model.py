@@ -20,7 +20,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import channels_of, correlation_of, toml
 from sigmatau.model.from_result import channels_of_result
 from sigmatau.record.record import stream_name
-from sigmatau.results import Printed
+from sigmatau.results import Printed, lines_text
 
 if TYPE_CHECKING:
     pass
@@ -232,7 +232,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         for term, pairs in self.correlation.items():
             shown = itertools.islice(pairs.items(), 15)
             lines.append(f"correlation of {term}: " + ", ".join(f"{a} {b} {value:+.2g}" for (a, b), value in shown))
-        return "\n".join(lines)
+        return lines_text(lines)
 
 
 def _channel(name: str, given: ChannelModel | Mapping[str, float]) -> ChannelModel:

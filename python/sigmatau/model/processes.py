@@ -10,11 +10,11 @@ from typing import Any
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, aliasing_inflation
+from sigmatau.record.streams import RATES
 
 HIGHEST_ORDER = 9  # Highest order of a Butterworth filter
 # Range of any number of a model, in SI; squares and products of numbers outside overflow a double
 SMALLEST, LARGEST = 1e-100, 1e100
-RATES = (1e-6, 1e9)  # Range of sampling rates; times, phases and squares of rates outside overflow a double. [Hz]
 _CORNERS = (1e-9, 1e12)  # Range of bandwidths: a thousandth of the lowest rate to a thousand times the highest. [Hz]
 
 

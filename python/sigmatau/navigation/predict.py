@@ -201,7 +201,8 @@ def _predicted(
                 )
                 rows = list(equations.rows.values())
                 here = sources[channel, "bias_instability"][1][:, rows]
-                ratios.append(_as_simulated(flicker, equations, gains, dt, steps)[:, rows] / here)
+                by_steps = _as_simulated(flicker, equations, gains, dt, steps)[:, rows]
+                ratios.append(np.where(here > 0, by_steps / np.where(here > 0, here, 1.0), 1.0))
         for key, variance in _correlated(model, equations, made, sources, dt, average, steps).items():
             sources[key] = np.zeros_like(variance), variance
         for name, row in equations.rows.items():

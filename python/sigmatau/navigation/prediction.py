@@ -14,7 +14,7 @@ from sigmatau.model.channel import alike_text
 from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
-from sigmatau.results import Printed, duration_text, interval_texts
+from sigmatau.results import Printed, duration_text, interval_texts, lines_text
 from sigmatau.units import find
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ class PredictedError(Printed):
         return rows
 
     def __repr__(self) -> str:
-        return "\n".join(_table([("", "after", "rms", "", "", "", ""), *_named(self)]))
+        return lines_text(_table([("", "after", "rms", "", "", "", ""), *_named(self)]))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -318,7 +318,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
         rows: list[tuple[str, ...]] = [("", "after", "rms", "", "", "", "of the mean square")]
         for error in self.errors.values():
             rows += _named(error, duration=self.duration)
-        return "\n".join([head, *_table(rows), *self.notes()])
+        return lines_text([head, *_table(rows), *self.notes()])
 
 
 def _label(channel: str, part: str) -> str:

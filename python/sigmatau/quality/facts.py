@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
+from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.streams import Stream
 
 __all__ = ["channel_fact", "facts_kept", "stream_fact"]
@@ -90,5 +91,7 @@ def _channel_key(stream: Stream, channel: str) -> Hashable:
     )
 
 
-def _address(array: Any) -> tuple[int, tuple[int, ...], tuple[int, ...]]:  # noqa: ANN401
+def _address(array: Any) -> tuple[object, ...]:  # noqa: ANN401
+    if isinstance(array, FileColumn):
+        return array.key
     return array.__array_interface__["data"][0], array.shape, array.strides

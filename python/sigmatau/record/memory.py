@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from sigmatau.record.streams import Stream
@@ -14,29 +16,49 @@ _USABLE_SHARE = 0.8
 
 
 def available() -> int | None:
-    """Memory available without swapping; None if the system does not report it. [bytes]"""
-    try:
+    """Memory available without swapping, within the limits of the process and of its control groups; None if the system
+    does not report it. [bytes]
+    """
+    free = _free()
+    limits = [*_of_process(), *_of_groups(), *([] if free is None else [free])]
+    return min(limits, default=None)
+
+
+def _free() -> int | None:
+    with contextlib.suppress(OSError, ValueError, IndexError):
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
             if line.startswith("MemAvailable:"):
-                return min(int(line.split()[1]) * 1024, *_limits())
-    except (OSError, ValueError, IndexError):
-        pass
-    try:
+                return int(line.split()[1]) * 1024
+    with contextlib.suppress(AttributeError, OSError, ValueError):
         return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):
-        return None
+    return None
 
 
-def _limits() -> list[int]:
-    """Memory left by the control group of a container; a very large number without a limit. [bytes]"""
-    try:
-        group = Path("/sys/fs/cgroup")
-        most = (group / "memory.max").read_text(encoding="ascii").strip()
-        if most != "max":
-            return [max(int(most) - int((group / "memory.current").read_text(encoding="ascii")), 0)]
-    except (OSError, ValueError):
-        pass
-    return [1 << 62]
+def _of_process() -> Iterator[int]:
+    """Memory left by the process's own limits (``ulimit -v``, ``ulimit -d``). [bytes]"""
+    with contextlib.suppress(ImportError, OSError, ValueError, IndexError):
+        import resource
+
+        pages = [int(word) for word in Path("/proc/self/statm").read_text(encoding="ascii").split()]
+        for limit, used in ((resource.RLIMIT_AS, pages[0]), (resource.RLIMIT_DATA, pages[5])):
+            most = resource.getrlimit(limit)[0]
+            if most != resource.RLIM_INFINITY:
+                yield max(most - used * resource.getpagesize(), 0)
+
+
+def _of_groups() -> Iterator[int]:
+    """Memory left by the control groups of the process; what files keep in memory is free. [bytes]"""
+    root = Path("/sys/fs/cgroup")
+    own = Path()
+    with contextlib.suppress(OSError, ValueError):
+        own = Path(Path("/proc/self/cgroup").read_text(encoding="utf-8").strip().rpartition(":")[2].lstrip("/"))
+    for group in (own, *own.parents):
+        with contextlib.suppress(OSError, ValueError):
+            most = (root / group / "memory.max").read_text(encoding="ascii").strip()
+            if most != "max":
+                used = int((root / group / "memory.current").read_text(encoding="ascii"))
+                stat = dict(line.split() for line in (root / group / "memory.stat").read_text("ascii").splitlines())
+                yield max(int(most) - used + int(stat.get("inactive_file", 0)), 0)
 
 
 def needed(stream: Stream, threads: int | None) -> int:

@@ -20,7 +20,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.record.missing import mask_of, missing_values
-from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform
+from sigmatau.record.streams import RATES, Columns, Grid, InputKind, Stream, Transform
 from sigmatau.record.thermometers import CELSIUS as TEMPERATURE
 from sigmatau.record.thermometers import TO_CELSIUS, thermometers
 from sigmatau.results import Printed
@@ -37,9 +37,6 @@ __all__ = [
     "real_numbers",
     "stream_name",
 ]
-
-_SLOWEST, _FASTEST = 1e-15, 1e15
-"""Range of sampling rates; powers of sample intervals outside overflow a double. [Hz]"""
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """SI units by quantity. Any other signal keeps its unit."""
@@ -218,14 +215,14 @@ class Record(Printed):
         Raises
         ------
         OptionError
-            For a rate that is not positive, or beyond 1e±15 Hz, or an unknown unit.
+            For a rate that is not positive, or outside 1e-6 … 1e9 Hz, or an unknown unit.
         DataError
             For no channel, arrays of unequal length in one stream, an infinite sample, fewer than 4 samples.
         """
         number = isinstance(rate, int | float | np.integer | np.floating) and not isinstance(rate, bool)
-        if not (number and _SLOWEST <= rate <= _FASTEST):
+        if not (number and RATES[0] <= rate <= RATES[1]):
             raise OptionError(
-                f"{{option}} must be a positive number of hertz, {_SLOWEST:g} to {_FASTEST:g}, not {rate!r}",
+                f"{{option}} must be a positive number of hertz, {RATES[0]:g} to {RATES[1]:g}, not {rate!r}",
                 option="rate",
             )
         if unit is not None and not isinstance(unit, Mapping):

@@ -16,9 +16,12 @@ from numpy.typing import NDArray
 from sigmatau.frozen import frozen
 from sigmatau.results import two_digits
 
-__all__ = ["CHUNK", "PLAUSIBLE_RATES", "Columns", "Grid", "InputKind", "Stream", "Transform", "grid_text"]
+__all__ = ["CHUNK", "PLAUSIBLE_RATES", "RATES", "Columns", "Grid", "InputKind", "Stream", "Transform", "grid_text"]
 
 InputKind = Literal["rate", "increments", "accumulated"]
+
+RATES = (1e-6, 1e9)
+"""Range of sampling rates; times, phases and squares of rates outside overflow a double. [Hz]"""
 
 PLAUSIBLE_RATES = (0.01, 1e5)
 """Sampling rates of inertial sensors. [Hz]"""

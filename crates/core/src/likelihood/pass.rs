@@ -3,7 +3,7 @@
 //! Below, the cosine modes (DCT-II) of block means; above, Welch's periodogram with Hann's taper. The record is mirrored by
 //! half a segment at both ends, so that its ends count like the rest.
 
-use crate::error::Error;
+use crate::error::{Error, room};
 use crate::likelihood::masked::Masked;
 use sigmatau_fft::Complex64;
 use sigmatau_fft::{Planner, RealToComplex};
@@ -35,6 +35,12 @@ const SHORT: usize = 4 * SEGMENT;
 
 /// Parts of the record whose spectra are kept apart, to see whether the noise level changes.
 pub(crate) const PARTS: usize = 8;
+
+/// Numbers that a pass keeps for each sample of a segment: spectra by part, windows, what the transform needs.
+const NUMBERS: usize = 20;
+
+/// Memory of a pass beside that, and of the analysis after it. \[bytes\]
+const REST: usize = 32 << 20;
 
 /// Fewest samples of a record that can be summarised.
 pub const LEAST_SAMPLES: usize = 256;
@@ -218,6 +224,7 @@ impl Pass {
         let block = (samples / BLOCKS).clamp(1, LONGEST_BLOCK);
         let coarse = coarse_block(samples);
         let segment = if SEGMENT * coarse <= samples / 4 { smooth(SEGMENT * coarse) } else { samples / 4 };
+        room(NUMBERS * segment * size_of::<f64>() + REST)?;
         let taper = hann(segment);
         let transform = Planner::new().forward(segment);
         let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());

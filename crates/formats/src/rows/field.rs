@@ -11,21 +11,17 @@ const MISSING: [&[u8]; 9] = [b"", b"na", b"n/a", b"nan", b"null", b"none", b"nil
 /// many fields as it should have, made of the beginning of one and the end of another. \[bytes\]
 pub(super) const LONG: usize = 64;
 
-/// What is wrong with a field, before it is known where.
-pub(super) enum Fault {
-    NotANumber,
-    NonFinite,
-}
+/// A field that is no number, before it is known where.
+pub(super) struct NotANumber;
 
-/// The finite number that a field holds, or NaN if it says that there is none.
-pub(super) fn number(field: &[u8]) -> Result<f64, Fault> {
+/// The finite number that a field holds, or NaN if it says that there is none, as an infinity does.
+pub(super) fn number(field: &[u8]) -> Result<f64, NotANumber> {
     let field = bare(field);
     match fast_float2::parse::<f64, _>(field) {
         Ok(value) if value.is_finite() => Ok(value),
-        Ok(value) if value.is_nan() => Ok(f64::NAN),
-        Ok(_) => Err(Fault::NonFinite),
+        Ok(_) => Ok(f64::NAN),
         Err(_) if is_missing(field) => Ok(f64::NAN),
-        Err(_) => Err(Fault::NotANumber),
+        Err(_) => Err(NotANumber),
     }
 }
 

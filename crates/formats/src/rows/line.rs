@@ -1,6 +1,6 @@
 //! The slow way: one line of any spelling that is let pass, held to the layout.
 
-use super::field::{Fault, LONG, bare, count, field_end, is_missing, is_space, number, trim, trim_with};
+use super::field::{LONG, bare, count, field_end, is_missing, is_space, number, trim, trim_with};
 use super::layout::Layout;
 use super::store::Rows;
 use crate::date;
@@ -118,7 +118,7 @@ impl Layout<'_> {
                 if self.exact == Some(column) && self.dialect.dates {
                     rows.date(field, column, place)?;
                 } else if let Some(place) = place {
-                    let value = number(field).map_err(|fault| rows.fault(&fault, column, field))?;
+                    let value = number(field).map_err(|_| rows.fault(column, field))?;
                     rows.columns[place].push(value);
                 } else {
                     rows.words(column, field)?;
@@ -153,7 +153,7 @@ impl Rows {
         }
         let end = field_end(line, start, byte);
         let field = &line[start..end];
-        let value = number(field).map_err(|fault| self.fault(&fault, column, field))?;
+        let value = number(field).map_err(|_| self.fault(column, field))?;
         self.columns[place].push(value);
         Ok(end)
     }
@@ -173,10 +173,9 @@ impl Rows {
 
     /// Reads a field as a date, in nanoseconds.
     fn date(&mut self, field: &[u8], column: usize, place: Option<usize>) -> Result<(), TextError> {
-        let stamp = date::nanoseconds(bare(field)).ok_or_else(|| match number(field) {
-            Err(fault) => self.fault(&fault, column, field),
-            Ok(_) => self.fault(&Fault::NotANumber, column, field),
-        })?;
+        let text = bare(field);
+        let stamp =
+            date::nanoseconds(text).or_else(|| date::part(text)).ok_or_else(|| self.fault(column, field))?;
         if let Some(place) = place {
             self.columns[place].push(stamp as f64);
         }
@@ -190,15 +189,12 @@ impl Rows {
     fn words(&self, column: usize, field: &[u8]) -> Result<(), TextError> {
         let text = field.len() <= LONG
             || (std::str::from_utf8(field).is_ok() && !field.iter().any(|&b| b < b' ' && b != b'\t'));
-        if text { Ok(()) } else { Err(self.fault(&Fault::NotANumber, column, field)) }
+        if text { Ok(()) } else { Err(self.fault(column, field)) }
     }
 
-    fn fault(&self, fault: &Fault, column: usize, field: &[u8]) -> TextError {
+    fn fault(&self, column: usize, field: &[u8]) -> TextError {
         let (line, row) = (self.lines, self.done);
         let text = String::from_utf8_lossy(trim(field)).chars().take(QUOTED).collect();
-        match fault {
-            Fault::NotANumber => TextError::NotANumber { line, row, column, text },
-            Fault::NonFinite => TextError::NonFinite { line, row, column, text },
-        }
+        TextError::NotANumber { line, row, column, text }
     }
 }

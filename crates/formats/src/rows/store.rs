@@ -43,8 +43,16 @@ impl Layout<'_> {
 }
 
 impl Rows {
+    /// Room for so many more rows.
+    pub(super) fn room(&mut self, more: usize) -> Result<(), TextError> {
+        let refused = |_| TextError::Memory { rows: self.done + more };
+        self.columns.iter_mut().try_for_each(|column| column.try_reserve(more)).map_err(refused)?;
+        self.integers.iter_mut().try_for_each(|integers| integers.try_reserve(more)).map_err(refused)
+    }
+
     /// Appends the rows of the lines that follow.
-    pub(crate) fn append(&mut self, next: &Self) {
+    pub(crate) fn append(&mut self, next: &Self) -> Result<(), TextError> {
+        self.room(next.done)?;
         for (column, more) in self.columns.iter_mut().zip(&next.columns) {
             column.extend_from_slice(more);
         }
@@ -58,6 +66,7 @@ impl Rows {
         self.remarks.append(&next.remarks, self.lines);
         self.done += next.done;
         self.lines += next.lines;
+        Ok(())
     }
 
     /// Room for so many times the rows there are, if it can be had.

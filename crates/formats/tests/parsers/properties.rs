@@ -18,6 +18,7 @@ fn table(columns: usize) -> Dialect {
         skip_lines: 0,
         columns,
         dates: false,
+        most: u64::MAX,
     }
 }
 
@@ -108,7 +109,7 @@ proptest! {
             let said = if *whole { right } else { right.wrapping_add(1) };
             writeln!(text, "${body}*{said:02X}\r").unwrap();
         }
-        let found = read_sentences(text.as_bytes(), b"VNYMR", 3, &[0]).unwrap();
+        let found = read_sentences(text.as_bytes(), b"VNYMR", 3, &[0], u64::MAX).unwrap();
         let whole = values.iter().filter(|(_, whole)| *whole).count();
         prop_assert_eq!(found.rows, whole);
         prop_assert_eq!(found.broken, values.len() - whole);

@@ -210,6 +210,14 @@ class ColumnsByGravity(InFile, code="columns_by_gravity"):
 
 
 @frozen
+class GravityOnGyro(InFile, code="gravity_on_gyro"):
+    """The columns that are read as the gyro have the mean of gravity, and those of the accelerometer have not."""
+
+    gyro: float  # size of the mean of each, in the unit of the file
+    accel: float
+
+
+@frozen
 class Unusable(InFile, code="unusable"):
     """A table that cannot be read; `reason` is the text of the error."""
 

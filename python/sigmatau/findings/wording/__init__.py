@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.findings.wording.phrases import Words, axes_text
+from sigmatau.results import printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -55,7 +56,7 @@ def sentence(finding: Finding) -> str:
 def line(finding: Finding) -> str:
     """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``."""
     about = f"{axes_text(finding.channels)}: " if finding.channels else ""
-    return f"{finding.severity}: {about}{finding.message}"
+    return printable(f"{finding.severity}: {about}{finding.message}")
 
 
 def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:

@@ -215,6 +215,13 @@ def _columns_by_gravity(finding: Finding, it: kinds.ColumnsByGravity) -> Words:
     )
 
 
+def _gravity_on_gyro(finding: Finding, it: kinds.GravityOnGyro) -> Words:
+    return Words(
+        f"gravity is on the columns of the gyro (mean {it.gyro:.3g}), not on those of the accelerometer ({it.accel:.2g})",
+        "Exchange the sensors in --channels",
+    )
+
+
 def _unusable(finding: Finding, it: kinds.Unusable) -> Words:
     return Words(it.reason)
 
@@ -293,6 +300,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
         (kinds.BytesBetween, _bytes_between),
         (kinds.BytesNotRead, _bytes_not_read),
         (kinds.ColumnsByGravity, _columns_by_gravity),
+        (kinds.GravityOnGyro, _gravity_on_gyro),
         (kinds.ColumnsNotRead, _columns_not_read),
         (kinds.Comments, _comments),
         (kinds.Damaged, _damaged),

@@ -19,6 +19,7 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read import assemble
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
+from sigmatau.io.read.formats.damage import expansion_limit
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.registry import reader_of
 from sigmatau.io.read.table import HEAD, Head, Table
@@ -39,6 +40,7 @@ def read(
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
     layout: str | None = None,
+    max_expansion: float | None = None,
 ) -> Record:
     """Read a static record from a file.
 
@@ -76,6 +78,8 @@ def read(
         is a count (default 1), a NumPy type (i1 to i8, u1 to u8, f4, f8), a name, and an optional unit in brackets. A count
         of three gives x, y and z. ``<`` (low byte first, the usual order) and ``>`` (high byte first) hold for all fields
         that follow. ``4x`` skips four bytes, and ``header 512`` at the beginning skips 512 bytes before the first row.
+    max_expansion : float, optional
+        Largest size of compressed content over that of its file. Default: 100; up to 64 MiB are always unpacked.
 
     Returns
     -------
@@ -94,14 +98,22 @@ def read(
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
-    with opened(path, layout) as (file, tables):
+    with opened(path, layout, max_expansion) as (file, tables):
         return assemble.assemble(choose_tables(tables, options.topic), file, options)
 
 
 @contextlib.contextmanager
-def opened(path: str | os.PathLike[str], layout: str | None = None) -> Iterator[tuple[Path, Sequence[Table]]]:
+def opened(
+    path: str | os.PathLike[str], layout: str | None = None, max_expansion: float | None = None
+) -> Iterator[tuple[Path, Sequence[Table]]]:
     """A file and its tables; errors are prefixed with the name of the file."""
-    name = os.fsdecode(path)
+    if max_expansion is not None and not (isinstance(max_expansion, int | float) and max_expansion >= 1):
+        raise OptionError(f"{{option}} must be a number, 1 or more, not {max_expansion!r}", option="max_expansion")
+    with expansion_limit(max_expansion):
+        yield from _opened(os.fsdecode(path), layout)
+
+
+def _opened(name: str, layout: str | None) -> Iterator[tuple[Path, Sequence[Table]]]:
     tables: Sequence[Table] = ()
     try:
         file = Path(name)

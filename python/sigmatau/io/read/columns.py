@@ -15,6 +15,7 @@ from sigmatau.io.read.names import (
     TIMES,
     bare_name,
     degrees_of,
+    holds_increments,
     key_of,
     readings,
     recognise,
@@ -40,11 +41,12 @@ class Choice:
     temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
 
 
-def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> Choice:
+def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None, *, increments: bool = False) -> Choice:
     """The channels, as the user names them or else by column names. `asked`: channel to column, see
-    `sigmatau.io.read.read`.
+    `sigmatau.io.read.read`; `increments`: whether increments are read where a log has rates too.
     """
     found = recognise(columns)
+    found, beside = _of_one_kind(columns, found, increments=increments)
     without = asked is not None and no_time(columns, asked)
     if asked:
         named = _resolve(columns, {c: where for c, where in asked.items() if c.strip() != "time" or not without})
@@ -61,6 +63,7 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
             return Choice(channels=_ordered(named), time=time, notes=notes)
     else:
         time, notes = _time(columns, found, taken=set(), strict=True)
+    notes = (*notes, *beside)
     channels: dict[str, int] = {}
     for index, match in enumerate(found):
         if match is None or match[0] == "time" or index == time:
@@ -86,6 +89,23 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None) -> 
     taken = {index for index, match in enumerate(found) if match is not None}
     thermometer = find_thermometer(columns, [key_of(bare_name(column)) for column in columns], taken)
     return Choice(channels=_ordered(channels), time=time, notes=notes, temperature=thermometer)
+
+
+def _of_one_kind(
+    columns: Sequence[Column], found: list[tuple[str, str | None] | None], *, increments: bool
+) -> tuple[list[tuple[str, str | None] | None], tuple[str, ...]]:
+    """What is recognised, without the increments of channels that have rates too, or the other way round; and a note."""
+    kinds = [match is not None and match[0] != "time" and holds_increments(columns[i]) for i, match in enumerate(found)]
+    both = {m[0] for m, k in zip(found, kinds, strict=True) if m and k} & {
+        m[0] for m, k in zip(found, kinds, strict=True) if m and not k
+    }
+    left = [i for i, m in enumerate(found) if m is not None and m[0] in both and kinds[i] is not increments]
+    if not left:
+        return found, ()
+    names = ", ".join(columns[i].name for i in left)
+    what = ("rates", "increments") if increments else ("increments", "rates")
+    kept = [None if i in left else match for i, match in enumerate(found)]
+    return kept, (f"{names} not read: {what[0]} beside {what[1]}",)
 
 
 def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> None:

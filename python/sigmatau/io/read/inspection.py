@@ -18,7 +18,7 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
 from sigmatau.record.record import Record
-from sigmatau.results import Printed, duration_text, plain
+from sigmatau.results import Printed, duration_text, lines_text, plain
 
 _LISTED = 40
 
@@ -72,7 +72,7 @@ class Inspection(Printed):
         return plain(self, "path format wanting tables findings=checks")
 
     def __repr__(self) -> str:
-        return "\n".join([*self.contents(), *map(str, self.findings), *self.wants()])
+        return lines_text([*self.contents(), *map(str, self.findings), *self.wants()])
 
     def contents(self) -> list[str]:
         """Lines that describe the tables."""
@@ -105,12 +105,18 @@ def _lines(table: TableInfo, *, several: bool) -> list[str]:
     return lines
 
 
-def inspect(path: str | os.PathLike[str], *, layout: str | None = None, **options_of_read: Any) -> Inspection:  # noqa: ANN401
+def inspect(
+    path: str | os.PathLike[str],
+    *,
+    layout: str | None = None,
+    max_expansion: float | None = None,
+    **options_of_read: Any,  # noqa: ANN401
+) -> Inspection:
     """Contents and faults of a file, without options. Tables that have a sensor, or that `topic` or `channels` ask for,
     are read. Of other tables only the names are listed.
     """
     options = Options.check(**options_of_read)
-    with opened(path, layout) as (file, tables):
+    with opened(path, layout, max_expansion) as (file, tables):
         wanting = ""
         try:
             chosen = choose_tables(tables, options.topic)

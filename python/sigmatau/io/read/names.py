@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ _STEMS = {
     "gyro": (
         "gyros?",
         "gyr",
+        "gyr(?:o|oscope)?_?reading",
         "gyroscope",
         "gyroskop|giroscopio|giroscópio",  # phyphox in other languages
         "gyro_fifo",  # PX4
@@ -35,6 +37,7 @@ _STEMS = {
         "ang_?vel",
         "rotation_?rate",
         "omega",
+        "rot",
         "w",
         "w_rs_s",  # EuRoC
         "g",  # see _ALONE
@@ -42,7 +45,8 @@ _STEMS = {
     ),
     "accel": (
         "accel",
-        "acc",
+        "accl?",
+        "acc(?:el|elerometer)?_?reading",
         "accelerometer",
         "accel_fifo",  # PX4
         "acceleration",
@@ -60,6 +64,17 @@ _STEMS = {
 
 # Stems after an axis: ``xgyro`` (MAVLink).
 _AFTER_AXIS = {"gyro": "gyro|gyr", "accel": "accel|acc"}
+
+# Axes as numbers, ``accl0`` to ``accl2``: recognised only if all three exist, and no fourth.
+_NUMBERED = re.compile(r"(?P<stem>[a-z][a-z_]+?)_?(?P<axis>[0-3])")
+
+# Logs whose columns tell the program that wrote them, with its units.
+_OF_PROGRAMS = (
+    (
+        {"index", "time", "accl0", "accl1", "accl2", "rot0", "rot1", "rot2", "x", "y", "z", "w"},
+        {"accel": "g", "gyro": "rad/s", "time": "s"},
+    ),
+)
 
 # Names of increments.
 _INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|angle|vel|velocity)|dv)_?[xyz]")
@@ -148,6 +163,8 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
     Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
     """
     keys = [key_of(unit_of(column)[0]) for column in columns]
+    by_program = next((known for names, known in _OF_PROGRAMS if names == set(keys)), {})
+    keys = _lettered(keys)
     together = {
         key
         for stem in "ag"
@@ -177,11 +194,25 @@ def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
             unit = unit or own
             if unit is None and of_ros and column.name.startswith("field."):
                 unit = _ROS_UNITS.get(channel.split("_")[0])
+            unit = unit or by_program.get(channel.split("_")[0])
             if unit is None or units.find(unit).si in _KINDS[channel.split("_")[0]]:
                 match = (channel, unit)
                 break
         found.append(match)
     return found
+
+
+def _lettered(keys: Sequence[str]) -> list[str]:
+    """The keys with the axes 0, 1, 2 of a sensor as x, y, z."""
+    axes: dict[str, set[str]] = {}
+    matches = [_NUMBERED.fullmatch(key) for key in keys]
+    for match in matches:
+        if match:
+            axes.setdefault(match["stem"], set()).add(match["axis"])
+    return [
+        f"{match['stem']}_{'xyz'[int(match['axis'])]}" if match and axes[match["stem"]] == set("012") else key
+        for key, match in zip(keys, matches, strict=True)
+    ]
 
 
 def stated_unit(column: Column) -> str | None:
@@ -297,6 +328,17 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
         other=sizes[1 - which],
     )
     return channels, Finding(details=details, severity="info")
+
+
+def gravity_on_gyro(gyro: Sequence[NDArray[Any]], accel: Sequence[NDArray[Any]]) -> tuple[float, float] | None:
+    """Sizes of the means of the two sensors, if gravity is on the gyro and not on the accelerometer; in units of the log."""
+    step = max(len(gyro[0]) // _ROWS_TESTED, 1)
+    triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor], axis=1) for sensor in (gyro, accel)]
+    finite = [three[np.isfinite(three).all(axis=1)] for three in triples]
+    if min(map(len, finite)) < _MIN_ROWS or not _is_gravity(finite[0]) or _is_gravity(finite[1]):
+        return None
+    sizes = [float(np.linalg.norm(three.mean(axis=0))) for three in finite]
+    return (sizes[0], sizes[1]) if sizes[1] <= _GYRO_MEAN * sizes[0] else None
 
 
 def _is_gravity(three: NDArray[np.float64]) -> bool:

@@ -10,7 +10,7 @@ from typing import TypeGuard, cast, get_args
 import numpy as np
 
 from sigmatau.errors import OptionError
-from sigmatau.record.streams import InputKind
+from sigmatau.record.streams import RATES, InputKind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,8 +38,11 @@ class Options:
         topic: object = None,
     ) -> Options:
         """Options of the right types and values; raises `OptionError`."""
-        if rate is not None and not (_is_number(rate) and rate > 0):
-            raise OptionError(f"{{option}} must be a positive number of hertz, not {rate!r}", option="rate")
+        if rate is not None and not (_is_number(rate) and RATES[0] <= rate <= RATES[1]):
+            raise OptionError(
+                f"{{option}} must be a positive number of hertz, {RATES[0]:g} to {RATES[1]:g}, not {rate!r}",
+                option="rate",
+            )
         if input not in get_args(InputKind):
             raise OptionError(
                 f"{{option}} must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input"

@@ -59,6 +59,18 @@ _OTHER_FILES = (
     (b"\x7fELF", "a program"),
 )
 
+# Texts that are saved in place of a log.
+_INSTEAD = (
+    (
+        re.compile(rb"version https://git-lfs\.github\.com/"),
+        "a pointer of Git LFS, not the file itself: run git lfs pull",
+    ),
+    (
+        re.compile(rb"(?i)(?:\xef\xbb\xbf)?\s*(?:<\?xml[^>]{0,200}>\s*)?<(?:!doctype html|html|head|body)\b"),
+        "a web page, perhaps one about an error: download the file again",
+    ),
+)
+
 # Compressed files, also within gzip: signature, name, and command to decompress them.
 _COMPRESSED = (
     (re.compile(rb"\x28\xb5\x2f\xfd"), "compressed by zstd", "zstd -d"),
@@ -77,6 +89,9 @@ def reader_of(head: Head, path: Path) -> Format:
         if mark.match(head.data):
             twice = " compressed by gzip" if head.gzip and "tar" in what else ""
             raise DataError(f"is {what}{twice}: decompress it first ({command} {path.name}) and give the file in it")
+    for text, what in _INSTEAD:
+        if text.match(head.data):
+            raise DataError(f"is {what}")
     for known in _FORMATS:
         if not known.likely(head.data):
             continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -18,13 +19,18 @@ from sigmatau.record.streams import InputKind
 
 # The columns chosen, the unit of each channel as spelled, notes and findings
 Resolved = tuple[Choice, dict[str, str], list[str], list[Finding]]
+_COUNTS = re.compile(r"(?i)counts?|lsbs?|digits?|raw|adc")
 SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
 
 def resolve(table: Table, options: Options) -> Resolved:
     """The columns, the unit of each channel as spelled, notes and findings; raises as `assemble` does."""
     by_mean = None if options.channels else by_gravity(table)
-    choice = choose(table.columns, options.channels if by_mean is None else by_mean[0])
+    choice = choose(
+        table.columns,
+        options.channels if by_mean is None else by_mean[0],
+        increments=options.input == "increments",
+    )
     _check_keys(choice, options)
     _check_kind(table, choice, options)
     choice = _without_text_stamps(table, choice, options)
@@ -138,6 +144,12 @@ def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: 
 
 
 def _check_unit(channel: str, spelled: str, stream: str) -> None:
+    if _COUNTS.fullmatch(spelled.strip()):
+        raise OptionError(
+            f"{channel}: {spelled} have no size; give the unit that --scale makes of them, e.g. --unit {stream}=deg/s"
+            f" --scale {stream}=0.01",
+            option="unit",
+        )
     kinds = ("s",) if stream == "time" else (SI[stream], units.integral(SI[stream]))
     try:
         units.find(spelled, si=kinds)

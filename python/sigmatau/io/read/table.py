@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
@@ -13,8 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.results import printable
 
 HEAD = 1 << 18  # The format, and the layout of a text table, are detected from this many bytes. [bytes]
 FORMATS = (
@@ -28,6 +29,8 @@ _LISTED = 12
 _DATE = re.compile(
     r"\d{4}([-/])\d\d\1\d\d[Tt ]\d\d:\d\d(?::\d\d(?:[.,]\d++)?)?(?: ?(?:[Zz]|[Uu][Tt][Cc]|[+-]\d\d(?::?\d\d)?))?"
 )
+_DAY = re.compile(r"\d{4}([-/])\d\d\1\d\d")
+_CLOCK = re.compile(r"\d\d:\d\d:\d\d(?:[.,]\d++)?")
 _WORD = 50
 
 
@@ -47,6 +50,11 @@ class Column:
     name: str  # As the file spells it, with its unit if that is part of the name; empty if the column has no name
     unit: str | None = None  # Unit from a row of units, as the file spells it
     first: str = ""  # Text of its first row, which shows a column without a name; may be empty
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", printable(self.name))
+        object.__setattr__(self, "unit", None if self.unit is None else printable(self.unit))
+        object.__setattr__(self, "first", printable(self.first))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,6 +87,10 @@ class Table:
     rate: float | None = None  # Sampling rate that the format states, for a table without a time column. [Hz]
     rate_source: str = ""  # Source of the rate: ``"the waveform increment of the channels"``
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "topic", printable(self.topic))
+        object.__setattr__(self, "notes", tuple(map(printable, self.notes)))
+
     def label(self, index: int) -> str:
         """Name of a column for messages; its number if it has none."""
         name = self.columns[index].name
@@ -102,6 +114,19 @@ def is_date(text: str) -> bool:
     return _DATE.fullmatch(text) is not None
 
 
+def with_days(columns: Sequence[Column]) -> tuple[tuple[Column, ...], dict[int, int | None]]:
+    """The columns, a time of day as a date with the day of the column beside it; and that column by the one of the time."""
+    days: dict[int, int | None] = {}
+    found = list(columns)
+    for index, column in enumerate(columns):
+        if _CLOCK.fullmatch(column.first):
+            beside = [k for k in (index - 1, index + 1) if 0 <= k < len(columns) and _DAY.fullmatch(columns[k].first)]
+            days[index] = beside[0] if beside else None
+            day = columns[beside[0]].first if beside else "1970-01-01"
+            found[index] = replace(column, first=f"{day} {column.first}")
+    return tuple(replace(c, unit="ns") if is_date(c.first) else c for c in found), days
+
+
 def listing(columns: Sequence[Column]) -> str:
     """The first twelve columns of a file in one line: ``1 't', 2 'wx'``, or with their first numbers."""
     shown = ", ".join(_shown(i, column) for i, column in enumerate(columns[:_LISTED], 1))
@@ -119,27 +144,24 @@ def _shown(number: int, column: Column) -> str:
 _CHUNK = 1 << 20
 
 
-def refuse_infinite(array: NDArray[Any], name: str, where: str = "row {row} (counted from 0)") -> None:
-    """Raise `NonFiniteError` for the first infinite value of a column; NaN marks a missing value."""
+ABSURD = 1e60
+"""A number that no sensor says, in any unit; its fourth power overflows a double."""
+
+
+def without_absurd(array: NDArray[Any]) -> NDArray[Any]:
+    """The column with NaN, which marks a missing value, in place of infinite values and of those beyond `ABSURD`."""
     if array.dtype.kind != "f":
-        return
+        return array
+    most = array.dtype.type(min(ABSURD, float(np.finfo(array.dtype).max)))
     for start in range(0, len(array), _CHUNK):
-        piece = array[start : start + _CHUNK]
-        if np.isfinite(piece).all():
-            continue
-        bad = np.flatnonzero(np.isinf(piece))
-        if len(bad):
-            row = start + int(bad[0])
-            raise NonFiniteError(
-                f", {where.format(row=row)}: column {name} has {array[row]}; cut the record there, or put NaN in its place"
-                " if the value is missing",
-                channel=name,
-                index=row,
-            )
+        if (np.abs(np.asarray(array[start : start + _CHUNK])) > most).any():
+            return np.where(np.abs(array) > most, np.nan, array)
+    return array
 
 
 def whole_stamps(array: NDArray[Any]) -> NDArray[Any]:
     """Time stamps as int64 if they are integers that fit, else as float64."""
+    array = np.asarray(array)
     whole = array.dtype.kind in "iu" and int(array.max(initial=0)) < 1 << 63
     return array.astype(np.int64 if whole else np.float64)
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import NeverWritten
+from sigmatau.findings.kinds.reading import GravityOnGyro, NeverWritten
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice, Thermometer, not_read
-from sigmatau.io.read.names import unit_of
+from sigmatau.io.read.names import gravity_on_gyro, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
-from sigmatau.io.read.table import Loaded, Table
+from sigmatau.io.read.table import Loaded, Table, without_absurd
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.timing import (
     Timing,
@@ -30,7 +30,7 @@ from sigmatau.io.read.time.timing import (
     with_missing,
 )
 from sigmatau.record.record import MIN_SAMPLES, TEMPERATURE, make_stream, stream_name
-from sigmatau.record.streams import Stream
+from sigmatau.record.streams import RATES, Stream
 from sigmatau.record.thermometers import PLAUSIBLE, TO_CELSIUS, typical
 
 
@@ -105,6 +105,11 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         else:
             shared = shared or timed(table, choice, raw, unit.get("time"), options)
             timing = shared
+        if not RATES[0] <= timing.rate <= RATES[1]:
+            raise DataError(
+                f"its sampling rate is {timing.rate:g} Hz by {timing.source}, outside {RATES[0]:g} to {RATES[1]:g} Hz;"
+                " give --rate, or the unit of the time stamps by --unit time=…"
+            )
         if not any(timing is other for other in times):
             times.append(timing)
         if timing.rows is not None:
@@ -124,6 +129,10 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
                 finite=timing.places is None and not missing.intersection(columns.values()),
             )
         )
+    sensed = [[raw[index] for index in by_stream.get(name, {}).values()] for name in SI]
+    if all(len(columns) == 3 for columns in sensed) and (sizes := gravity_on_gyro(*sensed)):
+        exchanged = GravityOnGyro(gyro=sizes[0], accel=sizes[1])
+        overruled = [*overruled, Finding(details=exchanged, severity="warning")]
     said = missing_in(raw, choice.channels, missing, rows_of, table.where, streams[0].grid.tau0)
     said = (*said, *jitter_findings(streams, times))
     if choice.temperature is not None:
@@ -163,15 +172,19 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
 
 
 def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
-    """The columns, with the temperature if it can be read."""
+    """The columns, infinite values as missing ones, with the temperature if it can be read."""
     wanted = {*choice.channels.values(), *(() if choice.time is None else (choice.time,))}
-    if choice.temperature is not None and choice.temperature.index not in wanted:
+    loaded: Loaded | None = None
+    warm = choice.temperature
+    if warm is not None and warm.index not in wanted:
         try:
-            return table.load(sorted({*wanted, choice.temperature.index}), choice.time), choice
+            loaded = table.load(sorted({*wanted, warm.index}), choice.time)
         except DataError:  # it must not make the log unusable
-            name = table.label(choice.temperature.index)
-            choice = replace(choice, temperature=None, notes=(*choice.notes, f"column {name} cannot be read"))
-    return table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
+            choice = replace(choice, notes=(*choice.notes, f"column {table.label(warm.index)} cannot be read"))
+    if loaded is None:
+        loaded, choice = table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
+    finite = {index: without_absurd(column) for index, column in loaded.columns.items()}
+    return replace(loaded, columns=finite), choice
 
 
 def find_rate(

@@ -19,7 +19,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import MissingSamples, UnequalLengths
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import Column, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Loaded, Table, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
 WIDEST = 64  # Largest number of columns of an array that is read
@@ -91,7 +91,7 @@ def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, .
 def real_columns(
     raw: Mapping[int, NDArray[Any]], labels: Mapping[int, str], exact: int | None
 ) -> dict[int, NDArray[Any]]:
-    """The columns as real numbers; raises `DataError` for other types and `NonFiniteError` for an infinite value."""
+    """The columns as real numbers; raises `DataError` for other types."""
     checked: dict[int, NDArray[Any]] = {}
     for index, array in raw.items():
         if array.dtype.kind not in "iuf":
@@ -100,7 +100,6 @@ def real_columns(
         plain = array if array.dtype.kind in "iu" or array.dtype.itemsize in (4, 8) else array.astype(np.float64)
         plain = plain if plain.dtype.isnative else plain.astype(plain.dtype.newbyteorder("="))
         plain = plain if plain.flags.aligned else plain.copy()
-        refuse_infinite(plain, labels[index])
         checked[index] = plain
     if exact is not None:
         checked[exact] = whole_stamps(checked[exact])

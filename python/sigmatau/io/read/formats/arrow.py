@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import mmap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damaged, NoEndMark, Place
 from sigmatau.io.read.formats.arrow_table import BatchError, columns_of, is_list, table_of, with_sizes
-from sigmatau.io.read.formats.damage import behind, first_line, library_faults, not_read
+from sigmatau.io.read.formats.damage import behind, first_line, library_faults, not_read, places_of
 from sigmatau.io.read.table import Head, Table, need
 
 _FILE, _STREAM = b"ARROW1\0\0", b"\xff\xff\xff\xff"
@@ -54,14 +53,14 @@ def _ipc(path: Path, head: Head) -> Table:
         source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, followed by a directory
         return ipc.open_stream(source, options=options)
 
-    with pa.memory_map(str(path)) as source, opened(source) as stream:
+    with pa.OSFile(str(path)) as source, opened(source) as stream:
         schema = stream.schema
     found, others = columns_of(schema)
 
     def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any] | Finding]:
         indices = [schema.get_field_index(name) for name in fields]
         options = ipc.IpcReadOptions(included_fields=indices)
-        with pa.memory_map(str(path)) as source, opened(source, options) as stream:
+        with pa.OSFile(str(path)) as source, opened(source, options) as stream:
             number = 0
             while True:
                 place = Place("batch", number + 1)
@@ -175,10 +174,11 @@ def _files_in(path: Path) -> list[tuple[int, int]]:
     end is that of the last one, with offsets from its own beginning.
     """
     size = path.stat().st_size
-    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        borders = [0]
-        while (at := data.find(PARQUET * 2, borders[-1])) >= 0:
-            directory = int.from_bytes(data[at - 4 : at], "little")
+    borders = [0]
+    with path.open("rb") as stream:
+        for at in places_of(path, PARQUET * 2):
+            stream.seek(max(at - 4, 0))
+            directory = int.from_bytes(stream.read(4), "little")
             if not 0 < directory < at - borders[-1]:  # the mark is part of the data
                 return [(0, size)]
             borders.append(at + len(PARQUET))
@@ -191,7 +191,11 @@ def _opened_part(path: Path, bound: tuple[int, int]) -> Any:  # noqa: ANN401
 
     start, end = bound
     whole = start == 0 and end == path.stat().st_size
-    source = path if whole else pa.BufferReader(pa.memory_map(str(path)).read_buffer().slice(start, end - start))
+    source: Any = path
+    if not whole:
+        with path.open("rb") as stream:
+            stream.seek(start)
+            source = pa.BufferReader(stream.read(end - start))
     return pq.ParquetFile(source, page_checksum_verification=True)
 
 

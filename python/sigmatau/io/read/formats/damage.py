@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,41 @@ def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
     return (Finding(details=details, severity="error"),)
 
 
+EXPANSION = 100.0
+"""Largest size of unpacked content over that of the file, by default; text logs are compressed to a third or a twentieth."""
+
+_LEAST_EXPANDED = 1 << 26  # content of this size is unpacked whatever its ratio [bytes]
+_expansion = ContextVar("expansion", default=EXPANSION)
+
+
+@contextmanager
+def expansion_limit(times: float | None) -> Iterator[None]:
+    """Set the largest size of unpacked content over that of a file, for the readers that are called within."""
+    token = _expansion.set(EXPANSION if times is None else times)
+    try:
+        yield
+    finally:
+        _expansion.reset(token)
+
+
+def largest_expansion(stored: int) -> int:
+    """Bytes that so many bytes may be unpacked to."""
+    return int(min(max(_LEAST_EXPANDED, _expansion.get() * stored), 1 << 62))
+
+
+def refuse_expansion(stored: int, unpacked: int | None, what: str = "") -> None:
+    """Raise `DataError` if content is unpacked to more than is allowed; `unpacked` is None if its size is not known."""
+    most = largest_expansion(stored)
+    if unpacked is not None and unpacked <= most:
+        return
+    size = f"more than {most / 1e6:.3g} MB" if unpacked is None else f"{unpacked / 1e6:.3g} MB"
+    need = "N" if unpacked is None else str(-(-unpacked // max(stored, 1)))
+    raise DataError(
+        f"{what and f'{what} '}expands from {stored / 1e6:.3g} MB to {size}: it may be damaged or made to fill the memory;"
+        f" if it is right, allow N times its size by --max-expansion {need}"
+    )
+
+
 _CHUNK = 1 << 20
 _END_RECORD, _END_LENGTH, _COMMENT = b"PK\x05\x06", 22, 1 << 16  # of zip archives
 
@@ -80,6 +116,20 @@ def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
 def not_read(number: int, start: int, *, after: str = "") -> Finding:
     """A finding of bytes that are not read, see `sigmatau.findings.kinds.reading.BytesNotRead`."""
     return Finding(details=BytesNotRead(bytes=number, place=Place("byte", start), after=after), severity="error")
+
+
+def places_of(path: Path, mark: bytes) -> Iterator[int]:
+    """Where a mark is in a file, in order. [bytes]"""
+    with path.open("rb") as stream:
+        at, held = 0, b""  # place of the first byte that is held
+        while piece := stream.read(_CHUNK):
+            held += piece
+            found = held.find(mark)
+            while found >= 0:
+                yield at + found
+                found = held.find(mark, found + 1)
+            kept = len(mark) - 1
+            at, held = at + len(held) - min(kept, len(held)), held[len(held) - min(kept, len(held)) :]
 
 
 def _filler(path: Path, start: int) -> int | None:

@@ -21,7 +21,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import behind, broken
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 
 _MARKS = b"\xa3\x95"
 
@@ -119,9 +119,8 @@ def _tables(
         )
         arrays: dict[int, NDArray[Any]] = {}
         for index, column in zip(wanted, raw, strict=True):
-            name, letter, _ = fields[index]
+            letter = fields[index][1]
             array: NDArray[Any] = column.view(_TYPES[letter])
-            refuse_infinite(array, name, f"message {{row}} of {topic} (counted from 0)")
             arrays[index] = array / 100.0 if letter in _HUNDREDTHS else array
         if exact is not None:
             arrays[exact] = whole_stamps(arrays[exact])

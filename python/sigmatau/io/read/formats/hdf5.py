@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mmap
 import os
 import re
 from collections.abc import Callable, Iterator
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import damage
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
-from sigmatau.io.read.formats.damage import behind, first_line
+from sigmatau.io.read.formats.damage import behind, first_line, places_of, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
 
 _MARK = b"\x89HDF\r\n\x1a\n"
@@ -24,8 +23,6 @@ _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
 _NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale")
 _MAX_OBJECTS = 10_000  # in a file; a log has far fewer
-_MAX_RATIO = 1100  # largest compression ratio of deflate is 1032
-_ALWAYS_READ = 1 << 28  # datasets up to this size are read whatever their ratio: other filters compress better [bytes]
 _MAX_DEPTH = 32  # of nested groups
 
 
@@ -183,8 +180,9 @@ def _fits(size: int, names: tuple[str, ...], dataset: Any) -> None:  # noqa: ANN
     name = "/".join(names)
     if stored == 0:
         raise DataError(f"dataset {name} was never written; copy or record the file again")
-    if stored > size or declared > max(_ALWAYS_READ, stored * _MAX_RATIO):
+    if stored > size:
         raise DataError(f"dataset {name} declares {declared} bytes but the file stores {stored}; it is damaged")
+    refuse_expansion(stored, declared, f"dataset {name}")
     if dataset.chunks is None:
         if stored < declared and dataset.external is None:
             raise DataError(f"dataset {name} has {stored} of {declared} bytes; copy or record the file again")
@@ -276,19 +274,21 @@ def _heaps_are_sound(name: str, size: int, changed: int) -> bool:
     Layout: HDF5 file format specification, version 3, section III.E.
     """
     del changed  # part of the cache key
-    with Path(name).open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        at = data.find(b"GCOL\x01\0\0\0")
-        while 0 <= at <= size - 16:
-            end = at + int.from_bytes(data[at + 8 : at + 16], "little")
-            if end > size:
+    for at in places_of(Path(name), b"GCOL\x01\0\0\0"):
+        with Path(name).open("rb") as stream:
+            stream.seek(at + 8)
+            length = int.from_bytes(stream.read(8), "little")
+            if at > size - 16:
+                break
+            if at + length > size:
                 return False
-            place = at + 16
-            while place + 16 <= end:
-                index = int.from_bytes(data[place : place + 2], "little")
-                length = int.from_bytes(data[place + 8 : place + 16], "little")
-                step = length if index == 0 else 16 + length + -length % 8  # free space counts its own header
-                if step < 16 or place + step > end:
-                    return False
-                place += step
-            at = data.find(b"GCOL\x01\0\0\0", at + 8)
+            heap = stream.read(max(length - 16, 0))
+        place = 0
+        while place + 16 <= len(heap):
+            index = int.from_bytes(heap[place : place + 2], "little")
+            held = int.from_bytes(heap[place + 8 : place + 16], "little")
+            step = held if index == 0 else 16 + held + -held % 8  # free space counts its own header
+            if step < 16 or place + step > len(heap):
+                return False
+            place += step
     return True

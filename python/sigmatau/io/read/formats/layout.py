@@ -8,6 +8,7 @@ number has a point. An ambiguous table (decimal commas between commas, two delim
 from __future__ import annotations
 
 import csv
+import math
 import re
 from dataclasses import dataclass, field
 
@@ -19,6 +20,10 @@ COMMENTS = ("#", "%", "//")
 
 _DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}
 _LINES = 2000  # number of lines that are tested
+_LONG_LINE = 64  # numbers on one line from which on it is said to be no row of samples
+_HEADERS = 20  # lines above the samples that may have numbers
+_LEAST_SAMPLES = 100  # rows that follow one with other numbers
+_FAR = 10  # times the range of a column that a number is outside of it, if it is not one of a sample
 
 # Each pattern matches a text in only one way, so that failing lines take linear time.
 _NUMBER = re.compile(r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
@@ -78,16 +83,24 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     lines = _lines(text)
     rows = [line for line in lines if not line.comment]
     if not rows:
-        raise DataError("has only comments and blank lines" if lines else "has only blank lines")
+        what = "comments and blank lines" if lines else "blank lines"
+        raise DataError(
+            f"has only {what}" if whole else f"has only {what} in its first {_kibibytes(data)} KiB; cut them"
+        )
     if rows[0].text.startswith(("{", "<")):
         raise DataError(f"is JSON or XML, not a format that is read: {FORMATS}")
     _refuse_sentences(rows)
+    if whole and len(rows) == 1 and len(rows[0].text) > 1000:
+        error = _long_line(rows[0].text.encode(), "the only line")
+        if "all of it numbers" in error.message:
+            raise error
     decimal_comma = _exchange_decimal_commas(rows)
     delimiter, columns = _delimiter(rows)
-    first = next(line for line in rows if _is_data(line.split(delimiter), columns))
+    data_rows = [line for line in rows if _is_data(line.split(delimiter), columns)]
+    first, skipped = _first_sample(rows, data_rows, delimiter, columns)
     if delimiter == ",":
         _refuse_split_numbers(rows, first, columns)
-    before = [line for line in lines if line.number < first.number]
+    before = [line for line in lines if line.number < first.number and line not in skipped]
     _refuse_other_delimiters(first, delimiter)
     names, units, header, layout_notes = _names(before, delimiter, columns)
     _refuse_cut_rows(before, header, first, delimiter, columns)
@@ -97,6 +110,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     notes = [
         f"{kind} text{commas}, {'no header' if header is None else f'header on line {header}'}{written}",
         *layout_notes,
+        *(f"line {line.number} skipped: its numbers are not those of a sample" for line in skipped),
     ]
     return Layout(
         delimiter=delimiter,
@@ -110,6 +124,39 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     )
 
 
+def _first_sample(
+    rows: list[_Line], data: list[_Line], delimiter: str | None, columns: int
+) -> tuple[_Line, list[_Line]]:
+    """The first row of samples, and the rows of numbers before it: above the header, or with other numbers than all rows
+    that follow, as scales or a position.
+    """
+    headers = [line for line in rows[:_HEADERS] if _names_something(_header_fields(line, delimiter, columns))]
+    above = [line for line in data if headers and line.number < headers[-1].number]
+    rest = data[len(above) :] or data
+    above = above if data[len(above) :] else []
+    while len(above) < _HEADERS and len(rest) > _LEAST_SAMPLES and _is_odd(rest, delimiter, columns):
+        above, rest = [*above, rest[0]], rest[1:]
+    return rest[0], above
+
+
+def _is_odd(rows: list[_Line], delimiter: str | None, columns: int) -> bool:
+    """Whether most numbers of the first row are far outside those of all others, or broken among whole ones."""
+    table = [[float(f) if _is_number(f) else math.nan for f in row.split(delimiter)[:columns]] for row in rows]
+    first, others = table[0], list(zip(*table[1:], strict=True))
+    if not any(first):
+        return False  # a row without a sample
+    odd = 0
+    for value, column in zip(first, others, strict=True):
+        known = [x for x in column if math.isfinite(x)]
+        if not known or not math.isfinite(value):
+            continue
+        low, high = min(known), max(known)
+        room = _FAR * (high - low)
+        whole = all(x.is_integer() for x in known)
+        odd += not low - room <= value <= high + room or (whole and not value.is_integer())
+    return 2 * odd > columns
+
+
 def header_fields(text: str, layout: Layout) -> list[str]:
     """The names in a comment line among the rows; nothing if it is not a header."""
     fields = _header_fields(_Line(0, text, comment=True), layout.delimiter, len(layout.columns))
@@ -121,7 +168,9 @@ def _decode(data: bytes, *, whole: bool) -> tuple[str, str]:
         end = data.rfind(b"\n") + 1
         if not end:
             ends = "; its lines end in CR alone: save it with LF or CR LF" if b"\r" in data else ""
-            raise DataError(f"the first line is longer than {len(data) // 1024} KiB, so this is not a text table{ends}")
+            raise _long_line(data, "the first line", ends)
+        if b"\n" not in data[:end].strip() and len(data) - end > end:
+            raise _long_line(data[end:], "the second line")
         data = data[:end]
     data = data.removeprefix(b"\xef\xbb\xbf")
     if b"\n" not in data and b"\r" in data.strip():
@@ -131,6 +180,20 @@ def _decode(data: bytes, *, whole: bool) -> tuple[str, str]:
     except UnicodeDecodeError:
         # Windows logs write the degree sign in this encoding.
         return data.decode("cp1252", errors="replace"), ", read as Windows-1252"
+
+
+def _long_line(data: bytes, which: str, ends: str = "") -> DataError:
+    begun = re.split(r"[,;\s]+", data[:1000].decode("latin-1").strip())[:-1]
+    if len(begun) > _LONG_LINE and all(map(_is_number, begun)):
+        return DataError(
+            f"{which} is longer than {_kibibytes(data)} KiB, all of it numbers: a sample needs a line of its own; put line"
+            " ends between them, e.g. by tr ',' '\\n'"
+        )
+    return DataError(f"{which} is longer than {_kibibytes(data)} KiB, so this is not a text table{ends}")
+
+
+def _kibibytes(data: bytes) -> int:
+    return len(data) // 1024
 
 
 def _lines(text: str) -> list[_Line]:
@@ -317,15 +380,20 @@ def _names(
     fitting = [(line, fields) for line in marked if (fields := _header_fields(line, delimiter, columns))]
     plain = [line for line in marked if not line.comment]
     if any(line in plain for line, _ in fitting):  # then the header is not a comment
-        fitting = [(line, fields) for line, fields in fitting if line in plain[-2:]]
+        fitting = [(line, fields) for line, fields in fitting if line in plain[-3:]]
     if not fitting or (plain and not fitting[-1][0].comment and fitting[-1][0] is not plain[-1]):
         notes = [f"line {plain[-1].number} skipped: it does not name the {columns} columns"] if plain else []
         return blank, nothing, None, notes
     line, fields = fitting[-1]
+    units, notes = nothing, []
     if len(fitting) > 1 and _is_unit_row(fields):
-        names = fitting[-2][1]
-        units = [f.strip("[](){} ") or None for f in fields]
-        return names, units, fitting[-2][0].number, [f"units on line {line.number}"]
+        units, notes = [f.strip("[](){} ") or None for f in fields], [f"units on line {line.number}"]
+        fitting = fitting[:-1]
+    if len(fitting) > 1 and _is_axis_row(fitting[-1][1]):
+        (above, stems), (line, axes) = fitting[-2:]
+        return _with_axes(stems, axes), units, above.number, [f"axes on line {line.number}", *notes]
+    if notes:
+        return fitting[-1][1], units, fitting[-1][0].number, notes
     # A comment, or a row of unknown units, may have as many words as the table has columns.
     line, fields = next((c for c in reversed(fitting) if _names_something(c[1])), (line, fields))
     in_header = any(unit_of(Column(name=f))[1] for f in fields)
@@ -355,6 +423,22 @@ def _header_fields(line: _Line, delimiter: str | None, columns: int) -> list[str
         if len(fields) == columns and any(fields) and not any(map(_is_number, fields)):
             return fields
     return []
+
+
+def _is_axis_row(fields: list[str]) -> bool:
+    """Whether a line has the axes of the columns that the line above it names."""
+    axes = [f.lower() for f in fields if f.lower() in ("x", "y", "z")]
+    others = [f for f in fields if f and f.lower() not in ("x", "y", "z")]
+    return len(axes) >= 3 and len(others) <= 1
+
+
+def _with_axes(stems: list[str], axes: list[str]) -> list[str]:
+    """Names with their axes; a name may stand above the first axis only."""
+    names, last = [], ""
+    for stem, axis in zip(stems, axes, strict=True):
+        last = stem or last
+        names.append(f"{last} {axis}" if axis.lower() in ("x", "y", "z") else stem or axis)
+    return names
 
 
 def _is_unit_row(fields: list[str]) -> bool:

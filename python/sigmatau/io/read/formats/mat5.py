@@ -20,6 +20,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
+from sigmatau.record.on_disk import file_bytes
 
 TABLES = ("table", "timetable", "duration", "datetime")  # Classes that mat-io converts to data frames and times
 _HEADER = 128
@@ -134,7 +135,7 @@ def walk(path: Path, head: bytes, found: Found) -> None:
     size = path.stat().st_size
     if size <= _HEADER:
         raise DataError("ends after its header; copy or record the file again")
-    data = np.memmap(path, dtype=np.uint8, mode="r")
+    data = file_bytes(path)
     file = _Bytes(data, order)
     at = _HEADER
     (subsystem,) = struct.unpack_from(f"{order}Q", data.data, 116)  # contains the data of tables; not a variable

@@ -6,7 +6,6 @@ in the table below, the numbers are counts, and the user must give a scale.
 
 from __future__ import annotations
 
-import mmap
 import re
 import struct
 import zlib
@@ -22,6 +21,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenMessages, BrokenOff, BytesBetween, Place
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
+from sigmatau.record.on_disk import file_bytes
 
 _FOOT = 0.3048
 _DEGREE = np.pi / 180
@@ -71,15 +71,15 @@ def sniff(head: bytes, path: Path) -> bool:
     found = _scan(head)
     if found.rows or not (others or found.spans):
         return bool(found.rows)
-    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        return bool(found.spans) or _BEGUN.search(data) is not None or _SYNC.search(data) is not None
+    data = file_bytes(path).data
+    return bool(found.spans) or _BEGUN.search(data) is not None or _SYNC.search(data) is not None
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The logs of a file, each name a topic, of messages whose CRC-32 is right."""
-    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        found = _scan(data)
-        rest = bytes(data[found.end : found.end + 400])
+    data = file_bytes(path).tobytes()
+    found = _scan(data)
+    rest = data[found.end : found.end + 400]
     if not found.rows:
         raise DataError(
             f"is a NovAtel log without RAWIMU, RAWIMUS, RAWIMUX or RAWIMUSX; log one of them ({len(found.spans)} others)"
@@ -88,7 +88,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     return tuple(_table(name, np.array(rows, dtype=_DTYPE), findings) for name, rows in found.rows.items())
 
 
-def _scan(data: bytes | mmap.mmap) -> _Found:
+def _scan(data: bytes) -> _Found:
     found = _Found()
     if _SYNC.search(data):
         for name, body in _messages(data, found):
@@ -111,7 +111,7 @@ def _scan(data: bytes | mmap.mmap) -> _Found:
     return found
 
 
-def _between(data: bytes | mmap.mmap, found: _Found) -> list[tuple[int, int]]:
+def _between(data: bytes, found: _Found) -> list[tuple[int, int]]:
     """Bytes between whole messages that are not another log or text. Only this check finds a RAWIMU whose first bytes
     are damaged.
     """
@@ -132,7 +132,7 @@ def _crc(data: bytes) -> int:
     return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
-def _messages(data: bytes | mmap.mmap, found: _Found) -> Iterator[tuple[str, bytes]]:
+def _messages(data: bytes, found: _Found) -> Iterator[tuple[str, bytes]]:
     at, size = 0, len(data)
     while (at := data.find(b"\xaaD", at)) >= 0 and at + 12 <= size:
         kind = data[at + 2]

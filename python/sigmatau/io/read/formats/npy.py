@@ -1,10 +1,11 @@
-"""NumPy files: .npy, an array that is mapped and not loaded whole, and .npz, a zip archive of arrays."""
+"""NumPy files: .npy, an array that stays in the file, and .npz, a zip archive of arrays."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any, Literal
 
@@ -15,12 +16,14 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff
 from sigmatau.io.read.formats.arrays import parts, pick
-from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, library_faults
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, library_faults, refuse_expansion
+from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
+from sigmatau.record.on_disk import FileRows
 from sigmatau.record.record import MIN_SAMPLES
 
 _NPY = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
+_LONGEST_HEADER = 10_000  # as NumPy has it [bytes]
 _MAX_COLUMNS = 64  # an array with more columns than this and than rows is probably transposed
 
 
@@ -43,79 +46,105 @@ def read(path: Path, head: Head) -> tuple[Table]:
     return (_npz(path) if head.data.startswith(_ZIP) else _npy(path),)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Array:
+    """An array in a file."""
+
+    path: Path
+    shape: tuple[int, ...]
+    order: Literal["C", "F"]
+    dtype: np.dtype[Any]
+    start: int  # of its first number [bytes]
+
+    @classmethod
+    def of(cls, path: Path, stream: IO[bytes]) -> _Array:
+        shape, order, dtype = _header(stream)
+        return cls(path=path, shape=shape, order=order, dtype=dtype, start=stream.tell())
+
+    @property
+    def row(self) -> int:
+        """Bytes of a row."""
+        return self.dtype.itemsize * int(np.prod(self.shape[1:], dtype=object))
+
+    @property
+    def end(self) -> int:
+        return self.start + self.row * (self.shape[0] if self.shape else 1)
+
+    def columns(self) -> Callable[[str | None, tuple[int, ...]], NDArray[Any]]:
+        """The columns by field and part; they stay in the file."""
+        count = self.shape[0]
+        if self.order == "F" and len(self.shape) == 2:
+            step = count * self.dtype.itemsize
+            return lambda _, part: FileRows(self.path, self.dtype, count, self.start + part[0] * step).column()
+        row = np.dtype((self.dtype, self.shape[1:])) if len(self.shape) == 2 else self.dtype
+        rows = FileRows(self.path, row, count, self.start)
+        return lambda field, part: rows.column(field, part[0] if part else None)
+
+
 def _npy(path: Path) -> Table:
     arrays, findings = _series(path)
     array = arrays[0]
     if array.dtype.hasobject:
         raise DataError(f"{path.name} holds Python objects, which are refused; save plain numbers")
-    loaders: list[Callable[[], NDArray[Any]]] = []
+    _refuse_shape(array.shape)
+    places: list[tuple[str | None, tuple[int, ...]]] = []
+    names: list[str] = []
     if array.dtype.names:
-        if array.ndim != 1:
+        if len(array.shape) != 1:
             raise DataError(f"has a structured array of shape {array.shape}; (n,) is needed, one element per sample")
-        columns = []
         for name in array.dtype.names:
             for label, part in parts(name, array.dtype[name].shape):
-                columns.append(Column(name=label))
-                loaders.append(lambda name=name, part=part: _joined([pick(a[name], part) for a in arrays]))  # type: ignore[misc]
+                names.append(label)
+                places.append((name, part))
     else:
-        columns = []
-        _refuse_shape(array.shape)
         for _, part in parts("", array.shape[1:]):
-            columns.append(Column(name=""))
-            loaders.append(lambda part=part: _joined([pick(a, part) for a in arrays]))  # type: ignore[misc]
+            names.append("")
+            places.append((None, part))
+    of_file = [one.columns() for one in arrays]
+    loaders = [lambda place=place: _joined([column(*place) for column in of_file]) for place in places]
     note = f"array of {array.dtype.base.name if not array.dtype.names else 'records'}, shape {array.shape}"
     if len(arrays) > 1:
-        note = f"{len(arrays)} arrays, one after the other, {sum(map(len, arrays))} rows in all; the first an {note}"
-    return _table("npy", columns, loaders, (note,), findings)
+        rows = sum(one.shape[0] for one in arrays)
+        note = f"{len(arrays)} arrays, one after the other, {rows} rows in all; the first an {note}"
+    return _table("npy", [Column(name=name) for name in names], loaders, (note,), findings)
 
 
-def _series(path: Path) -> tuple[list[NDArray[Any]], tuple[Finding, ...]]:
+def _series(path: Path) -> tuple[list[_Array], tuple[Finding, ...]]:
     """The arrays of a file, all of one type: ``np.save`` to an open file appends arrays. `np.load` returns only the
     first.
     """
-    try:
-        first = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (OSError, MemoryError):
-        raise
-    except Exception as error:  # NumPy raises many types of errors on damaged files
-        left = _rows_left(path)
-        if left is None:
-            raise _damaged(error) from None
-        return [left[0]], (left[1],)
-    arrays: list[NDArray[Any]] = [first]
-    at, size = first.offset + first.nbytes, path.stat().st_size
-    with path.open("rb") as stream, contextlib.suppress(ValueError):  # raised by NumPy if no header follows
-        while at < size:
-            stream.seek(at)
-            shape, order, dtype = _header(stream)
-            start = stream.tell()
-            end = start + dtype.itemsize * int(np.prod(shape, dtype=object))
-            if dtype != first.dtype or not shape or shape[1:] != first.shape[1:] or end > size:
-                break
-            mapped: NDArray[Any] = np.memmap(path, dtype, "r", start, shape, order)
-            arrays.append(mapped)
-            at = end
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        with library_faults(_damaged):
+            first = _Array.of(path, stream)
+        if first.dtype.hasobject:
+            return [first], ()
+        if first.end > size:
+            return _rows_left(first, size)
+        arrays = [first]
+        with contextlib.suppress(ValueError):  # raised by NumPy if no header follows
+            while arrays[-1].end < size:
+                stream.seek(arrays[-1].end)
+                array = _Array.of(path, stream)
+                alike = array.dtype == first.dtype and array.shape and array.shape[1:] == first.shape[1:]
+                if not alike or array.end > size or array.end == arrays[-1].end:
+                    break
+                arrays.append(array)
     what = "the array" if len(arrays) == 1 else f"the {len(arrays)} arrays"
-    return arrays, behind(path, at, what)
+    return arrays, behind(path, arrays[-1].end, what)
 
 
-def _rows_left(path: Path) -> tuple[NDArray[Any], Finding] | None:
-    """The whole rows of an array that is truncated; None if there are none, or the array is stored by columns."""
-    with contextlib.suppress(Exception), path.open("rb") as stream:
-        shape, order, dtype = _header(stream)
-        start = stream.tell()
-        a_row = dtype.itemsize * int(np.prod(shape[1:], dtype=object))
-        rows = (path.stat().st_size - start) // max(a_row, 1)
-        if dtype.hasobject or not shape or (order == "F" and len(shape) > 1) or not MIN_SAMPLES <= rows < shape[0]:
-            return None
-        mapped: NDArray[Any] = np.memmap(path, dtype, "r", start, (rows, *shape[1:]))
-        details = BrokenOff(what="array", kept=int(rows), declared=int(shape[0]))
-        return mapped, Finding(details=details, severity="error")
-    return None
+def _rows_left(array: _Array, size: int) -> tuple[list[_Array], tuple[Finding, ...]]:
+    """The whole rows of an array that is truncated; raises `DataError` if there are none, or it is stored by columns."""
+    rows = (size - array.start) // max(array.row, 1)
+    if not array.shape or (array.order == "F" and len(array.shape) > 1) or not MIN_SAMPLES <= rows < array.shape[0]:
+        raise _damaged(ValueError(f"{size} bytes, but {array.end} are declared"))
+    details = BrokenOff(what="array", kept=rows, declared=array.shape[0])
+    return [replace(array, shape=(rows, *array.shape[1:]))], (Finding(details=details, severity="error"),)
 
 
 def _joined(pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """The pieces of a column, joined; a single piece stays on disk."""
+    """The pieces of a column, joined; a single piece stays in its file."""
     return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
@@ -163,6 +192,7 @@ class _Member:
         import zipfile
 
         with zipfile.ZipFile(self.path) as archive, archive.open(self.name) as member:
+            refuse_expansion(self.path.stat().st_size, archive.getinfo(self.name).file_size, self.name)
             array: NDArray[Any] = np.lib.format.read_array(_Whole(member), allow_pickle=False)
         return np.ascontiguousarray(pick(array, self.part))
 
@@ -192,7 +222,6 @@ def _table(
                 array = loaders[index]()
             if array.dtype.kind not in "iuf":
                 raise DataError(f"column {name} holds {array.dtype}, not real numbers")
-            refuse_infinite(array, name)
             raw[index] = array
         lengths = {len(array) for array in raw.values()}
         if len(lengths) > 1:
@@ -210,6 +239,11 @@ def _table(
 def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.dtype[Any]]:
     """Shape, order and type of the array that begins here."""
     version = np.lib.format.read_magic(member)
+    if version == (3, 0):  # as the version before, in UTF-8, where that has no more than Latin-1
+        count = int.from_bytes(member.read(4), "little")
+        text = member.read(min(count, _LONGEST_HEADER)).decode()
+        head = text.encode("ascii", "backslashreplace")
+        member = io.BytesIO(len(head).to_bytes(4, "little") + head)
     read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, fortran, dtype = read_header(member)
     return shape, "F" if fortran else "C", dtype
@@ -218,6 +252,8 @@ def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.d
 def _refuse_shape(shape: tuple[int, ...]) -> None:
     if len(shape) not in (1, 2):
         raise DataError(f"has an array of shape {shape}; (n,) or (n, columns) is needed")
+    if 0 in shape[1:]:
+        raise DataError(f"has an array of shape {shape}, without numbers")
     if len(shape) == 2 and shape[1] > max(shape[0], _MAX_COLUMNS):
         raise DataError(
             f"has an array of shape {shape}, more columns than rows; save its transpose, one row per sample"

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Place
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
+from sigmatau.record.on_disk import FileRows
 
 _EXAMPLE = '"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"'
 _HEADER = re.compile(r"header\s+(\d+)")
@@ -79,7 +80,7 @@ def _wrong(part: str, why: str) -> OptionError:
 
 
 def read(path: Path, head: Head, layout: object) -> tuple[Table]:
-    """The columns of a raw file, which is mapped and not loaded whole."""
+    """The columns of a raw file, which stays in its file."""
     if not isinstance(layout, str) or not layout.strip():
         raise OptionError(f"{{option}} must be text such as {_EXAMPLE}, not {layout!r}", option="layout")
     if head.gzip:
@@ -89,14 +90,13 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
     rows, rest = divmod(max(size - header, 0), row.itemsize)
     if not rows:
         raise DataError(f"has {size} bytes: too few for a row of {row.itemsize} bytes after a header of {header}")
-    array = np.memmap(path, dtype=row, mode="r", offset=header, shape=(rows,))
+    held = FileRows(path, row, rows, header)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         raw: dict[int, NDArray[Any]] = {}
         for index in wanted:
-            column, field, place = columns[index]
-            values = array[field] if place is None else array[field][:, place]
-            refuse_infinite(values, column.name)
+            _, field, place = columns[index]
+            values = held.column(field, place)
             raw[index] = whole_stamps(values) if index == exact else values
         return Loaded(columns=raw)
 

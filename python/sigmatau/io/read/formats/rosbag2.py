@@ -205,7 +205,7 @@ class _Reader:
         joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
         decoded = logs.Decoded(joined, rows)
         return Loaded(
-            columns=roslog.finite_columns(decoded, self.layout, self.topic.name),
+            columns=dict(decoded.columns),
             findings=self._findings(rows, fault, missing),
         )
 

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-from numpy.typing import NDArray
 
 from sigmatau._native import logs
 from sigmatau.errors import DataError
@@ -15,7 +12,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenOff, Damaged, Place
 from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.formats.messages import Layout, layout_of
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
+from sigmatau.io.read.table import Column, Head, Loaded, Table
 
 _MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
@@ -93,8 +90,10 @@ def _protection(path: Path, kind: logs.LogKind) -> str:
     if kind == "rosbag1":
         return "a ROS bag, without checksums: damaged numbers are not detected"
     with path.open("rb") as stream:
-        at = len(_MCAP) + 3
+        at, size = len(_MCAP) + 3, path.stat().st_size
         for _ in range(_RECORDS):
+            if at > size:  # a length that is damaged may be beyond what `seek` takes
+                break
             stream.seek(at)
             head = stream.read(_HEAD + _CHUNK_CRC + 4)
             if len(head) < _HEAD + _CHUNK_CRC + 4 or head[0] == _MESSAGE:
@@ -189,13 +188,6 @@ class _Reader:
                 f"{end.what} (byte {end.offset}): no message of {self.topic} could be read; copy or record the file again"
             )
         return Loaded(
-            columns=finite_columns(decoded, self.layout, self.topic),
+            columns=dict(decoded.columns),
             findings=findings_of(self.path, end, self.topic, decoded.rows, self.declared),
         )
-
-
-def finite_columns(decoded: logs.Decoded, layout: Layout, topic: str) -> dict[int, NDArray[Any]]:
-    """The columns; raises `NonFiniteError` for an infinite value."""
-    for index, array in decoded.columns.items():
-        refuse_infinite(array, layout.columns[index].name, f"message {{row}} (counted from 0) of {topic}")
-    return dict(decoded.columns)

@@ -6,7 +6,7 @@ nearest double.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import formats
 from sigmatau._native.formats import TextColumns
-from sigmatau.errors import DataError, NonFiniteError
+from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import (
     BrokenOff,
@@ -29,9 +29,10 @@ from sigmatau.findings.kinds.reading import (
     SecondHeader,
 )
 from sigmatau.io.read.formats import truncation
+from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout, header_fields
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
+from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date, with_days
 from sigmatau.record import memory
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
@@ -44,6 +45,7 @@ _SENSOR_LOGGER = {
     "accelerometeruncalibrated": "accelerometer",
     "totalacceleration": "accelerometer",
 }
+_IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
 _MIN_LINES = 16  # lines before the first bytes that are not text, to be a damaged table and not a binary file
 
 
@@ -94,14 +96,16 @@ def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Ta
     """The table of a file, or of text in memory; `name` is the name of the file without its suffix."""
     beginning = _Beginning.of(head.data, whole=head.whole)
     layout = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called)
-    text = _Text(source=source, layout=layout, encoding=beginning.encoding, gzip=head.gzip)
+    dated, days = with_days(layout.columns)
+    text = _Text(
+        source=source, layout=replace(layout, columns=dated), encoding=beginning.encoding, gzip=head.gzip, days=days
+    )
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         if isinstance(source, Path) and not head.gzip:
             _refuse_too_large(source, head, len(wanted) + (exact is not None))
         return text.load(tuple(wanted), exact)
 
-    dated = tuple(replace(c, unit="ns") if is_date(c.first) else c for c in layout.columns)
     columns, named = _of_sensor_logger(dated, name)
     return Table(
         format="text",
@@ -130,6 +134,7 @@ class _Text:
     layout: Layout
     encoding: str
     gzip: bool
+    days: Mapping[int, int | None]  # column of the day, by that of the time of day
 
     def load(self, wanted: tuple[int, ...], exact: int | None) -> Loaded:
         found: tuple[Finding, ...] = ()
@@ -144,12 +149,17 @@ class _Text:
                 raise _explained(error, self.layout) from None
             found = (Finding(details=replace(damage, kept=len(read.columns[0])), severity="error"),)
         skipped = SkippedLines.between(read, self.layout)
+        last = until
         if skipped.stop is not None:
-            read = self._read(wanted, exact, skipped.stop - 1)
+            last = skipped.stop - 1
+            read = self._read(wanted, exact, last)
             found = ()
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, read.columns, strict=True))
         if exact is not None and read.integers is not None:
             raw[exact] = read.integers
+            day = self.days.get(exact)
+            if day is not None and (days := self._read((day,), day, last).integers) is not None:
+                raw[exact] = read.integers + days
         found = (*found, *skipped.findings(len(read.columns[0])))
         whole = until is None and skipped.stop is None
         if whole and len(self.layout.columns) - 1 in wanted:
@@ -175,14 +185,29 @@ class _Text:
             encoding=self.encoding,
             decimal_comma=self.layout.decimal_comma,
             lines=lines,
-            dates=exact is not None and is_date(self.layout.columns[exact].first),
+            dates=exact is not None and (is_date(self.layout.columns[exact].first) or exact in self.days.values()),
+            most=self._most(),
         )
+
+    def _most(self) -> int:
+        """Bytes that compressed text may be unpacked to: numbers take about as much memory as their text."""
+        if not (self.gzip and isinstance(self.source, Path)):
+            return largest_expansion(1 << 62)
+        free = memory.available()
+        allowed = largest_expansion(self.source.stat().st_size)
+        return allowed if free is None else min(allowed, free)
 
     def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damage]:
         """The number of lines before the damage, and what it is; raises `DataError` for any other mistake in the file."""
+        if error.kind == "too_large" and isinstance(self.source, Path):
+            if (most := self._most()) < largest_expansion(stored := self.source.stat().st_size):
+                raise DataError(f"unpacks to more than the {most / 1e9:.3g} GB of memory that are free; {_IN_PIECES}")
+            refuse_expansion(stored, None)
+        if error.kind == "memory":
+            raise DataError(f"its rows do not fit in memory; {_IN_PIECES}")
         if error.kind == "truncated":
             return error.line, BrokenOff(what="gzip stream", place=Place("line", error.line + 1))
-        if error.kind in ("ragged", "not_a_number", "non_finite", "too_long"):
+        if error.kind in ("ragged", "not_a_number", "too_long"):
             line = truncation.line_at(self.source, error.line, self.encoding)
             columns = len(self.layout.columns)
             short = error.got < error.expected if error.kind == "ragged" else error.column == columns - 1
@@ -218,7 +243,7 @@ def _refuse_too_large(path: Path, head: Head, columns: int) -> None:
     if 8 * rows * columns > free:
         raise DataError(
             f"about {rows:.2g} rows need {8e-9 * rows * columns:.3g} GB of memory, but {1e-9 * free:.3g} GB are free;"
-            " save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
+            f" {_IN_PIECES}"
         )
 
 
@@ -241,17 +266,10 @@ def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
             f"{place}: {error.got} field{'s' if error.got != 1 else ''}, {error.expected} expected;"
             f" correct or delete the line{last}"
         )
-    if error.kind in ("not_a_number", "non_finite"):
+    if error.kind == "not_a_number":
         name = layout.columns[error.column].name or f"number {error.column + 1}"
-        where = f"{place}: column {name}"
-        if error.kind == "not_a_number":
-            return DataError(f"{where} has {error.text!r}, which is not a number; correct or delete the line")
-        what = repr(error.text) if error.text else "nothing"
-        return NonFiniteError(
-            f"{where} has {what} (row {error.row}, counted from 0), which is not finite;"
-            " cut the record there, or leave the field empty if the value is missing",
-            channel=name,
-            index=error.row,
+        return DataError(
+            f"{place}: column {name} has {error.text!r}, which is not a number; correct or delete the line"
         )
     if error.kind == "too_long":
         return DataError(f"{place}: longer than 1 MiB, so it is not a row; delete it")

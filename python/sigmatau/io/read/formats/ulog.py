@@ -21,7 +21,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, InFile, LoggerDropouts, Place, UnfinishedMessage, UnknownMessages
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import broken
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps, without_absurd
 
 _MAGIC = b"ULog\x01\x12\x35"
 
@@ -149,8 +149,6 @@ def _plain(source: _Source, name: str, fields: Sequence[_Field], findings: tuple
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         arrays = source.arrays([shown[i] for i in wanted])
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, arrays, strict=True))
-        for index, array in raw.items():
-            refuse_infinite(array, shown[index].name, f"message {{row}} of {source.label} (counted from 0)")
         if exact is not None:
             raw[exact] = whole_stamps(raw[exact])
         return Loaded(columns=raw)
@@ -202,13 +200,13 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
         for index in wanted:
             if index == 0:
                 times, step = (a[:good] for a in source.arrays([stamp, dt]))
-                refuse_infinite(step, "dt", f"message {{row}} of {source.label} (counted from 0)")
                 raw[0] = _spread(times.astype(np.int64), step.astype(np.float64), counts)
                 continue
             counted, factor = source.arrays([axes[index - 1], scale], [depth, 1])
-            refuse_infinite(factor, "scale", f"message {{row}} of {source.label} (counted from 0)")
             used = np.arange(depth) < counts[:, None]
-            raw[index] = counted.reshape(-1, depth)[:good][used] * np.repeat(factor[:good].astype(np.float64), counts)
+            raw[index] = counted.reshape(-1, depth)[:good][used] * np.repeat(
+                without_absurd(factor[:good].astype(np.float64)), counts
+            )
         return Loaded(columns=raw)
 
     def where(row: int) -> str:
@@ -231,7 +229,7 @@ def _spread(times: NDArray[np.int64], dt: NDArray[np.float64], counts: NDArray[n
     interval `dt` is nominal. With a faster sensor it would make time go backwards between messages, so it is used only
     if the previous message is missing or too far away.
     """
-    nominal = np.clip(dt, 0.0, 1e6) * counts
+    nominal = np.clip(np.nan_to_num(dt), 0.0, 1e6) * counts
     since = np.diff(times, prepend=times[:1] - 1).astype(np.float64)
     is_near = (since > 0) & (since < 1.5 * nominal)
     is_near[:1] = False

@@ -12,7 +12,8 @@ from sigmatau._native import formats
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import BrokenLines, BrokenOff, OtherSentences
-from sigmatau.io.read.table import Column, Head, Loaded, Table, refuse_infinite
+from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
+from sigmatau.io.read.table import Column, Head, Loaded, Table
 
 _LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
 _NUMBER = re.compile(rb"\s*[+-]?(?:\d++(?:\.\d*+)?|\.\d++|nan|inf)(?:[eE][+-]?\d+)?\s*", re.IGNORECASE)
@@ -74,13 +75,15 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         try:
-            found = formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted))
+            stored = path.stat().st_size
+            most = largest_expansion(stored)
+            found = formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted), most=most)
         except formats.TextReadError as error:
+            if error.kind == "too_large":
+                refuse_expansion(stored, None)
             if error.kind == "damaged":
                 raise DataError("the compressed data are damaged; copy or record the file again") from None
             raise DataError(f"cannot be read: {error.text}") from None
-        for index, column in zip(wanted, found.columns, strict=True):
-            refuse_infinite(column, columns[index].name, f"row {{row}} (counted from 0) of ${name}")
         rows = len(found.columns[0])
         return Loaded(columns=dict(zip(wanted, found.columns, strict=True)), findings=_findings(found, name, rows))
 

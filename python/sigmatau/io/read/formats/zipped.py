@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
-from sigmatau.io.read.formats.damage import archive_ends, damaged, library_faults
+from sigmatau.io.read.formats.damage import archive_ends, damaged, library_faults, refuse_expansion
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table
 from sigmatau.record import memory
 
@@ -108,6 +108,7 @@ def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
     """The bytes of a member, whose checksum is verified."""
     import zipfile
 
+    refuse_expansion(path.stat().st_size, member.file_size, member.filename)
     free = memory.available()
     if free is not None and 2 * member.file_size > free:
         raise DataError(f"{member.file_size / 1e9:.3g} GB unpacked do not fit in memory; unpack it and give the file")

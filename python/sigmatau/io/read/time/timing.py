@@ -22,7 +22,7 @@ from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
-from sigmatau.record.streams import Stream
+from sigmatau.record.streams import CHUNK, Stream
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,14 +136,16 @@ _FILLED_BY_OTHERS = 0.95  # share of these empty rows that other streams must fi
 
 def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set[int]:
     """The columns that contain a NaN."""
-    doubles = [i for i in indices if raw[i].dtype == np.float64 and raw[i].flags.c_contiguous]
+    held = [i for i in indices if isinstance(raw[i], np.ndarray) and raw[i].dtype == np.float64]
+    doubles = [i for i in held if raw[i].flags.c_contiguous]
     found = dict(zip(doubles, kernels.all_finite([raw[i] for i in doubles]), strict=True)) if doubles else {}
     with np.errstate(over="ignore", invalid="ignore"):
-        return {
-            i
-            for i in indices
-            if not found.get(i, False) and raw[i].dtype.kind == "f" and bool(np.isnan(np.sum(raw[i], dtype=np.float64)))
-        }
+        return {i for i in indices if not found.get(i, False) and raw[i].dtype.kind == "f" and _contains_nan(raw[i])}
+
+
+def _contains_nan(column: NDArray[Any]) -> bool:
+    starts = range(0, len(column), CHUNK)
+    return any(bool(np.isnan(np.sum(np.asarray(column[k : k + CHUNK]), dtype=np.float64))) for k in starts)
 
 
 def own_rows(

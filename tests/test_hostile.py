@@ -1,0 +1,259 @@
+"""Hostile input and a machine's limits: a clean error or a result, in seconds and within the memory there is."""
+
+import gzip
+import os
+import struct
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import sigmatau as st
+from conftest import ROOT
+from sigmatau.cli import main
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read import read
+from sigmatau.record.memory import available
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "python"), "OPENBLAS_NUM_THREADS": "1"}
+N = 200_000
+NAMED = {"gyro_x [rad/s]": 1.0, "gyro_y [rad/s]": 2.0}
+LIMITED = "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[1]),) * 2);"
+COMMAND = f"""{LIMITED}
+from sigmatau.cli import main
+code = main(sys.argv[2:])
+sys.stdout.flush()
+status = open("/proc/self/status").read() if sys.platform == "linux" else "VmHWM: 0"
+print(status.partition("VmHWM:")[2].split()[0])
+sys.exit(code)
+"""
+linux = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory as Linux has them")
+
+
+def command(*argv, space=6 << 30, seconds=60):
+    """A command in a process with so much address space: exit code, what it said, its largest memory. [bytes]"""
+    begun = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND, str(space), *map(str, argv)],
+        env=ENVIRONMENT, capture_output=True, text=True, timeout=seconds, check=False,
+    )  # fmt: skip
+    assert "Traceback" not in done.stderr, done.stderr
+    assert done.returncode >= 0, done.stderr  # by no signal
+    memory = int(done.stdout.split()[-1]) << 10
+    return done.returncode, done.stdout + done.stderr, memory, time.monotonic() - begun
+
+
+class TestShrinking:
+    """A file that another process shortens while it is read; mapped, it would end the program by SIGBUS."""
+
+    def saved(self, folder, kind):
+        table = np.zeros(N, dtype=[(name, "f8") for name in NAMED])
+        for name, value in NAMED.items():
+            table[name] = value + np.arange(N) % 3
+        path = folder / f"log.{kind}"
+        if kind == "npy":
+            np.save(path, table)
+        elif kind == "columns":
+            np.save(folder / "log.npy", np.asfortranarray(table.view("f8").reshape(N, 2)))
+            return folder / "log.npy", {"channels": {"gyro_x": 1, "gyro_y": 2}, "unit": {"gyro": "rad/s"}}
+        elif kind == "raw":
+            table.tofile(path)
+            return path, {"layout": "<f8 gyro_x[rad/s],f8 gyro_y[rad/s]"}
+        elif kind == "mat":
+            savemat(path, {"gyro_x": table["gyro_x [rad/s]"][:, None], "gyro_y": table["gyro_y [rad/s]"][:, None]})
+            return path, {"unit": {"gyro": "rad/s"}}
+        else:
+            feather = pytest.importorskip("pyarrow.feather")
+            pa = pytest.importorskip("pyarrow")
+            feather.write_feather(pa.table({n: table[n] for n in NAMED}), path, compression="uncompressed")
+        return path, {}
+
+    @pytest.mark.parametrize("kind", ["npy", "columns", "raw"])
+    def test_columns_that_stay_in_the_file(self, tmp_path, kind):
+        path, options = self.saved(tmp_path, kind)
+        record = read(path, rate=100, **options)
+        stream = record.streams[0]
+        assert stream.column("gyro_y")[4] == 3.0
+        os.truncate(path, path.stat().st_size // 2)
+        with pytest.raises(DataError, match="the file changed while it was being read"):
+            stream.column("gyro_y")
+        with pytest.raises(DataError, match="the file changed while it was being read"):
+            st.analyze(record)
+
+    @pytest.mark.parametrize("kind", ["mat", "arrow"])
+    def test_columns_that_are_loaded(self, tmp_path, kind):
+        """The record is complete, whatever becomes of the file."""
+        path, options = self.saved(tmp_path, kind)
+        record = read(path, rate=100, **options)
+        os.truncate(path, 100)
+        np.testing.assert_array_equal(record.streams[0].column("gyro_y"), 2.0 + np.arange(N) % 3)
+
+    @pytest.mark.parametrize("kind", ["npy", "raw"])
+    def test_pieces_are_those_of_the_whole(self, tmp_path, kind):
+        path, options = self.saved(tmp_path, kind)
+        stream = read(path, rate=100, **options).streams[0].cut(1000, 150_000)
+        pieces = np.concatenate(list(stream.chunks(70_001)))
+        np.testing.assert_array_equal(pieces, np.column_stack([stream.column(c) for c in stream.channels]))
+        np.testing.assert_array_equal(pieces[:, 0], 1.0 + np.arange(1000, 150_000) % 3)
+
+
+class TestBombs:
+    def test_rows_by_the_hundred_million(self, tmp_path):
+        path = tmp_path / "log.csv.gz"
+        with gzip.open(path, "wb", compresslevel=9) as log:
+            log.write(b"gyro_x [deg/s]\n")
+            for _ in range(375):
+                log.write(b"0\n" * (1 << 20))
+        code, said, memory, seconds = command("analyze", path, "--rate", 100)
+        assert code == 1
+        assert "--max-expansion" in said
+        assert memory < 1 << 30
+        assert seconds < 10
+        with pytest.raises(OptionError, match="max_expansion` must be a number, 1 or more"):
+            read(path, rate=100, max_expansion=0)
+
+    def test_arrays_of_zeros(self, tmp_path):
+        path = tmp_path / "log.npz"
+        np.savez_compressed(path, gyro_x=np.zeros(20_000_000))
+        with pytest.raises(DataError, match=r"gyro_x\.npy expands from 0\.\d+ MB to 160 MB: .*--max-expansion \d+"):
+            read(path, rate=100, unit={"gyro": "deg/s"})
+        assert read(path, rate=100, unit={"gyro": "deg/s"}, max_expansion=2000).streams[0].grid.n == 20_000_000
+
+    @pytest.mark.parametrize("shape", ["(1000000000000, 0)", "(1000000000000, 3)", "(0, 3)", "(3, 1000000000000)"])
+    @pytest.mark.parametrize("name", ["inspect", "analyze"])
+    def test_shapes_of_arrays(self, tmp_path, shape, name, capsys):
+        head = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}"
+        head += " " * (-(10 + len(head) + 1) % 64) + "\n"
+        path = tmp_path / "log.npy"
+        path.write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode())
+        argv = [name, str(path), "--rate", "100", "--channels", "gyro=1:3", "--unit", "gyro=deg/s"]
+        assert main(argv) in (1, 2, 4)
+        capsys.readouterr()
+
+    def test_a_length_beyond_any_file(self, tmp_path):
+        """The record after the first one is said to begin beyond 2⁶³."""
+        path = tmp_path / "log.mcap"
+        magic = b"\x89MCAP0\r\n"
+        path.write_bytes(magic + b"\x01" + struct.pack("<Q", (1 << 64) - 20) + bytes(200) + magic)
+        with pytest.raises(DataError):
+            read(path)
+
+
+class TestMemory:
+    @linux
+    def test_the_limit_of_the_process_counts(self):
+        code = f"{LIMITED} from sigmatau.record.memory import available; print(available())"
+        done = subprocess.run(
+            [sys.executable, "-c", code, str(2 << 30)], env=ENVIRONMENT, capture_output=True, text=True, check=True
+        )
+        assert 0 < int(done.stdout) < 2 << 30
+        assert available() is not None
+
+    @linux
+    @pytest.mark.parametrize("space", [300, 700])
+    def test_an_array_is_analysed_in_pieces(self, tmp_path, space):
+        """Larger than the limit of the process: 480 MB."""
+        path = tmp_path / "log.npy"
+        array = np.lib.format.open_memmap(path, "w+", "f4", (20_000_000, 6))
+        rng = np.random.default_rng(5)
+        for start in range(0, len(array), 1 << 20):
+            array[start : start + (1 << 20)] = rng.standard_normal((min(1 << 20, len(array) - start), 6), np.float32)
+        del array
+        options = ("--rate", 1000, "--channels", "gyro=1:3", "--unit", "gyro=deg/h")
+        code, said, memory, _ = command("analyze", path, *options, space=space << 20, seconds=500)
+        assert code == 0 if space == 700 else code in (0, 1), said
+        assert ("clusters start only at every" if code == 0 else "memory") in said, said
+        assert memory < space << 20
+
+    @linux
+    @pytest.mark.parametrize("space", [250, 300, 350, 450])
+    def test_a_table_that_does_not_fit_is_refused(self, tmp_path, space):
+        path = tmp_path / "log.csv"
+        path.write_bytes(
+            b"gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s]\n" + b"0.125,-1.5,17\n1.25,1.5,18\n" * 2_500_000
+        )
+        code, said, _, _ = command("analyze", path, "--rate", 100, space=space << 20)
+        assert code in (0, 1)
+        assert code == 0 or any(w in said for w in ("memory", "failed to map segment", "cannot allocate")), said
+
+
+class TestNames:
+    EVIL = "gyro_x\n\x1b[31mINJECTED: 1"
+
+    def shown(self, capsys, *argv):
+        code = main([str(one) for one in argv])
+        got = capsys.readouterr()
+        text = got.out + got.err
+        assert code in (0, 1, 2), text
+        assert "INJECTED" in text
+        assert all(c.isprintable() or c == "\n" for c in text)
+        assert not any(line.lstrip().startswith(("INJECTED", "[31m")) for line in text.splitlines())
+
+    def test_of_arrays(self, tmp_path, capsys):
+        np.savez(tmp_path / "log.npz", **{self.EVIL: np.arange(100.0)})
+        self.shown(capsys, "inspect", tmp_path / "log.npz")
+
+    @pytest.mark.parametrize(
+        "argv", [("plan", "--term", "rate_random_walk", "--rate", "100"), ("predict", "--after", "60s")]
+    )
+    def test_of_models(self, tmp_path, capsys, argv):
+        path = tmp_path / "model.toml"
+        st.NoiseModel(channels={self.EVIL: {"random_walk": 1e-4, "rate_random_walk": 1e-6}}).write(path)
+        self.shown(capsys, argv[0], path, *argv[1:])
+
+    def test_of_text(self, tmp_path, capsys):
+        (tmp_path / "log.csv").write_bytes("gyro_x,\u202eINJECTED\x85,gyro_z\n".encode() + b"1,2,3\n4,5,7\n" * 100)
+        self.shown(capsys, "inspect", tmp_path / "log.csv", "--rate", "100")
+
+
+@pytest.mark.parametrize("name", ["inspect", "psd", "deviation", "analyze"])
+@pytest.mark.parametrize("rate", ["1e300", "5e-324", "1e10", "nan", "inf"])
+def test_rates_that_no_sensor_has(tmp_path, capsys, name, rate):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x [deg/s]\n" + "1\n2\n4\n3\n" * 200)
+    more = ["--kind", "hadamard"] if name == "deviation" else []
+    assert main([name, str(path), "--rate", rate, *more]) == 2
+    assert "--rate must be a positive number" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("size", [1e200, 1e-200, 0.0])
+@pytest.mark.parametrize("name", ["psd", "deviation"])
+def test_no_density_of_what_cannot_be_squared(tmp_path, capsys, name, size):
+    values = size * np.random.default_rng(3).standard_normal(2000)
+    np.savez(tmp_path / "log.npz", gyro_x=values, gyro_y=np.random.default_rng(4).standard_normal(2000))
+    argv = [name, str(tmp_path / "log.npz"), "--rate", "100", "--unit", "gyro=rad/s", "--plot", str(tmp_path / "p.png")]
+    code = main([*argv, *(["--kind", "hadamard"] if name == "deviation" else [])])
+    got = capsys.readouterr()
+    assert "nan" not in got.out
+    assert "gyro_x" in got.err
+    assert (code, "gyro_y" in got.out) == (0, True)
+
+
+class TestCalls:
+    def record(self):
+        return st.Record.from_arrays(
+            rate=100, unit={"gyro": "deg/s"}, gyro=np.random.default_rng(1).normal(size=(500, 3))
+        )
+
+    def test_a_method_that_there_is_not(self):
+        from sigmatau.fitting.channel import fit_channel
+
+        with pytest.raises(OptionError, match="`method` must be one of likelihood, gls, not 'foo'"):
+            fit_channel(self.record(), "gyro_x", method="foo")
+
+    def test_a_record_where_a_curve_is_meant(self):
+        with pytest.raises(
+            TypeError, match=r"must be a DeviationCurve.*not a Record; sigmatau\.analyze\(record\) fits"
+        ):
+            st.fit(self.record())
+
+    def test_an_analysis_where_its_content_is_meant(self):
+        with pytest.raises(DataError, match="its model is the attribute `model`"):
+            st.NoiseModel.from_result(st.analyze(self.record()))
+
+    def test_errors_show_their_words(self):
+        error = OptionError("{option} must be 1", option="rate")
+        assert repr(error) == "OptionError('`rate` must be 1')"

@@ -60,9 +60,7 @@ def kinematics(angles: Floats, acceleration: Floats, rate: float) -> tuple[Float
     rates = np.stack([dr - dy * sp, dp * cr + dy * sr * cp, -dp * sr + dy * cr * cp])
     # Level axes turn with the heading, so that yaw does not enter: forwards, left, up.
     ax, ay, az = acceleration[0], acceleration[1], acceleration[2] + GRAVITY
-    force = np.stack(
-        [cp * ax - sp * az, sr * sp * ax + cr * ay + sr * cp * az, cr * sp * ax - sr * ay + cr * cp * az]
-    )
+    force = np.stack([cp * ax - sp * az, sr * sp * ax + cr * ay + sr * cp * az, cr * sp * ax - sr * ay + cr * cp * az])
     return rates, force
 
 
@@ -118,8 +116,12 @@ def _drone(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
 def _hand(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
     size = 10 ** rng.uniform(-0.3, 1.5) * DEGREE  # from held as still as one can to waved about
     tremor = rng.uniform(0.02, 0.1) * DEGREE
-    angles = np.stack([size * band(rng, n, rate, 0, rng.uniform(0.3, 1.5)) + tremor * band(rng, n, rate, 6, 11) for _ in "xyz"])
-    moved = np.stack([0.03 * size / DEGREE * band(rng, n, rate, 0.1, 2) + 0.05 * band(rng, n, rate, 6, 11) for _ in "xyz"])
+    angles = np.stack(
+        [size * band(rng, n, rate, 0, rng.uniform(0.3, 1.5)) + tremor * band(rng, n, rate, 6, 11) for _ in "xyz"]
+    )
+    moved = np.stack(
+        [0.03 * size / DEGREE * band(rng, n, rate, 0.1, 2) + 0.05 * band(rng, n, rate, 6, 11) for _ in "xyz"]
+    )
     return angles, moved
 
 
@@ -183,7 +185,10 @@ def sensed(
     gyro, accel = GRADES[grade]
     channels = {f"gyro_{axis}": gyro for axis in "xyz"} | {f"accel_{axis}": accel for axis in "xyz"}
     noise = st.simulate(st.NoiseModel.from_dict({"channels": channels}), duration=n / rate, rate=rate, rng=rng)
-    bias = {"gyro": rng.normal(0, 0.3 if grade == "MEMS" else 0.01, size=3) * DEGREE, "accel": rng.normal(0, 0.05, size=3)}
+    bias = {
+        "gyro": rng.normal(0, 0.3 if grade == "MEMS" else 0.01, size=3) * DEGREE,
+        "accel": rng.normal(0, 0.05, size=3),
+    }
     true = {"gyro": rates, "accel": force}
     columns = {
         f"{name}_{axis}": true[name][k] + bias[name][k] + noise.stream_of(f"{name}_{axis}").column(f"{name}_{axis}")[:n]

@@ -29,7 +29,10 @@ _SHORTEST, _OCTAVES = 1 / 16, 7  # averaging times: 1/16 s to 4 s
 _FLOOR = 2  # octave of the averaging time of the noise that motion is compared with, behind most filters: 1/4 s
 _SECOND = 4  # octave of 1 s
 _BLOCK, _MOST_BLOCKS = 40.0, 128  # least length of the blocks that are judged as a whole [s], and their number
-_FLOOR_BLOCKS, _FLOOR_SHARE = 10.0, 0.1  # blocks whose noise is compared [s], and the share that may be of a quiet sensor
+_FLOOR_BLOCKS, _FLOOR_SHARE = (
+    10.0,
+    0.1,
+)  # blocks whose noise is compared [s], and the share that may be of a quiet sensor
 _LEAST = 5  # second differences that a level can be taken from
 
 # √τ times the deviation of means beyond which a sensor moves, and the rise over the noise at shorter times that goes with

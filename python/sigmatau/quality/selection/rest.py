@@ -7,13 +7,13 @@ within what its own drift makes, only the motion is left out: its samples are ta
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from sigmatau.arrays import Floats
-from sigmatau.findings.finding import Finding, Span
+from sigmatau.findings.finding import Finding, Span, plain
 from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.masking import mask_of, masked
@@ -60,7 +60,7 @@ class Rest:
         return {
             "verdict": self.verdict,
             "still_s": [list(span) for span in self.still],
-            "motion": None if self.motion is None else asdict(self.motion),
+            "motion": plain(self.motion),
         }
 
 
@@ -101,16 +101,15 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
     """
     if found.motion is None:
         return record, []
-    judged = tuple(c for s in record.streams if s.quantity in ("angular_rate", "acceleration") for c in s.channels)
     if assumed:
         told = AssumedAtRest(motion=found.motion)
-        return record, [Finding(details=told, severity="info", channels=(found.motion.channel,))]
+        return record, [Finding(details=told, severity="info")]
     by_length = sorted(found.still, key=lambda span: span[0] - span[1])
     if found.verdict == "not_at_rest":
         ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
         length = ends - min(stream.grid.lead for stream in record.streams)
         details = NotAtRest(motion=found.motion, duration=length, still=tuple(by_length[:_TOLD]))
-        return record, [Finding(details=details, severity="error", channels=judged)]
+        return record, [Finding(details=details, severity="error")]
     streams, kept = [], list[KeptOfStream]()
     for stream in record.streams:
         if stream.quantity not in ("angular_rate", "acceleration"):
@@ -131,7 +130,6 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
     finding = Finding(
         details=details_of,
         severity="info" if lost < _LITTLE else "warning",
-        channels=judged,
         spans=tuple((a - begins, b - begins) for a, b in gone_spans),
         size=lost,
     )
@@ -155,7 +153,10 @@ def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
     while last + 1 < len(stretches) and _same_level(stream, stretches, last):
         last += 1
     start, stop = stretches[first][0], stretches[last][1]
-    gaps = [(b - start, c - start) for (_, b), (c, _) in zip(stretches[first:last], stretches[first + 1 : last + 1], strict=True)]
+    gaps = [
+        (b - start, c - start)
+        for (_, b), (c, _) in zip(stretches[first:last], stretches[first + 1 : last + 1], strict=True)
+    ]
     part = stream if (start, stop) == (0, stream.grid.n) else stream.cut(start, stop)
     return masked(part, mask_of(part.grid.n, gaps))
 

@@ -35,7 +35,6 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.io.read.formats.split import files_of
 
-
 NOT_AT_REST = 5
 """Exit code if the sensor is not at rest."""
 

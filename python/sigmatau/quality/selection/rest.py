@@ -1,7 +1,7 @@
 """The verdict on a record: at rest, partly at rest, not at rest; and the part of it that is analysed.
 
-A record at rest for a part is cut to the longest stretch at rest. Where a sensor has the same level before and after a motion,
-within what its own drift makes, only the motion is left out: its samples are taken for missing.
+A record at rest for a part is cut to the longest stretch at rest. Where a sensor has the same level before and after a
+motion, within what its own drift makes, only the motion is left out: its samples are taken for missing.
 """
 
 from __future__ import annotations

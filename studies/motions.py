@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 import sigmatau as st
 
-__all__ = ["GRADES", "KINDS", "moving", "sensed"]
+__all__ = ["GRADES", "KINDS", "handled", "moving", "sensed"]
 
 Floats = NDArray[np.float64]
 Generator = np.random.Generator
 
 GRAVITY = 9.80665
 DEGREE = np.pi / 180
+EARTH, LATITUDE = 7.292115e-5, 50 * DEGREE  # [rad/s, rad]
 
 # Terms of the gyros and of the accelerometers, by grade.
 GRADES: dict[str, tuple[dict[str, str], dict[str, str]]] = {
@@ -196,7 +197,7 @@ def sensed(
         if sensors in (name, "both")
         for k, axis in enumerate("xyz")
     }
-    return st.Record.from_arrays(rate=rate, **columns)  # type: ignore[arg-type]  # names of channels
+    return st.Record.from_arrays(rate=rate, **columns)
 
 
 def moving(seed: int, kind: str, *, sensors: str = "both") -> st.Record:
@@ -206,3 +207,35 @@ def moving(seed: int, kind: str, *, sensors: str = "both") -> st.Record:
     n = round(60 * rng.uniform(1, 10) * rate)
     rates, force = mounted(rng, *kinematics(*KINDS[kind](rng, n, rate), rate), 10 * DEGREE)
     return sensed(rng, rates, force, rate, str(rng.choice(list(GRADES))), sensors=sensors)
+
+
+def handled(
+    seed: int, grade: str, *, minutes: float = 30.0, lasting: float = 10.0
+) -> tuple[st.Record, tuple[float, float]]:
+    """A record at 50 Hz of a sensor at rest that is taken up for some seconds and put down again, and when that is. [s]
+
+    It is put down in another position half of the time: tilted by some tenths of a degree, with another heading. Gyros feel
+    the rotation of the Earth.
+    """
+    rng = np.random.default_rng(seed)
+    rate = 50.0
+    n = round(60 * minutes * rate)
+    t = np.arange(n) / rate
+    start = rng.uniform(0.1, 0.9) * t[-1]
+    inside = slice(round(start * rate), round((start + lasting) * rate))
+    window = np.zeros(n)
+    u = np.linspace(0, 1, inside.stop - inside.start)
+    window[inside] = np.clip(np.minimum(u, 1 - u) / 0.15, 0, 1) ** 2
+    size = 10 ** rng.uniform(0.5, 1.5) * DEGREE
+    angles = np.stack([window * size * band(rng, n, rate, 0, 0.7) for _ in "xyz"])
+    if rng.random() < 0.5:
+        put = np.clip((t - start) / lasting, 0, 1)
+        angles += (rng.standard_normal((3, 1)) * np.array([[0.3], [0.3], [20.0]])) * DEGREE * (3 * put**2 - 2 * put**3)
+    moved = np.stack([window * 0.5 * band(rng, n, rate, 0.2, 3) for _ in "xyz"])
+    rates, force = kinematics(angles, moved, rate)
+    heading = angles[2]
+    earth = EARTH * np.stack(
+        [np.cos(LATITUDE) * np.cos(heading), -np.cos(LATITUDE) * np.sin(heading), np.full(n, np.sin(LATITUDE))]
+    )
+    rates, force = mounted(rng, rates + earth, force, 3 * DEGREE)
+    return sensed(rng, rates, force, rate, grade), (start, start + lasting)

@@ -194,12 +194,6 @@ def _judged(found: _Means, start: float, stop: float) -> Motion | None:
         if median > _STEPS * found.step and (high or (octave > _FLOOR and level > limit and times > _RISE)):
             motions.append(found.motion("varies", median / 0.6745, max(times, level / limit), tau))
         lowest = min(lowest, level)
-    if not motions and found.quantity == "angular_rate":
-        tau = found.tau(_SECOND)
-        inside = present(found.by_octave[_SECOND][round(start / tau) : round(stop / tau)])
-        rate = abs(float(np.median(inside))) if len(inside) else 0.0
-        if rate >= LARGEST_BIAS:
-            return found.motion("turns", rate, rate / LARGEST_BIAS, stop - start)
     return max(motions, key=lambda one: one.times, default=None)
 
 
@@ -217,19 +211,20 @@ def _seconds(found: _Means) -> Moved:
         )
         at = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
         np.maximum.at(largest, at, beyond)
-    if found.quantity == "angular_rate":
-        rate = np.abs(np.nan_to_num(second))
-        largest = np.where(rate >= LARGEST_BIAS, np.maximum(largest, rate), largest)
+    turning = np.abs(np.nan_to_num(second)) if found.quantity == "angular_rate" else np.zeros(n)
+    turning[turning < LARGEST_BIAS] = 0.0
+    flagged = (largest > 0) | (turning > 0)
     spans: list[Span] = []
     strongest: Motion | None = None
-    for a, b in _groups(largest > 0):
-        if np.count_nonzero(largest[a:b]) < _LEAST_HANDLED and not _turned(found, second, a, b):
+    for a, b in _groups(flagged):
+        if np.count_nonzero(flagged[a:b]) < _LEAST_HANDLED and not _turned(found, second, a, b):
             continue
         spans.append(found.span((a - 1) * size, (b + 1) * size))
-        amount = float(largest[a:b].max())
+        amount, rate = float(largest[a:b].max()), float(turning[a:b].max())
         times = amount * math.sqrt(size) / found.floor if found.floor > 0 else math.inf
-        motion = found.motion("varies", amount, times, size)
-        strongest = motion if strongest is None or amount > strongest.size else strongest
+        varies = found.motion("varies", amount, times, size)
+        motion = varies if amount > 0 else found.motion("turns", rate, rate / LARGEST_BIAS, (b - a) * size)
+        strongest = motion if strongest is None or motion.times > strongest.times else strongest
     return Moved(tuple(spans), strongest)
 
 

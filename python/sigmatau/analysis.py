@@ -277,7 +277,8 @@ def analyze(
         findings += masked
     bounded = {stream.name for stream in record.streams if _in_bounded_memory(stream, long, threads)}
     looked_at = _LOOKED_AT_BOUNDED if bounded else LOOKED_AT
-    findings += () if moving else check(record, bandwidth=bandwidth, looked_at=looked_at)
+    checked = () if moving and not resting.unit_in_doubt else check(record, bandwidth=bandwidth, looked_at=looked_at)
+    findings += [finding for finding in checked if not moving or finding.code == "implausible_unit"]
     curves: dict[str, DeviationCurve] = {}
     found: Mapping[str, DeviationCurve]
     fitted_on: dict[str, DeviationCurve] = {}

@@ -66,8 +66,8 @@ class TestNotAtRest:
         for use in (
             lambda: analysis.model,
             lambda: analysis.export(to="kalibr"),
-            lambda: st.compare(analysis, "icm42688p"),
-            lambda: st.compare(analysis.to_dict(), "icm42688p"),
+            lambda: st.compare_with(analysis, "icm42688p"),
+            lambda: st.compare_with(analysis.to_dict(), "icm42688p"),
         ):
             with pytest.raises(DataError, match="not at rest"):
                 use()

@@ -29,18 +29,15 @@ _SHORTEST, _OCTAVES = 1 / 16, 7  # averaging times: 1/16 s to 4 s
 _FLOOR = 2  # octave of the averaging time of the noise that motion is compared with, behind most filters: 1/4 s
 _SECOND = 4  # octave of 1 s
 _BLOCK, _MOST_BLOCKS = 40.0, 128  # least length of the blocks that are judged as a whole [s], and their number
-_FLOOR_BLOCKS, _FLOOR_SHARE = (
-    10.0,
-    0.1,
-)  # blocks whose noise is compared [s], and the share that may be of a quiet sensor
+_FLOOR_BLOCKS, _FLOOR_SHARE = 10.0, 0.1  # blocks whose noise is compared [s], and the share that shows a quiet sensor
 _LEAST = 5  # second differences that a level can be taken from
 
 # √τ times the deviation of means beyond which a sensor moves, and the rise over the noise at shorter times that goes with
 # it: beyond the noise of all sensors a small rise, beyond that of most a large one. Studied in studies/rest.py. The noise of
 # gyros for sale is up to 0.05 (deg/s)/√Hz, that of accelerometers up to 1 mg/√Hz, see `sensor_grades`. [SI unit/√Hz]
-_LEVELS = {"angular_rate": math.radians(0.05), "acceleration": 0.008}
-_HIGH, _RISE_OF_HIGH, _RISE = 3.5, 1.5, 8.0
-_ERRORS = 2.0  # a level by the median of n differences is wrong by no more than so many times 1/√n
+_LEVELS = {"angular_rate": (math.radians(0.05), math.radians(0.175)), "acceleration": (0.015, 0.03)}
+_RISE, _RISE_OF_HIGH = 8.0, 1.6
+_ERRORS = 3.0  # a level by the median of n differences is wrong by no more than so many times 1/√n
 
 # Change of the mean from second to second, in standard deviations of one mean, of a sensor in someone's hands, and how much
 # more than its noise that is. Steps and knocks of a table are less. [SI unit]
@@ -50,6 +47,7 @@ _LEAST_HANDLED = 4  # seconds of motion that are more than a knock
 _GAP = 4  # seconds of rest between two motions that are not a stretch
 _TURNED = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}  # another position, after any motion
 _BESIDE = 5  # seconds before and after a motion that show the position
+_MOST_MISSING = 0.5  # share of the samples of a channel that is judged
 _STEPS = 3.0  # steps of the numbers by which rounding can move a second difference
 
 
@@ -85,7 +83,12 @@ def _of_stream(stream: Stream) -> Sequence[_Means]:
     first = max(round(math.log2(base * stream.grid.tau0 / _SHORTEST)), 0)  # octave of the means of `base` samples
     if first > _SECOND or stream.grid.n < _LEAST * base << (_SECOND - first):
         return ()
-    return [_Means(stream, channel, base, first) for channel in stream.channels]
+    missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
+    return [
+        _Means(stream, channel, base, first)
+        for channel, share in zip(stream.channels, missing, strict=True)
+        if share <= _MOST_MISSING
+    ]
 
 
 def joined(spans: Iterable[Span], gap: float = _GAP) -> tuple[Span, ...]:
@@ -178,7 +181,7 @@ def _blocks(found: _Means) -> Moved:
 
 def _judged(found: _Means, start: float, stop: float) -> Motion | None:
     """The strongest motion by the median of second differences; None at rest."""
-    limit = _LEVELS[found.quantity]
+    limit, high_limit = _LEVELS[found.quantity]
     lowest = math.inf
     motions: list[Motion] = []
     for octave in range(found.first, _OCTAVES):
@@ -190,7 +193,7 @@ def _judged(found: _Means, start: float, stop: float) -> Motion | None:
         level = median / 0.6745 * math.sqrt(tau)
         times = level / found.floor if found.floor > 0 else math.inf
         sure = level * (1 - _ERRORS / math.sqrt(len(inside)))
-        high = level > _HIGH * limit and sure > _RISE_OF_HIGH * lowest
+        high = level > high_limit and sure > _RISE_OF_HIGH * lowest
         if median > _STEPS * found.step and (high or (octave > _FLOOR and level > limit and times > _RISE)):
             motions.append(found.motion("varies", median / 0.6745, max(times, level / limit), tau))
         lowest = min(lowest, level)
@@ -212,7 +215,7 @@ def _seconds(found: _Means) -> Moved:
         at = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
         np.maximum.at(largest, at, beyond)
     turning = np.abs(np.nan_to_num(second)) if found.quantity == "angular_rate" else np.zeros(n)
-    turning[turning < LARGEST_BIAS] = 0.0
+    turning[turning < max(LARGEST_BIAS, _HANDLED_RISE * found.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
     spans: list[Span] = []
     strongest: Motion | None = None

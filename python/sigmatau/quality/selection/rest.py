@@ -55,6 +55,11 @@ class Rest:
     still: tuple[Span, ...]
     motion: Motion | None = None
 
+    @property
+    def unit_in_doubt(self) -> bool:
+        """Whether a rate beyond any bias, without other motion, may be one in another unit."""
+        return self.motion is not None and self.motion.kind == "turns"
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
         return {

@@ -153,6 +153,14 @@ def test_another_position_is_not_joined():
     assert kept["accel"].left_out == 0
 
 
+@pytest.mark.parametrize("length", [1, 3, 9, 10, 11, 21, 45, 100, 500])
+def test_white_noise_is_at_rest_however_much_it_is(length):
+    rng = np.random.default_rng(seed_of(f"white {length}"))
+    for _ in range(20):
+        y = rng.standard_normal((50 * length, 6))
+        assert verdict(st.Record.from_arrays(rate=50, gyro=y[:, :3], accel=9.8 * y[:, 3:])).verdict == "at_rest"
+
+
 def test_knocks_are_not_motion():
     """A knock of a second, and spikes in 1 % of the samples."""
     base = at_rest(seed_of("knocked"), "consumer MEMS", "20 min at 50 Hz")

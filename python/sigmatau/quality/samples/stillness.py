@@ -132,9 +132,8 @@ class _Means:
         """√τ times the deviation of means in the quiet parts of the record, with what rounding makes. [unit/√Hz]"""
         octave = max(_FLOOR, self.first)
         d, tau = self.differences(octave), self.tau(octave)
-        size = max(round(_FLOOR_BLOCKS / tau), _LEAST)
-        squares = d * d if len(d) < size else row_means((d * d)[: len(d) // size * size].reshape(-1, size))
-        level = present(squares)
+        size = min(max(round(_FLOOR_BLOCKS / tau), _LEAST), max(len(d), 1))
+        level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
         quiet = float(np.quantile(level, _FLOOR_SHARE)) * tau if len(level) else 0.0
         return math.sqrt(quiet + self.step**2 / 12 * self.stream.grid.tau0)
 

@@ -63,7 +63,7 @@ def test_the_fitted_model_is_drawn_through_the_curve(record):
 def test_a_model_without_intervals_is_dotted(record):
     t = np.arange(2**17) / 100
     y = np.random.default_rng(3).standard_normal(2**17) + np.sin(0.3 * t) + np.sin(2 * t)
-    analysis = analyze(Record.from_arrays(rate=100, gyro_x=y), method="gls")
+    analysis = analyze(Record.from_arrays(rate=100, gyro_x=y), method="gls", at_rest=True)
     assert analysis.fits["gyro_x"].verdict == "descriptive"
     (ax,) = analysis.plot().axes
     assert not [line for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()) > 2]

@@ -38,6 +38,8 @@ from sigmatau.quality.samples.resolution import rounded
 from sigmatau.quality.samples.spikes import mask_spikes
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
+from sigmatau.quality.selection.rest import Rest, at_rest_only
+from sigmatau.quality.selection.rest import rest as rest_of
 from sigmatau.quality.selection.selection_bias import bias_finding
 from sigmatau.quality.selection.window import choose
 from sigmatau.record import memory
@@ -91,6 +93,8 @@ class Analysis(Printed):
         Samples, rate and length by stream, in words.
     stability : mapping of str to DynamicAllan
         Dynamic Allan deviation by channel; empty if it was not requested.
+    rest : Rest or None
+        Whether the sensor is at rest: without that there are curves, and no coefficients. None for curves alone.
     """
 
     source: Provenance
@@ -100,6 +104,7 @@ class Analysis(Printed):
     read_off: Mapping[str, ReadOff]
     grids: Mapping[str, str]
     stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
+    rest: Rest | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The stable JSON form, schema 1: plain values, no NaN."""
@@ -107,6 +112,7 @@ class Analysis(Printed):
             "schema": SCHEMA,
             "sigmatau": __version__,
             "source": self.source.to_dict(),
+            **({} if self.rest is None else {"rest": self.rest.to_dict()}),
             "findings": [finding.to_dict() for finding in self.findings],
             "channels": {
                 channel: {
@@ -114,7 +120,7 @@ class Analysis(Printed):
                     "sample_rate_hz": 1 / curve.tau0,
                     "samples": curve.n,
                     "curve": curve.to_dict(),
-                    "read_off": self.read_off[channel].to_dict(),
+                    "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
                     **({"fit": self.fits[channel].to_dict()} if channel in self.fits else {}),
                     **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
                 }
@@ -175,7 +181,9 @@ class Analysis(Printed):
         return "\n".join([*self.grids.values(), "", self.coefficients()])
 
     def coefficients(self) -> str:
-        """The table of coefficients."""
+        """The table of coefficients; of a record that is not at rest, that there are none."""
+        if not self.fits and not self.read_off:
+            return "not at rest: no coefficients"
         return fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
 
     def __repr__(self) -> str:
@@ -214,6 +222,7 @@ def analyze(
     leave_out: str | Sequence[str] | None = None,
     spikes: Spikes = "keep",
     bandwidth: Bandwidth | None = None,
+    at_rest: bool = False,
     stability: bool = False,
     threads: int | None = None,
 ) -> Analysis:
@@ -245,6 +254,9 @@ def analyze(
         Whether spikes are kept or treated as missing.
     bandwidth : mapping, optional
         The sensors' own bandwidth, see `sigmatau.check`.
+    at_rest : bool
+        Whether to take the record as at rest, whatever it shows: motion is analysed as noise. Otherwise a record that is not
+        at rest has no coefficients, and one that is at rest for a part is cut to that part, with a finding.
     stability : bool
         Whether to compute the dynamic Allan deviation of every channel, see `sigmatau.dynamic_allan`.
 
@@ -288,12 +300,17 @@ def analyze(
     if window is not None:
         record, chosen = choose(record, window)
         findings += chosen
-    if spikes == "mask":
+    resting = rest_of(record)
+    record, told = at_rest_only(record, resting, assumed=at_rest)
+    findings += told
+    moving = resting.verdict == "not_at_rest" and not at_rest
+    if spikes == "mask" and not moving:
         record, masked = mask_spikes(record)
         findings += masked
     bounded = {stream.name for stream in record.streams if _in_bounded_memory(stream, long, threads)}
     looked_at = _LOOKED_AT_BOUNDED if bounded else LOOKED_AT
-    findings += check(record, bandwidth=bandwidth, looked_at=looked_at)
+    checked = () if moving and not resting.unit_in_doubt else check(record, bandwidth=bandwidth, looked_at=looked_at)
+    findings += [finding for finding in checked if not moving or finding.code == "implausible_unit"]
     curves: dict[str, DeviationCurve] = {}
     found: Mapping[str, DeviationCurve]
     fitted_on: dict[str, DeviationCurve] = {}
@@ -323,7 +340,7 @@ def analyze(
         reasons = (f"{', '.join(finding.channels)}: {words(finding).message}" for finding in lost)
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     fits: dict[str, NoiseFit] = {}
-    if method != "read-off":
+    if method != "read-off" and not moving:
         coarse = {finding.channel: finding.details for finding in findings if rounded(finding)}
         for channel, curve in curves.items():
             on = fitted_on.get(channel, curve)
@@ -348,9 +365,10 @@ def analyze(
         findings=by_severity(findings),
         curves=Curves(curves),
         fits=fits,
-        read_off={channel: read_off(curve) for channel, curve in curves.items()},
+        read_off={} if moving else {channel: read_off(curve) for channel, curve in curves.items()},
         grids={stream.name: grid_text(stream) for stream in record.streams},
         stability=maps,
+        rest=resting,
     )
 
 

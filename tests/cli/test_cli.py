@@ -109,7 +109,8 @@ class TestAnalyze:
         for name, (y, verdict) in cases.items():
             log = tmp_path / f"{name}.csv"
             np.savetxt(log, y, header="gyro_x [deg/s]", comments="")
-            code, out, err = run("analyze", log, "--rate", 100, "-v", "--json", tmp_path / "r.json", capsys=capsys)
+            options = ("--rate", 100, "-v", "--at-rest", "--json", tmp_path / "r.json")
+            code, out, err = run("analyze", log, *options, capsys=capsys)
             assert code == 0
             text = (tmp_path / "r.json").read_text()
             content = json.loads(text, parse_constant=lambda c: pytest.fail(f"{c} in JSON"))

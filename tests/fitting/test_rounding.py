@@ -49,8 +49,9 @@ def test_no_value_without_an_interval(ratio):
     y = np.round(ratio * rng.standard_normal(N) + 0.45)
     fitted = analyze(Record.from_arrays(rate=100, gyro_x=y)).fits["gyro_x"]
     walk = fitted["random_walk"]
-    assert walk.observed
-    assert walk.low <= 0.1 * math.sqrt(ratio**2 + 1 / 12) <= walk.high
+    low, high = (walk.low, walk.high) if walk.observed else (0.0, walk.upper_limit)
+    assert low <= 0.1 * math.sqrt(ratio**2 + 1 / 12) <= high
+    assert walk.observed == (low > 0) == (ratio >= 0.4)  # a mean at a level shows nothing of less noise
     for name in ("bias_instability", "rate_random_walk"):
         assert fitted[name].high is not None or fitted[name].upper_limit is not None, name
     assert (fitted.verdict == "widened") == (ratio < 0.5)
@@ -83,7 +84,7 @@ def test_a_process_beside_the_rounding():
         state = decay * state + math.sqrt(1 - decay**2) * step
         process[k] = 0.8 * state
     y = np.round(process + 0.8 * rng.standard_normal(2 * N) + 0.3)
-    fitted = analyze(Record.from_arrays(rate=100, gyro_x=y)).fits["gyro_x"]
+    fitted = analyze(Record.from_arrays(rate=100, gyro_x=y), at_rest=True).fits["gyro_x"]
     assert "gauss_markov_1.sigma" in fitted.covariance[0]
     assert fitted.gauss_markov[0].sigma.low <= 0.8 <= fitted.gauss_markov[0].sigma.high
 

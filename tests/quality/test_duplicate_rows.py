@@ -97,8 +97,8 @@ class TestTooCoarse:
         assert fitted.verdict == "widened"
         assert "too coarse" in fitted.reason
         walk = fitted["random_walk"]
-        assert walk.low <= 1e-4 / math.sqrt(RATE) <= walk.value <= walk.high
-        assert all(t.upper_limit > 0 for name, t in fitted.items() if name != "random_walk")
+        assert walk.upper_limit >= 1e-4 / math.sqrt(RATE)  # a mean at a level shows nothing of so little noise
+        assert all(t.upper_limit > 0 for t in fitted.values())
         clean = analysis.fits["gyro_x"]
         assert clean.verdict == "adequate"
         assert fitted["bias_instability"].upper_limit > 10 * clean["bias_instability"].upper_limit

@@ -53,7 +53,7 @@ def test_the_unit_named_for_one_axis_cures_it_and_the_change_is_the_stated_one(t
     wrong, right = read(path, rate=RATE), read(path, rate=RATE, unit={"gyro_y": "deg/s"})
     (said,) = found(wrong)
     assert found(right) == []
-    walks = [analyze(record).fits["gyro_y"]["random_walk"].value for record in (wrong, right)]
+    walks = [analyze(record, at_rest=True).fits["gyro_y"]["random_walk"].value for record in (wrong, right)]
     assert walks[0] / walks[1] == pytest.approx(dict(said.factors)["random_walk"], rel=1e-6)
 
 

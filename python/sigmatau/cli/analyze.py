@@ -32,9 +32,12 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.errors import OptionError
-from sigmatau.findings.finding import damaged
+from sigmatau.findings.finding import exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
+
+NOT_AT_REST = 5
+"""Exit code if the sensor is not at rest."""
 
 
 def analyze_command(
@@ -49,6 +52,7 @@ def analyze_command(
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
     spikes: Literal["keep", "mask"] = "keep",
+    at_rest: Annotated[bool, Parameter(negative=())] = False,
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
     stability: Path | None = None,
@@ -87,6 +91,9 @@ def analyze_command(
         stuck or copies.
     spikes
         Treat outliers of single samples as missing (mask), or use them (keep).
+    at_rest
+        Take the log as at rest, whatever it shows: motion, as of a turntable or a shaking table, is analysed as noise.
+        Otherwise a log that is not at rest gets no coefficients (exit code 5), and the longest part at rest is analysed.
     bandwidth
         Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then
         reports the random walk that aliasing adds.
@@ -121,6 +128,7 @@ def analyze_command(
         "window": window,
         "leave_out": leave_out or None,
         "spikes": spikes,
+        "at_rest": at_rest,
         "bandwidth": bandwidths(bandwidth or []),
         "stability": stability is not None,
         "threads": threads,
@@ -185,8 +193,12 @@ def _one(
     sys.stdout.flush()
     for line in finding_lines(analysis.findings) if verbose else causes(analysis.findings):
         say(line, quiet=quiet)
-    exports.write(analysis, result=outputs.files["json"], quiet=quiet)
-    return damaged(analysis.findings)
+    code = exit_code(analysis.findings)
+    if code == NOT_AT_REST and exports.files:
+        say("nothing to export: the sensor is not at rest", quiet=quiet)
+    else:
+        exports.write(analysis, result=outputs.files["json"], quiet=quiet)
+    return code
 
 
 def _many(
@@ -223,7 +235,7 @@ def _many(
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")
     codes = {outcome.code for outcome in outcomes.values()}
-    return next((code for code in (2, 1, 4) if code in codes), 0)
+    return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)
 
 
 def _in_a_process(

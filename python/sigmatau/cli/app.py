@@ -11,6 +11,7 @@ __all__ = ["EXAMPLES", "app"]
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
     " · 3 a unit does not meet its specification (compare) · 4 done with the readable part of a damaged file"
+    " · 5 the sensor is not at rest, so that there are no coefficients (analyze)"
     " · 130 interrupted · 143 terminated."
     " Tables and JSON go to standard output, messages to standard error."
 )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.finding import Finding, damaged
+from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.results import duration_text
 
@@ -41,7 +41,7 @@ class Outcome:
     @property
     def code(self) -> int:
         """Exit code for this log alone."""
-        return (2 if self.usage else 1) if self.error else damaged(self.findings)
+        return (2 if self.usage else 1) if self.error else exit_code(self.findings)
 
 
 def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
@@ -174,8 +174,8 @@ _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 
 
 def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
-    for channel, read in analysis.read_off.items():
-        fit, curve = analysis.fits.get(channel), analysis.curves[channel]
+    for channel, curve in analysis.curves.items():
+        fit, read = analysis.fits.get(channel), analysis.read_off.get(channel)
         length, rate = duration_text(curve.n * curve.tau0), f"{1 / curve.tau0:.6g} Hz"
         texts = []
         for term in _TERMS:
@@ -185,9 +185,10 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
                 if value and fit[term].low == 0:
                     value = f"{value} {interval}"
             else:
-                value, unit = read.texts(term)[0] if term in read else ("", "")
+                value, unit = read.texts(term)[0] if read is not None and term in read else ("", "")
             texts.append(f"{value} {unit}" if value else "")
-        verdict = "read off" if fit is None else fit.verdict.replace("_", " ")
+        without = "not at rest" if read is None else "read off"
+        verdict = without if fit is None else fit.verdict.replace("_", " ")
         yield channel, length, rate, *texts, verdict + (", DAMAGED" if damaged(analysis.findings) else "")
 
 

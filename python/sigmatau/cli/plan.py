@@ -17,7 +17,7 @@ from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.fitting.planning import plan
 from sigmatau.model.channel import PROCESSES, ChannelModel
 from sigmatau.model.file import value_in_si
-from sigmatau.model.from_result import channel_of_fit
+from sigmatau.model.from_result import channel_of_fit, results_by_channel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS, coefficient_unit
 
@@ -144,7 +144,9 @@ def _channels(source: Path) -> dict[str, _Channel]:
     except ValueError as error:
         raise DataError(f"{source}: not JSON: {error}") from None
     try:
-        return {name: _of_result(name, channel) for name, channel in content["channels"].items()}
+        return {name: _of_result(name, channel) for name, channel in results_by_channel(content).items()}
+    except DataError as error:
+        raise DataError(f"{source}: {error}") from None
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise DataError(
             f"{source}: not a result of sigmatau analyze with a fit ({error!r} is missing or wrong)"

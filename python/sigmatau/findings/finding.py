@@ -12,13 +12,14 @@ from sigmatau.frozen import frozen
 if TYPE_CHECKING:
     from sigmatau.findings.wording import Words
 
-__all__ = ["Details", "Finding", "Severity", "Span", "by_severity", "damaged"]
+__all__ = ["Details", "Finding", "Severity", "Span", "by_severity", "damaged", "exit_code"]
 
 Severity = Literal["info", "warning", "error"]
 
 Span = tuple[float, float]
 """Beginning and end, from the beginning of the record; equal for a single instant. [s]"""
 
+_MOVES = "not_at_rest"
 _FIRST = "no_adequate_model"  # no number has an interval then, which matters more than any other warning
 
 
@@ -130,6 +131,12 @@ def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(dict.fromkeys(findings), key=weight))
 
 
+def exit_code(findings: Iterable[Finding]) -> int:
+    """Exit code of an analysis: 5 if the sensor is not at rest, else that of `damaged`."""
+    told = tuple(findings)
+    return 5 if any(finding.code == _MOVES for finding in told) else damaged(told)
+
+
 def damaged(findings: Iterable[Finding]) -> int:
     """Exit code of a command that has done what it could: 4 if rows of the data are missing or wrong, else 0."""
-    return 4 if any(finding.severity == "error" and not finding.channels for finding in findings) else 0
+    return 4 if any(one.severity == "error" and not one.channels and one.code != _MOVES for one in findings) else 0

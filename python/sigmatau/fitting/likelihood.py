@@ -26,6 +26,7 @@ from sigmatau.fitting.noise_fit import (
     Verdict,
     WarmUp,
 )
+from sigmatau.fitting.observed import observed_term
 from sigmatau.fitting.response import FittedFilter, named
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, coefficient_unit
@@ -167,7 +168,9 @@ def _stated(
     n, tau0 = stream.grid.n, stream.grid.tau0
     quantile = -float(normal_quantile((1 - level) / 2))
     model = {name: math.sqrt(value) for name, value in found.reduced.items() if value > 0}
-    terms = {name: _term(stream, found, name, model, level) for name in LINEAR if name in wanted}
+    names, covariance = _covariance(found, model)
+    errors = dict(zip(names, np.sqrt(np.maximum(np.diag(covariance), 0.0)), strict=True))
+    terms = {name: _term(stream, found, name, model, errors, level) for name in LINEAR if name in wanted}
     ramp = _ramp(stream, found, quantile, level)
     terms["rate_ramp"] = ramp
     if ramp.value is not None:
@@ -227,14 +230,21 @@ def _stated(
         tau_min=tau0,
         tau_max=n // _LONGEST_SHARE * tau0,
         p_value=found.p_value,
-        covariance=_covariance(found, model),
+        covariance=(names, covariance),
         level=level,
         method="likelihood",
     )
     return _from_clear_times(fitted)
 
 
-def _term(stream: Stream, found: Outcome, name: str, model: Mapping[str, float], level: float) -> FittedTerm:
+def _term(
+    stream: Stream,
+    found: Outcome,
+    name: str,
+    model: Mapping[str, float],
+    errors: Mapping[str, float],
+    level: float,
+) -> FittedTerm:
     unit = coefficient_unit(name, stream.quantity, stream.unit)
     bounds = found.terms.get(name)
     if bounds is None:  # a filter took its place
@@ -243,15 +253,9 @@ def _term(stream: Stream, found: Outcome, name: str, model: Mapping[str, float],
     low, high = math.sqrt(max(bounds.low, 0.0)), math.sqrt(bounds.high)
     if bounds.observed and math.isfinite(high):  # a term without an upper bound is not known
         value = model.get(name, math.sqrt(bounds.value))
-        return FittedTerm(
-            term=name,
-            unit=unit,
-            observed=True,
-            level=level,
-            value=value,
-            low=min(low, value),
-            high=max(high, value),
-            p_value=p_value,
+        error = float(errors.get(name, 0.0))
+        return observed_term(
+            term=name, unit=unit, level=level, p_value=p_value, value=value, low=low, high=high, error=error
         )
     limit = high if math.isfinite(high) else None
     return FittedTerm(term=name, unit=unit, observed=False, level=level, upper_limit=limit, p_value=p_value)

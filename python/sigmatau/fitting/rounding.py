@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import normal_below
 from sigmatau.findings.kinds.fit import CoarseValues
 from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit
+from sigmatau.fitting.observed import limit_of
 from sigmatau.frozen import frozen
 
 __all__ = ["Rounding", "allowing_for_rounding"]
@@ -103,6 +104,10 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         return max(low - min(most, low * slope), 0.0), high + more
 
     def term(name: str, one: FittedTerm) -> FittedTerm:
+        found = widened_term(name, one)
+        return limit_of(found) if found.observed and (found.low or 0.0) * (found.high or 0.0) <= 0 else found
+
+    def widened_term(name: str, one: FittedTerm) -> FittedTerm:
         if one.low is None or one.high is None:
             return one if one.upper_limit is None else replace(one, upper_limit=limit(name, one.upper_limit))
         if name == "random_walk":

@@ -17,6 +17,7 @@ from sigmatau.fitting.gls import Gls, relative_fit
 from sigmatau.fitting.goodness import p_value
 from sigmatau.fitting.inference import Evidence, evidence
 from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit
+from sigmatau.fitting.observed import observed_term
 from sigmatau.fitting.selection import LEAST_P
 from sigmatau.noise.terms import coefficient_unit
 
@@ -52,6 +53,9 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         unclear = [LINEAR[p] for p in linear if theta[p] > 0 and p not in observed]
         if undecided:
             unclear.append("rate_ramp")
+    # Including terms that the record does not distinguish: their sum is known better than each of them.
+    covariance = _covariance(gls, selected, [p for p in linear if selected[p] > 0], scale, tau0)
+    errors = dict(zip(covariance[0], np.sqrt(np.maximum(np.diag(covariance[1]), 0.0)), strict=True))
     terms = {}
     for p in data.candidates:
         if p not in found:
@@ -66,7 +70,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
             without = Gls(gls.parts, gls.avar, [*observed, *extra], tangent=gls.tangent[:, 0] if extra else None)
             alone = _evidence(without, p, selected, level)
             e = replace(e, low=min(e.low, alone.low), high=max(e.high, alone.high))
-        terms[LINEAR[p]] = _term(curve, data, p, value, e, scale, level)
+        terms[LINEAR[p]] = _term(curve, p, value, float(errors.get(LINEAR[p], 0.0)), e, scale, level)
     model = {
         LINEAR[p]: coefficient(selected[p] * scale, LINEAR[p], tau0) for p in range(len(LINEAR)) if selected[p] > 0
     }
@@ -76,8 +80,6 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         terms["rate_ramp"] = ramp
         if ramp.value is not None:
             model["rate_ramp"] = ramp.value
-    # Including terms that the record does not distinguish: their sum is known better than each of them.
-    in_model = [p for p in linear if selected[p] > 0]
     return NoiseFit(
         channel=curve.channel,
         quantity=curve.quantity,
@@ -93,7 +95,7 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         tau_min=data.m[best.first] * tau0,
         tau_max=data.m[-1] * tau0,
         p_value=best.p_value,
-        covariance=_covariance(gls, selected, in_model, scale, tau0),
+        covariance=covariance,
         level=level,
         gaps=curve.gaps,
     )
@@ -204,28 +206,22 @@ def _evidence(gls: Gls, term: int, theta: Floats, level: float) -> Evidence:
 
 def _term(
     curve: DeviationCurve,
-    data: Data,
     term: int,
     value: float | None,
+    error: float,
     e: Evidence,
     scale: float,
     level: float,
 ) -> FittedTerm:
-    """The result for one noise term; `value` is θ if it was observed."""
+    """The result for one noise term; `value` is θ if it was observed, and `error` the standard error of its coefficient."""
     name, tau0 = LINEAR[term], curve.tau0
     unit = coefficient_unit(name, curve.quantity, curve.unit)
     high = coefficient(e.high * scale, name, tau0)
     if value is not None:
         amount = coefficient(value, name, tau0)
-        return FittedTerm(
-            term=name,
-            unit=unit,
-            observed=True,
-            level=level,
-            p_value=e.p_value,
-            value=amount,
-            low=min(coefficient(e.low * scale, name, tau0), amount),
-            high=max(high, amount),
+        low = coefficient(e.low * scale, name, tau0)
+        return observed_term(
+            term=name, unit=unit, level=level, p_value=e.p_value, value=amount, low=low, high=high, error=error
         )
     return FittedTerm(
         term=name,

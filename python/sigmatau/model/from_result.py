@@ -16,6 +16,7 @@ from sigmatau.model.processes import GaussMarkov, LowPass, real
 from sigmatau.noise.terms import TERMS
 
 _QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whose coefficients have intervals
+NOT_AT_REST = "the sensor was not at rest: the result has no coefficients to use"
 _WITH_MODEL = (*_QUANTIFIED, "descriptive")  # Verdicts of a fit that has coefficients
 
 
@@ -42,7 +43,15 @@ def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
     channels = content.get("channels")
     if not isinstance(channels, Mapping) or not channels:
         raise DataError("this is not a result of sigmatau analyze: it has no channels")
-    return {str(name): channel for name, channel in channels.items()}
+    found = {str(name): channel for name, channel in channels.items()}
+    rest = content.get("rest")
+    if isinstance(rest, Mapping) and rest.get("verdict") == "not_at_rest" and not any(map(_fitted, found.values())):
+        raise DataError(NOT_AT_REST)
+    return found
+
+
+def _fitted(channel: object) -> bool:
+    return isinstance(channel, Mapping) and "fit" in channel
 
 
 def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:

@@ -200,11 +200,12 @@ def draw_analysis(
             if fits:
                 _draw_model(ax, curve, fits[channel], colour)
                 continue
-            for name, coefficient in read_off[channel].items():
+            for name, coefficient in read_off.get(channel, {}).items():
                 _draw_line(ax, curve, name, coefficient, colour, named)
         ax.set_title(TITLES.get(key, key))
         what = "fitted model, dotted where it was not fitted" if fits else "line read off, ● where it is read"
-        ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label=what)
+        if fits or read_off:
+            ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label=what)
         for text in dict.fromkeys(curves[channel].interval_text for channel in channels):
             ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label=text)
         ax.legend(fontsize=8, loc="best")

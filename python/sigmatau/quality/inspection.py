@@ -23,6 +23,7 @@ from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import by_channel, without_consequences
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
+from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.record import memory
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
@@ -73,7 +74,11 @@ def inspect(
     if leave_out is not None:
         record, left = leave_out_of(record, leave_out)
     constant = [finding for stream in record.streams for finding in curve_checks.constant_channels(stream)]
-    checked = [*left, *constant, *check(record, bandwidth=bandwidth)]
+    resting = rest(record)
+    record, told = at_rest_only(record, resting, assumed=False)
+    if resting.verdict == "not_at_rest":
+        return replace(found, record=record, checks=(*left, *constant, *told))
+    checked = [*left, *constant, *told, *check(record, bandwidth=bandwidth)]
     return replace(found, record=record, checks=tuple(_against_fits(record, checked)))
 
 

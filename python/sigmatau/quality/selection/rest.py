@@ -1,0 +1,202 @@
+"""The verdict on a record: at rest, partly at rest, not at rest; and the part of it that is analysed.
+
+A record at rest for a part is cut to the longest stretch at rest. Where a sensor has the same level before and after a
+motion, within what its own drift makes, only the motion is left out: its samples are taken for missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.findings.finding import Finding, Span, plain
+from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest
+from sigmatau.quality.samples.common import present, row_means
+from sigmatau.quality.samples.masking import mask_of, masked
+from sigmatau.quality.samples.spikes import spikes_missing
+from sigmatau.quality.samples.stillness import moved
+from sigmatau.quality.samples.stuck_samples import without_runs
+from sigmatau.record.record import MIN_SAMPLES, Record
+from sigmatau.record.streams import Stream
+
+__all__ = ["Rest", "at_rest_only", "rest"]
+
+Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest"]
+
+_LEAST_STILL = 20.0  # shortest stretch at rest worth an analysis [s]
+_LEAST_SHARE = 0.25  # part of the record that the longest stretch has, for the record to be partly at rest
+_TOLD = 3  # stretches at rest that a finding lists
+_LITTLE = 0.1  # a part of the record whose loss is an info
+
+# Levels beside a motion are compared as means of this length, or of a tenth of the stretches beside; a difference is that of
+# another position beyond so many times the root mean square of those elsewhere, of which there are so many at least.
+_MEAN, _PART_OF_STRETCH = 60.0, 0.1
+_OTHER_POSITION, _LEAST_DIFFERENCES = 3.0, 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """Whether the sensors of a record are at rest.
+
+    Attributes
+    ----------
+    verdict : {"at_rest", "partly_at_rest", "not_at_rest"}
+    still : tuple of (float, float)
+        Stretches at rest of 20 s or longer, in order of time, from the beginning of the log. [s]
+    motion : Motion or None
+        The strongest motion; None at rest.
+    """
+
+    verdict: Verdict
+    still: tuple[Span, ...]
+    motion: Motion | None = None
+
+    @property
+    def unit_in_doubt(self) -> bool:
+        """Whether a rate beyond any bias, without other motion, may be one in another unit."""
+        return self.motion is not None and self.motion.kind == "turns"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "verdict": self.verdict,
+            "still_s": [list(span) for span in self.still],
+            "motion": plain(self.motion),
+        }
+
+
+def rest(record: Record) -> Rest:
+    """The verdict on a record, by its angular rates and accelerations.
+
+    Parameters
+    ----------
+    record : Record
+        Samples may be missing; spikes and runs of equal values are not motion.
+    """
+    begins = min(stream.grid.lead for stream in record.streams)
+    ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
+    found = moved(record.streams)
+    if found.spans:  # bad samples move means too
+        found = moved(map(_without_faults, record.streams))
+    spans, motion = found.spans, found.motion
+    if motion is None:
+        return Rest(verdict="at_rest", still=((begins, ends),))
+    edges = [begins, *(edge for span in spans for edge in span), ends]
+    between = zip(edges[::2], edges[1::2], strict=True)
+    still = tuple((start, stop) for start, stop in between if stop - start >= _LEAST_STILL)
+    lengths = [stop - start for start, stop in still]
+    enough = max(lengths, default=0.0) >= _LEAST_SHARE * (ends - begins) or sum(lengths) >= (ends - begins) / 2
+    return Rest(verdict="partly_at_rest" if enough and still else "not_at_rest", still=still, motion=motion)
+
+
+def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
+    """The part of a record that is analysed, and the finding about it: none at rest.
+
+    Parameters
+    ----------
+    record : Record
+    found : Rest
+        Verdict on the record.
+    assumed : bool
+        Whether the record is analysed as it is, whatever the verdict.
+    """
+    if found.motion is None:
+        return record, []
+    if assumed:
+        told = AssumedAtRest(motion=found.motion)
+        return record, [Finding(details=told, severity="info")]
+    by_length = sorted(found.still, key=lambda span: span[0] - span[1])
+    if found.verdict == "not_at_rest":
+        ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
+        length = ends - min(stream.grid.lead for stream in record.streams)
+        details = NotAtRest(motion=found.motion, duration=length, still=tuple(by_length[:_TOLD]))
+        return record, [Finding(details=details, severity="error")]
+    streams, kept = [], list[KeptOfStream]()
+    for stream in record.streams:
+        if stream.quantity not in ("angular_rate", "acceleration"):
+            streams.append(stream)
+            continue
+        part = _still_part(stream, found.still, by_length[0])
+        streams.append(part)
+        gone = 0.0 if part.mask is None else part.grid.duration * float(part.mask.all(axis=1).mean())
+        start, stop = part.grid.lead, part.grid.lead + part.grid.duration
+        share = (stop - start - gone) / stream.grid.duration
+        kept.append(KeptOfStream(stream=stream.name, start=start, stop=stop, left_out=gone, share=share))
+    begins = min(stream.grid.lead for stream in record.streams)
+    edges = [begins, *(edge for span in found.still for edge in span)]
+    ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
+    gone_spans = tuple((a, b) for a, b in zip(edges[::2], [*edges[1::2], ends], strict=True) if b > a)
+    details_of = PartlyAtRest(motion=found.motion, moved=gone_spans, kept=tuple(kept))
+    lost = 1 - min(one.share for one in kept)
+    finding = Finding(
+        details=details_of,
+        severity="info" if lost < _LITTLE else "warning",
+        spans=tuple((a - begins, b - begins) for a, b in gone_spans),
+        size=lost,
+    )
+    said = f"left out, not at rest: {', '.join(f'{a:.6g} s to {b:.6g} s' for a, b in gone_spans[:5])}"
+    provenance = replace(record.provenance, conversions=(*record.provenance.conversions, said))
+    return replace(record, streams=tuple(streams), provenance=provenance), [finding]
+
+
+def _without_faults(stream: Stream) -> Stream:
+    return spikes_missing(without_runs(stream))
+
+
+def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
+    """The longest stretch at rest, with those on either side of it in which the stream has the same level."""
+    stretches = [(_at(stream, start), _at(stream, stop)) for start, stop in still]
+    stretches = [(a, b) for a, b in stretches if b - a >= MIN_SAMPLES]
+    k = min(range(len(stretches)), key=lambda i: abs(stretches[i][0] - _at(stream, longest[0])))
+    first = last = k
+    while first > 0 and _same_level(stream, stretches, first - 1):
+        first -= 1
+    while last + 1 < len(stretches) and _same_level(stream, stretches, last):
+        last += 1
+    start, stop = stretches[first][0], stretches[last][1]
+    gaps = [
+        (b - start, c - start)
+        for (_, b), (c, _) in zip(stretches[first:last], stretches[first + 1 : last + 1], strict=True)
+    ]
+    part = stream if (start, stop) == (0, stream.grid.n) else stream.cut(start, stop)
+    return masked(part, mask_of(part.grid.n, gaps))
+
+
+def _at(stream: Stream, time: float) -> int:
+    return min(max(round((time - stream.grid.lead) / stream.grid.tau0), 0), stream.grid.n)
+
+
+def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int) -> bool:
+    """Whether every channel has the same level after the motion between stretches k and k + 1 as before it."""
+    (a, b), (c, d) = stretches[k], stretches[k + 1]
+    length = min(_MEAN / stream.grid.tau0, _PART_OF_STRETCH * max(b - a, d - c), b - a, d - c)
+    w = max(int(length), 1)
+    lag = w + c - b
+    for channel in range(len(stream.channels)):
+        change = _mean(stream, channel, c, c + w) - _mean(stream, channel, b - w, b)
+        usual = np.concatenate([_differences(stream, channel, start, stop, w, lag) for start, stop in stretches])
+        if len(usual) < _LEAST_DIFFERENCES:
+            return False
+        if not abs(change) <= _OTHER_POSITION * float(np.sqrt(np.mean(usual * usual))):
+            return False
+    return True
+
+
+def _mean(stream: Stream, channel: int, start: int, stop: int) -> float:
+    x = present(stream.samples.read(channel, start, stop))
+    return float(x.mean()) if len(x) else float("nan")
+
+
+def _differences(stream: Stream, channel: int, start: int, stop: int, w: int, lag: int) -> Floats:
+    """Differences of means of w samples that are `lag` samples apart, to a whole number of means."""
+    n = (stop - start) // w
+    apart = max(round(lag / w), 1)
+    if n <= apart:
+        return np.zeros(0)
+    x = stream.samples.read(channel, start, start + n * w)
+    means = row_means(x.reshape(n, w))
+    return present(means[apart:] - means[:-apart])

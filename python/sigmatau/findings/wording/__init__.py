@@ -43,7 +43,13 @@ def words(finding: Finding) -> Words:
     Words
         Message and action; the channels are not named in them unless one of several is meant.
     """
-    return _table()[type(finding.details)](finding, finding.details)
+    said = _table()[type(finding.details)](finding, finding.details)
+    return said._replace(message=f"{said.message}; left out{_axes(finding)}") if finding.left_out else said
+
+
+def _axes(finding: Finding) -> str:
+    """Where more was left out than the axes on which it was found."""
+    return " on all axes" if finding.code in ("not_static", "start_transient") else ""
 
 
 def sentence(finding: Finding) -> str:

@@ -21,7 +21,8 @@ def check(stream: Stream) -> list[Finding]:
     disturbed = disturbances(stream)
     still = masked_by(stream, disturbed)
     unit = implausible_unit(still)
-    moved = not_static(masked_by(stream, (one for one in disturbed if one.cause not in ("shocks", "spikes"))))
+    shaken = masked_by(stream, (one for one in disturbed if one.cause not in ("shocks", "spikes")))
+    moved = not_static(shaken, still=still)
     earth = [] if unit or moved else earth_rate(still)  # else the mean is not that of a sensor at rest
     if any(len(one.channels) != 1 or one.channels == stream.channels for one in unit):
         moved = [one for one in moved if not _rotates(one)]  # the unit explains the mean

@@ -10,7 +10,7 @@ from sigmatau.arrays import Bools, median_and_spread
 from sigmatau.findings.kinds.values import Dropout
 from sigmatau.quality.samples.common import block_rms, mask_of_runs, present, sample_of
 from sigmatau.quality.samples.masking import Found
-from sigmatau.quality.samples.resolution import resolution
+from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
@@ -76,7 +76,8 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
         # Where half of n numbers occur once, none has a larger part than some 1/n.
         return 1.0 if 2 * len(np.unique(x)) < len(x) else min(4 / len(x), 1.0)
     scale = block_rms(x - middle)
-    return min(found.step / (math.sqrt(2 * math.pi) * scale), 1.0) if scale > 0 else 1.0
+    chance = found.step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
+    return min(max(chance, usual_value(stream, channel)), 1.0)
 
 
 def dropouts(stream: Stream) -> list[Found]:

@@ -11,7 +11,7 @@ import numpy as np
 from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Saturation
-from sigmatau.quality.samples.common import growing_step, longest_spans, merged_axes
+from sigmatau.quality.samples.common import growing_step, longest_spans, merged_axes, present
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import Resolution, resolution
@@ -21,7 +21,7 @@ from sigmatau.record.streams import Stream
 __all__ = ["saturation"]
 
 # In the tail of any noise about a slowly moving level an outer value is rarer than the next one inwards. So of T visits
-# to the outermost level and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
+# to the outermost value and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
 _LEVELS = 4
 _FALSE_ALARM = 1e-8  # probability that noise visits an end so often
 _MIN_NOISE_STEPS = 0.5  # least noise, in steps. Coarser channels have no tail: all their values are extremes
@@ -56,8 +56,8 @@ def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Fou
         judged = found is None or (found.ratio >= _MIN_NOISE_STEPS and high - low >= _LEVELS * step)
         runs, lengths = stuck_runs(stream, channel)
         clipped = []
-        for end, at, sign in ((low, ends[0], -1.0), (high, ends[1], 1.0)):
-            often = judged and _too_often(x, at, end, sign, step, false_alarm)
+        for end, at in ((low, ends[0]), (high, ends[1])):
+            often = judged and _too_often(x, end, step, false_alarm)
             clipped.append(at if often or np.any(x[runs] == end) else at[:0])
         if any(map(len, clipped)):
             longest = int(lengths.max(initial=0)) * stream.grid.tau0
@@ -73,13 +73,13 @@ def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Fou
     ]
 
 
-def _too_often(x: Floats, at: Ints, end: float, sign: float, step: float, false_alarm: float) -> bool:
-    visits = [_visits(at)]
-    if step > 0:
-        edge = end - sign * (_LEVELS - 0.5) * step
-        near = np.flatnonzero(x > edge if sign > 0 else x < edge)
-        level = np.rint((end - x[near]) * sign / step)
-        visits += [_visits(near[level == k]) for k in range(1, _LEVELS)]
+def _too_often(x: Floats, end: float, step: float, false_alarm: float) -> bool:
+    values = np.unique(present(x))
+    edges = np.flatnonzero(np.diff(values) > step / 2)  # values closer than that differ by rounding
+    firsts, lasts = values[np.append(0, edges + 1)], values[np.append(edges, -1)]
+    tail = slice(None, -_LEVELS - 1, -1) if end == values[-1] else slice(_LEVELS)
+    outer = zip(firsts[tail], lasts[tail], strict=True)
+    visits = [_visits(np.flatnonzero((x >= first) & (x <= last))) for first, last in outer]
     total = sum(visits)
     part = visits[0] / total
     if part <= 1 / _LEVELS:

@@ -25,6 +25,7 @@ LARGEST_BIAS = math.radians(20)
 """Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]"""
 
 _SHOCK_WINDOWS = 3  # a burst of no more windows, of 1 s each, is a shock
+_BESIDE = 3  # windows of a step whose means before and after it are compared
 _RETURNED = 0.5  # a mean that changes by less than this part of an excursion has returned
 
 
@@ -46,7 +47,7 @@ def shocks(stream: Stream) -> list[Found]:
     return [(_motion(stream, moved, seen.window), np.repeat(bad[:, None], len(stream.channels), axis=1))]
 
 
-def not_static(stream: Stream, *, largest_bias: float = LARGEST_BIAS) -> list[Finding]:
+def not_static(stream: Stream, *, still: Stream | None = None, largest_bias: float = LARGEST_BIAS) -> list[Finding]:
     """Motion of a sensor that should rest and that is not left out: rotation, or steps of the mean (tilt), by channel.
 
     Parameters
@@ -54,6 +55,8 @@ def not_static(stream: Stream, *, largest_bias: float = LARGEST_BIAS) -> list[Fi
     stream : Stream
         Angular rates or accelerations, with their shocks and spikes: across a shock the mean may step. Other signals are not
         checked.
+    still : Stream, optional
+        The same without them, in which a step must be left.
     largest_bias : float
         A larger mean rate is a rotation. [rad/s]
     """
@@ -62,7 +65,20 @@ def not_static(stream: Stream, *, largest_bias: float = LARGEST_BIAS) -> list[Fi
     seen = movements(spikes_missing(stream))
     if (rotating := _rotating(stream, seen, largest_bias)) is not None:
         return [_rotation(stream, rotating, seen.rates[rotating])]
-    return [level_finding(stream, channel, changes) for channel, changes in seen.changed.items()]
+    found = []
+    for channel, changes in seen.changed.items():
+        if left := [one for one in changes if still is None or _is_left(summary(still, channel), one)]:
+            found.append(level_finding(stream, channel, left))
+    return found
+
+
+def _is_left(seen: Summary, change: LevelChange) -> bool:
+    """Whether the mean before a step and after it differ without the shocks beside it."""
+    at, size = change.sample // seen.window, _BESIDE * change.window // seen.window
+    before, after = present(seen.mean[max(at - size, 0) : at]), present(seen.mean[at : at + size])
+    if not (len(before) and len(after)):
+        return True
+    return abs(float(np.median(after) - np.median(before))) > _RETURNED * abs(change.size)
 
 
 def between_steps(stream: Stream, found: Sequence[Finding]) -> Stream:

@@ -15,6 +15,7 @@ from sigmatau.quality.samples.common import block_rms, present, rounding_dust
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.local_scatter import AROUND, neighbours, residuals, scatter
 from sigmatau.quality.samples.masking import Found, in_seconds, masked
+from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.record.streams import CHUNK, Stream
 
 __all__ = ["find_spikes", "more_below", "spike_mask", "spikes", "spikes_missing"]
@@ -194,7 +195,7 @@ def _scale(x: Floats) -> tuple[float, float, int, int]:
         if len(residual) < _LEAST:
             return math.nan, 0.0, _SIDE, 0
     changes = np.concatenate(steps)
-    step = float(changes.min()) if len(changes) else 0.0
+    step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = float(np.median(np.abs(present(residual)))) / NormalDist().inv_cdf(0.75)

@@ -14,7 +14,7 @@ from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import growing_step, longest_spans, mask_of_runs, present
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, runs_of_places
-from sigmatau.quality.samples.resolution import resolution
+from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
 
 __all__ = ["held", "stuck_runs", "stuck_samples", "zero_rate", "zero_runs"]
@@ -43,7 +43,7 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
     first, lengths = runs_of_equal(x, least=_MIN_RUN)
     if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
         return first[:0], lengths[:0]
-    found = resolution(stream, channel)
+    found, usual = resolution(stream, channel), usual_value(stream, channel)
 
     def limit(times: float) -> float:
         stay = 0.0
@@ -53,7 +53,8 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
             # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
             variance = (found.noise**2 * times - found.step**2 / 12) / 1.5
             stay = 2 * NormalDist().cdf(found.step / (2 * math.sqrt(variance))) - 1
-        longest = math.log(len(x) / _FALSE_ALARM) / -math.log(max(stay, 1e-12))
+        stay = min(max(stay, usual, 1e-12), 1 - 1e-12)
+        longest = math.log(len(x) / _FALSE_ALARM) / -math.log(stay)
         # Irregular repetition has runs of twice its mean, and rarely more.
         return max(_MIN_RUN, longest) * (1 if times <= 1 else 2 * times)
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.arrays import runs
+from sigmatau.arrays import Bools, runs
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.kinds.fit import CheckedInPart
@@ -98,16 +98,17 @@ def examine(
         for stream in record.streams
         if stream.quantity != "temperature" and (part := _usable(_beginning(stream, looked_at))) is not None
     }
-    shaken = [] if "shocks" in keep else [span for part in usable.values() for span in _shaken(part)]
+    shaken = {name: _shaken(part, keep) for name, part in usable.items()}
     streams, found = [], list[Finding]()
     for stream in record.streams:
         part = usable.get(stream.name)
         if part is None:
             streams.append(stream)
             continue
+        part = _at_times(part, shaken)
         left, told = without(part, keep=tuple(CAUSES) if stream.name in untouched else keep)
         if stream.name not in untouched:
-            stream = _with_missing(stream, _at_times(left, shaken))
+            stream = _with_missing(stream, left)
         streams.append(stream)
         found += [*told, *_of_stream(part, stated.get(stream.name))]
         if part.grid.n < stream.grid.n:
@@ -115,20 +116,31 @@ def examine(
     return replace(record, streams=tuple(streams)), tuple(found)
 
 
-def _shaken(stream: Stream) -> list[Span]:
-    """The times of shocks and other motion, in the clock of the log: what shakes one sensor shakes all of a record. [s]"""
+_OF_ALL = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once
+
+
+def _shaken(stream: Stream, keep: Sequence[str]) -> list[Span]:
+    """The times at which a sensor shows what disturbs all sensors of a record, in the clock of the log. [s]"""
     tau0, start = stream.grid.tau0, stream.grid.start
-    masks = [one.mask[:, 0] for one in disturbances(stream) if one.cause == "shocks" and one.mask is not None]
+    causes = [cause for cause in _OF_ALL if cause not in keep]
+    masks = [one.mask[:, 0] for one in disturbances(stream) if one.cause in causes and one.mask is not None]
     return [(start + a * tau0, start + b * tau0) for mask in masks for a, b in runs(mask)]
 
 
-def _at_times(stream: Stream, spans: Sequence[Span]) -> Stream:
-    """The stream of an inertial sensor with stretches of time taken for missing."""
-    if stream.quantity not in ("angular_rate", "acceleration") or not spans:
+def _at_times(stream: Stream, shaken: Mapping[str, Sequence[Span]]) -> Stream:
+    """The stream of an inertial sensor with what only others show taken for missing; the same object if there is nothing."""
+    if stream.quantity not in ("angular_rate", "acceleration"):
         return stream
-    tau0, start = stream.grid.tau0, stream.grid.start
-    ends = [(round((a - start) / tau0), round((b - start) / tau0)) for a, b in spans]
-    return masked(stream, mask_of(stream.grid.n, ends))
+    n, tau0, start = stream.grid.n, stream.grid.tau0, stream.grid.start
+
+    def samples(name: str) -> Bools:
+        return mask_of(n, [(round((a - start) / tau0), round((b - start) / tau0)) for a, b in shaken[name]])
+
+    mask = np.zeros(n, dtype=bool)
+    for name in shaken:
+        if name != stream.name and shaken[name]:
+            mask |= samples(name)
+    return masked(stream, mask & ~samples(stream.name)) if mask.any() else stream
 
 
 def _with_missing(stream: Stream, part: Stream) -> Stream:

@@ -35,7 +35,7 @@ def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANS
         return 0
     c = stream.channels.index(channel)
     head = stream.samples.read(c, 0, min(round(longest / tau0) + 2 * w, stream.grid.n))
-    level = float(np.nanmean(head[w : 2 * w])) if np.isfinite(head[w : 2 * w]).any() else np.nan
+    level = float(np.nanmean(head[-w:])) if np.isfinite(head[-w:]).any() else np.nan
     first = head[: _RISING + 1]
     if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > _NEAR_ZERO * abs(level):
         return 0

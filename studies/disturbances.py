@@ -221,9 +221,9 @@ _HEAD = """# Disturbances
 
 Made by `python -m studies.disturbances`: {records} simulated records for each fault, of three gyros (0.3 deg/√h, 10 deg/h,
 20 deg/h/√h) and an accelerometer (0.06 m/s/√h, 0.04 mg, 3 m/s/h^1.5), 20 minutes at 50 Hz, analysed with
-`sigmatau.analyze` and no options. The record with a thermometer is one hour long; it warms up by 15 K with a time constant of
-20 minutes, and its gyros change by 5 deg/h/K. Seeds are derived from the names of the cells; σ is the standard deviation of
-a sample.
+`sigmatau.analyze` and no options. The record with a thermometer is one hour long; it warms up by 15 K with a time constant
+of 20 minutes, and its gyros change by 5 deg/h/K. Seeds are derived from the names of the cells; σ is the standard deviation
+of a sample.
 
 N, B, K: percentage of the axes whose interval, or upper limit, holds the true value ({covered:g} % at least). Wrong:
 percentage of the axes with any term, process, line or drift observed that the record does not have ({wrong:g} % at most).

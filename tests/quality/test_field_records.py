@@ -1,9 +1,9 @@
 """What is said of real records, and that it is true of them. Skipped, saying so, where the data are absent."""
 
 import pytest
+from clean_records import check_samples as check
 
 from sigmatau import read
-from sigmatau.quality.samples.check import check
 from sigmatau.quality.samples.resolution import resolution
 
 HFI = {"time": 1, "gyro": "2:4", "accel": "5:7"}

@@ -4,14 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from clean_records import check_samples as check
 
 import sigmatau
 from known import seed_of
 from sigmatau import Record, allan, fit
-from sigmatau.quality.samples.check import check
+from sigmatau.quality.samples.dropouts import dropouts
 from sigmatau.quality.samples.repeated_samples import repeated_samples, repeats, runs_of_equal
 from sigmatau.quality.samples.saturation import _clipped_sd, saturation
-from sigmatau.quality.samples.stuck_samples import dropouts, stuck_samples
+from sigmatau.quality.samples.stuck_samples import stuck_samples
 
 N = 60_000
 GYRO = ("gyro_x", "gyro_y", "gyro_z")
@@ -155,7 +156,7 @@ class TestDropout:
         x = white("dropouts of two axes") + 3
         x[20_000:20_500, 1] = 0.0
         x[40_000:40_050, 2] = 0.0
-        (finding,) = dropouts(gyro(x))
+        ((finding, _),) = dropouts(gyro(x))
         assert finding.channels == ("gyro_y", "gyro_z")
         assert finding.spans == ((200.0, 205.0), (400.0, 400.5))
         assert (finding.details.strongest, finding.details.samples) == ("gyro_y", 500)
@@ -180,7 +181,7 @@ class TestStuck:
         x = white(f"run {step}")
         x = np.round(x / step) * step if step else x
         x[20_000:20_300, 1] = x[20_000, 1]
-        (finding,) = stuck_samples(gyro(x))
+        ((finding, _),) = stuck_samples(gyro(x))
         assert finding.code == "stuck_samples"
         assert finding.channel == "gyro_y"
         assert finding.severity == "warning"  # 3 s
@@ -190,7 +191,7 @@ class TestStuck:
     def test_on_all_axes_it_is_one_finding(self):
         x = white("all axes")
         x[20_000:20_300] = x[20_000]
-        (finding,) = stuck_samples(gyro(x))
+        ((finding, _),) = stuck_samples(gyro(x))
         assert finding.channels == GYRO
         assert finding.details.strongest in GYRO
         assert finding.spans == ((200.0, 203.0),)
@@ -221,7 +222,7 @@ class TestStuck:
         y = x.copy()
         for start in range(1000, N - 1000, 1000):
             y[start : start + 200] = y[start]
-        (finding,) = stuck_samples(Record.from_arrays(rate=100, signal=y).streams[0])
+        ((finding, _),) = stuck_samples(Record.from_arrays(rate=100, signal=y).streams[0])
         tau = finding.details.tau
         curves = allan(Record.from_arrays(rate=100, a=x, b=y), taus=[tau])
         measured = float(curves["b"].adev[0] / curves["a"].adev[0])
@@ -236,7 +237,7 @@ class TestStuck:
         rng = np.random.default_rng(seed_of(f"jumps at {bias}"))
         for start in rng.choice(np.arange(10, N - 30, 30), 60, replace=False):
             y[start : start + 20] = 0
-        (finding,) = dropouts(Record.from_arrays(rate=100, gyro_x=y).streams[0])
+        ((finding, _),) = dropouts(Record.from_arrays(rate=100, gyro_x=y).streams[0])
         assert finding.severity == "warning"
         curves = allan(Record.from_arrays(rate=100, a=x, b=y), taus=[1.28])
         measured = float(curves["b"].adev[0] / curves["a"].adev[0])
@@ -273,7 +274,7 @@ class TestSaturation:
         if step:
             low, high = round(low / step) * step, round(high / step) * step
         y = np.clip(x, low, high)
-        (finding,) = saturation(Record.from_arrays(rate=100, signal=y).streams[0])
+        ((finding, _),) = saturation(Record.from_arrays(rate=100, signal=y).streams[0])
         assert finding.code == "saturation"
         assert finding.severity == "warning"
         assert finding.size == pytest.approx(np.mean((x <= low) | (x >= high)), rel=1e-12)
@@ -291,7 +292,7 @@ class TestSaturation:
     def test_a_knock_into_the_end_of_the_range(self):
         x = white("knock")
         x[7000:7040, 2] = 80.0
-        (finding,) = saturation(gyro(x))
+        ((finding, _),) = saturation(gyro(x))
         assert finding.channel == "gyro_z"
         assert finding.spans == (pytest.approx((70.0, 70.4)),)
         assert (finding.details.low, finding.details.high) == (None, 80.0)

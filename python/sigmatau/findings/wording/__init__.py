@@ -44,7 +44,11 @@ def words(finding: Finding) -> Words:
         Message and action; the channels are not named in them unless one of several is meant.
     """
     said = _table()[type(finding.details)](finding, finding.details)
-    return said._replace(message=f"{said.message}; left out{_axes(finding)}") if finding.left_out else said
+    if finding.left_out:
+        return said._replace(message=f"{said.message}; left out{_axes(finding)}")
+    if finding.severity == "warning" and not said.action:
+        return said._replace(action="Find the cause: these samples are part of the analysis")
+    return said
 
 
 def _axes(finding: Finding) -> str:

@@ -23,6 +23,12 @@ SUBJECTS = ("reading", "stamps", "disturbances", "values", "spectrum", "drift", 
 """Modules of this package, one per subject."""
 
 
+_DISTURBANCES = (
+    *("not_static", "start_transient", "spikes", "dropout", "stuck_samples", "saturation", "interpolated"),
+    "repeated_samples",
+)  # codes of findings about samples that may be left out
+
+
 @cache
 def _table() -> dict[type, Callable[[Finding, Any], Words]]:
     table: dict[type, Callable[[Finding, Any], Words]] = {}
@@ -46,7 +52,7 @@ def words(finding: Finding) -> Words:
     said = _table()[type(finding.details)](finding, finding.details)
     if finding.left_out:
         return said._replace(message=f"{said.message}; left out{_axes(finding)}")
-    if finding.severity == "warning" and not said.action:
+    if finding.severity == "warning" and not said.action and finding.code in _DISTURBANCES:
         return said._replace(action="Find the cause: these samples are part of the analysis")
     return said
 

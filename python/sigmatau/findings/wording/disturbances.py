@@ -121,7 +121,7 @@ def _spikes(finding: Finding, details: Spikes) -> Words:
     if details.count > 1:
         share = percent(details.share)
         found = f"{details.count} spikes ({share}), the largest {height} at {clock(details.time)}"
-    return Words(found + ("; smaller ones remain in the noise" if details.more_below else ""))
+    return Words(found + (", beside smaller ones in the noise" if details.more_below else ""))
 
 
 def _start_transient(finding: Finding, details: StartTransient) -> Words:

@@ -119,6 +119,8 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
 # usual change.
 _LATTICE, _LEAST_STEP, _LARGEST_STEP, _STEPS_TRIED = 0.8, 1 / 6, 2.0, 400
 _CHANGES = 4096
+_FIRST, _LATTICE_OF_FIRST = 256, 0.6  # changes that most steps are refused by: 0.8 less four standard errors
+_SAME_STEP = 0.8  # steps no smaller than this part of the largest are about the same one
 
 
 def step_of_changes(changes: Floats) -> float:
@@ -134,11 +136,13 @@ def step_of_changes(changes: Floats) -> float:
     usual = float(np.median(size))
     size = size[size > usual / 4]  # less is the compensation
     steps = usual * np.geomspace(_LARGEST_STEP, _LEAST_STEP, _STEPS_TRIED)
-    for some in np.array_split(steps, _STEPS_TRIED // 20):
-        whole = np.cos(2 * np.pi * size / some[:, None]).mean(axis=1)
-        if whole.max() > _LATTICE:
-            return float(some[np.argmax(whole)])
-    return 0.0
+    for some, least in ((size[:_FIRST], _LATTICE_OF_FIRST), (size, _LATTICE)):
+        whole = np.array([np.cos(2 * np.pi / step * some).mean() for step in steps.tolist()])
+        steps = steps[whole > least]
+        if len(steps) == 0:
+            return 0.0
+    near = steps > steps[0] * _SAME_STEP
+    return float(steps[near][np.argmax(whole[whole > _LATTICE][near])])
 
 
 _FAR, _BLOCKS = 251, 32  # samples between two that are compared, beyond any hold; blocks that the median is taken of

@@ -46,7 +46,7 @@ def bridged(stream: Stream) -> Stream:
         good = np.flatnonzero(~absent)
         short = [(start, stop) for start, stop in runs(absent) if stop - start <= _SHORT]
         if short and len(good) > 2 * _APART:
-            at = np.concatenate([np.arange(start, stop) for start, stop in short])
+            at, x = np.concatenate([np.arange(start, stop) for start, stop in short]), x.copy()
             which = np.searchsorted(good, at)
             x[at] = x[good[np.where(which >= _APART, which - _APART, which + _APART)]]
         columns.append(x)

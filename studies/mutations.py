@@ -289,22 +289,6 @@ MUTATIONS = (
     ),
     # Checks
     Mutation(
-        "spikes-mean",
-        "white noise of spikes includes the mean that they add",
-        f"{_SRC}/quality/samples/spikes.py",
-        "max(total - lags * float(heights.sum()) ** 2 / n, 0.0) / n",
-        "max(total, 0.0) / n",
-        ("tests/quality/test_spikes.py",),
-    ),
-    Mutation(
-        "spikes-severity",
-        "spikes are a warning only if they are many and matter",
-        f"{_SRC}/quality/samples/spikes.py",
-        '"warning" if factor > warn_factor or share > many',
-        '"warning" if factor > warn_factor and share > many',
-        ("tests/quality/test_spikes.py",),
-    ),
-    Mutation(
         "rounding-variance",
         "variance of rounding is S²/6, not S²/12",
         f"{_SRC}/quality/samples/resolution.py",
@@ -354,12 +338,12 @@ MUTATIONS = (
         ("tests/quality/test_exclusion.py",),
     ),
     Mutation(
-        "copies-factor",
-        "effect of copied rows on the random walk: a factor 2 is lost",
-        f"{_SRC}/quality/samples/duplicate_rows.py",
-        "factor = math.sqrt(1 + 2 * share)",
-        "factor = math.sqrt(1 + share)",
-        ("tests/quality/test_duplicate_rows.py",),
+        "shock-of-one",
+        "a shock is left out of the sensor that shows it only",
+        f"{_SRC}/quality/check.py",
+        "mask |= samples(name)",
+        "mask &= samples(name)",
+        ("tests/quality/test_exclusion.py",),
     ),
     # Exports
     Mutation(

@@ -31,12 +31,11 @@ from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality import curve_checks
 from sigmatau.quality.angle_noise import angle_noise, undetermined
-from sigmatau.quality.check import LOOKED_AT, Bandwidth, check, check_fits
+from sigmatau.quality.check import LOOKED_AT, Bandwidth, check_fits, examine
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.samples.resolution import rounded
-from sigmatau.quality.samples.spikes import mask_spikes
-from sigmatau.quality.selection.exclusion import from_the_start
+from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
 from sigmatau.quality.selection.rest import Rest, at_rest_only
 from sigmatau.quality.selection.rest import rest as rest_of
@@ -54,12 +53,11 @@ if TYPE_CHECKING:
     from sigmatau.exporting.choices import Choices
     from sigmatau.exporting.source import Source
 
-__all__ = ["Analysis", "Long", "Method", "Spikes", "analyze", "of_curves"]
+__all__ = ["Analysis", "Long", "Method", "analyze", "of_curves"]
 
 P = ParamSpec("P")
 Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
-Spikes = Literal["keep", "mask"]
 
 SCHEMA = 1
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
@@ -220,7 +218,7 @@ def analyze(
     long: Long = "auto",
     window: str | None = None,
     leave_out: str | Sequence[str] | None = None,
-    spikes: Spikes = "keep",
+    keep: str | Sequence[str] = (),
     bandwidth: Bandwidth | None = None,
     at_rest: bool = False,
     stability: bool = False,
@@ -250,8 +248,9 @@ def analyze(
     leave_out : str or sequence of str, optional
         Stretches to treat as missing, ``"720s:722s,1080s:1083s"`` from the beginning of the whole record, see
         `sigmatau.quality.selection.exclusion.leave_out`.
-    spikes : {"keep", "mask"}
-        Whether spikes are kept or treated as missing.
+    keep : str or sequence of str
+        Disturbances that are not left out: ``"dropouts"``, ``"saturation"``, ``"stuck"``, ``"interpolated"``, ``"copies"``,
+        ``"start"``, ``"shocks"``, ``"spikes"``, or ``"all"``. Default: all are treated as missing, with a finding.
     bandwidth : mapping, optional
         The sensors' own bandwidth, see `sigmatau.check`.
     at_rest : bool
@@ -289,8 +288,7 @@ def analyze(
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Long))}, not {long!r}", option="long")
     if long == "strided" and (overlap, counting) != ("full", "standard"):
         raise OptionError("{option} 'strided' is for overlapping clusters in the standard counting", option="long")
-    if spikes not in get_args(Spikes):
-        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Spikes))}, not {spikes!r}", option="spikes")
+    kept = causes_to_keep(keep)
     findings: list[Finding] = list(record.findings)
     record = from_the_start(record)
     if leave_out is not None:
@@ -304,13 +302,12 @@ def analyze(
     record, told = at_rest_only(record, resting, assumed=at_rest)
     findings += told
     moving = resting.verdict == "not_at_rest" and not at_rest
-    if spikes == "mask" and not moving:
-        record, masked = mask_spikes(record)
-        findings += masked
     bounded = {stream.name for stream in record.streams if _in_bounded_memory(stream, long, threads)}
     looked_at = _LOOKED_AT_BOUNDED if bounded else LOOKED_AT
-    checked = () if moving and not resting.unit_in_doubt else check(record, bandwidth=bandwidth, looked_at=looked_at)
-    findings += [finding for finding in checked if not moving or finding.code == "implausible_unit"]
+    if not moving or resting.unit_in_doubt:
+        cleaned, checks = examine(record, bandwidth=bandwidth, looked_at=looked_at, keep=kept, untouched=bounded)
+        record = record if moving else cleaned
+        findings += [finding for finding in checks if not moving or finding.code == "implausible_unit"]
     curves: dict[str, DeviationCurve] = {}
     found: Mapping[str, DeviationCurve]
     fitted_on: dict[str, DeviationCurve] = {}

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import (
-    AddedWalk,
     CoarseResolution,
     Dropout,
     EarthRate,
@@ -26,8 +25,6 @@ GYRO = ("gyro_x", "gyro_y", "gyro_z")
 ACCEL = ("accel_x", "accel_y", "accel_z")
 EARTH = 7.292115e-5
 
-WALK = AddedWalk(channel="gyro_y", quantity="angular_rate", unit="rad/s", coefficient=2e-7, factor=3.42, resolved=True)
-HELD = {"strongest": "gyro_y", "share": 0.0083, "start": 200.0, "longest": 5.0, "tau": 20.0}
 REPEATED = RepeatedSamples(
     pattern="held",
     copies=30_000,
@@ -55,9 +52,10 @@ GYRO_UNIT = ImplausibleUnit(
 )
 
 
-def held(kind, channels, *, samples=500, runs=1, factors=(("random_walk", 1.12),), walk=None):
-    details = kind(samples=samples, runs=runs, walk=walk, **HELD)
-    return Finding(details=details, severity="warning", channels=channels, size=5.0, unit="s", factors=factors)
+def held(kind, channels, *, samples=500, runs=1, left=True):
+    details = kind(samples=samples, runs=runs, share=0.0083, start=200.0, longest=5.0)
+    severity = "info" if left else "warning"
+    return Finding(details=details, severity=severity, channels=channels, size=0.0083, left_out=samples if left else 0)
 
 
 def values(details, channels, factors=(), severity="warning", unit=""):
@@ -70,10 +68,10 @@ def unit(details, channels, factor):
 
 EXAMPLES = [
     held(Dropout, ("gyro_y",)),
-    held(Dropout, GYRO, samples=40, runs=40, factors=(("random_walk", 11.8),)),
-    held(StuckSamples, ("gyro_y",), walk=replace(WALK, resolved=False)),
-    held(StuckSamples, GYRO, runs=12, walk=WALK, factors=(("random_walk", 1.12), ("rate_random_walk", 3.42))),
-    held(StuckSamples, ("gyro_y",), walk=replace(WALK, resolved=False, factor=None), factors=()),
+    held(Dropout, GYRO, samples=40, runs=40),
+    held(Dropout, GYRO, samples=1, runs=1),
+    held(StuckSamples, ("gyro_y",), left=False),
+    held(StuckSamples, GYRO, runs=12),
     values(
         Saturation(
             strongest="gyro_z",
@@ -132,10 +130,9 @@ EXAMPLES = [
         Interpolated(
             strongest="gyro_y",
             share=0.03,
-            outages=FilledOutages(count=2, start=800.0, longest=60.0, walk=WALK),
+            outages=FilledOutages(count=2, start=800.0, longest=60.0),
         ),
         GYRO,
-        (("rate_random_walk", 3.42),),
     ),
     values(
         Interpolated(strongest="gyro_y", share=0.1, singles=FilledSamples(random_walk=1.083, sigma_one_sample=0.93)),

@@ -6,6 +6,8 @@ import numpy as np
 
 from known import seed_of
 from sigmatau import NoiseModel, simulate
+from sigmatau.quality.samples.check import check
+from sigmatau.quality.samples.disturbances import disturbances
 
 CHANNELS = tuple(f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz")
 
@@ -66,3 +68,8 @@ def pairs(name, count):
         model = NoiseModel(channels={"gyro_x": truth, "gyro_y": truth})
         duration = min(600 * 4 ** rng.random(), max(2**17 / rate, 600))
         yield simulate(model, duration=duration, rate=rate, rng=rng).streams[0]
+
+
+def check_samples(stream):
+    """Disturbances as they are found, and the findings beside them."""
+    return [*(one.finding for one in disturbances(stream)), *check(stream)]

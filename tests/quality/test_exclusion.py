@@ -1,8 +1,5 @@
 """Stretches that are left out: missing, at the times that findings name, and said."""
 
-import math
-import re
-
 import numpy as np
 import pytest
 
@@ -11,7 +8,7 @@ from sigmatau import Record, analyze, inspect
 from sigmatau.cli import main
 from sigmatau.errors import OptionError
 from sigmatau.quality.check import check
-from sigmatau.quality.samples.lost_rows import dropout_masks
+from sigmatau.quality.samples.dropouts import dropouts
 from sigmatau.quality.selection.exclusion import from_the_start, leave_out
 from sigmatau.quality.selection.window import cut
 
@@ -27,10 +24,6 @@ def white(name, n=60_000, **mean):
 
 def record_of(gyro, accel):
     return Record.from_arrays(rate=RATE, gyro=gyro, accel=accel)
-
-
-def options(findings, code):
-    return {match[1] for f in findings if f.code == code and (match := re.search(r"--leave-out (\S+)", f.action))}
 
 
 @pytest.mark.parametrize(
@@ -95,37 +88,73 @@ def knocked(name, at=30_000, ring=100):
     return gyro, accel
 
 
-def test_a_knock_is_gone_by_its_own_remedy():
-    """The option as the finding names it; then nothing is left to say, and the random walk is the sensor's own."""
-    record = record_of(*knocked("knock"))
-    (option,) = options(check(record), "not_static")
-    assert option == "300s:301s"
-    analysis = analyze(record, leave_out=option)
-    assert [f for f in analysis.findings if f.severity == "warning"] == []
+def test_a_knock_is_left_out_and_the_random_walk_is_that_of_the_sensor():
+    """The log of one sensor shows it; it is left out of both, with a second on either side."""
+    gyro, accel = knocked("knock")
+    accel[:] = white("knock")[1]
+    analysis = analyze(record_of(gyro, accel))
+    (said,) = analysis.findings
+    assert (said.code, said.severity, said.channels) == ("not_static", "info", ("gyro_x", "gyro_y", "gyro_z"))
+    assert said.message.endswith("left out on all axes")
+    assert [analysis.curves[c].gaps.missing for c in ("gyro_x", "accel_z")] == [said.left_out] * 2
+    assert said.left_out == 300
     walk = analysis.fits["gyro_x"]["random_walk"]
     # 60 000 samples: 1/√(2·60 000) = 0.3 % of N, three of them and half a per cent for what the fit knows less well
     assert walk.value == pytest.approx(2e-5, rel=0.015)
 
 
-def test_in_a_window_the_remedy_still_counts_from_the_beginning():
-    record = record_of(*knocked("knock in a window"))
-    found = analyze(record, window="100s:", method="read-off").findings
-    assert options(found, "not_static") == {"300s:301s"}
-    rest = analyze(record, window="100s:", leave_out="300s:301s").findings
-    assert [f for f in rest if f.severity == "warning"] == []
+def test_what_is_to_be_kept_is_a_warning_and_in_the_curve():
+    gyro, accel = knocked("kept")
+    gyro[100, 0] += 1.0
+    for keep, missing, codes in (
+        ("all", 0, {"not_static", "spikes"}),
+        ("spikes", 300, {"spikes"}),
+        (["shocks", "stuck"], 1, {"not_static"}),
+    ):
+        analysis = analyze(record_of(gyro, accel), keep=keep, method="read-off")
+        gaps = analysis.curves["gyro_x"].gaps
+        assert (gaps.missing if gaps else 0) == missing
+        assert {f.code for f in analysis.findings if f.severity == "warning"} >= codes
+        assert all(f.code not in codes or not f.left_out for f in analysis.findings)
+    with pytest.raises(OptionError, match="must be all or some of"):
+        analyze(record_of(gyro, accel), keep="spike")
 
 
 def test_stuck_samples_and_their_times():
     gyro, accel = white("stuck")
     gyro[20_000:20_150, 1] = gyro[20_000, 1]
-    record = record_of(gyro, accel)
-    (said,) = (f for f in check(record) if f.code == "stuck_samples")
-    assert (said.channels, said.spans) == (("gyro_y",), ((200.0, 201.5),))
-    assert options([said], "stuck_samples") == {"stuck"}
-    for option in ("200s:201.5s", "stuck"):
-        curves = analyze(record, leave_out=option, method="read-off").curves
-        assert curves["gyro_y"].gaps.missing == 150
-    assert curves["gyro_x"].gaps is None
+    analysis = analyze(record_of(gyro, accel), method="read-off")
+    (said,) = analysis.findings
+    assert (said.code, said.channels, said.spans) == ("stuck_samples", ("gyro_y",), ((200.0, 201.5),))
+    assert analysis.curves["gyro_y"].gaps.missing == said.left_out == 150
+    assert analysis.curves["gyro_x"].gaps is None
+
+
+def test_a_disturbed_record_keeps_its_findings_in_bounded_memory():
+    """Missing samples need all of the record in memory."""
+    gyro, accel = white("bounded")
+    gyro[20_000:20_150, 1] = gyro[20_000, 1]
+    analysis = analyze(record_of(gyro, accel), long="strided", method="read-off")
+    (said,) = (f for f in analysis.findings if f.code == "stuck_samples")
+    assert (said.severity, said.left_out) == ("warning", 0)
+
+
+@pytest.mark.parametrize("row", [0, 31_234])
+def test_a_single_row_of_zeros_is_left_out(row):
+    gyro, accel = white(f"zero row {row}")
+    gyro[row] = accel[row] = 0.0
+    found = analyze(record_of(gyro, accel), method="read-off").findings
+    assert {(f.code, f.left_out) for f in found} == {("dropout", 1)}
+    assert [f.channels for f in found] == [("gyro_x", "gyro_y", "gyro_z"), ("accel_x", "accel_y", "accel_z")]
+
+
+def test_an_outlier_of_a_billion_deviations_is_left_out():
+    """It gave a wrong result that was called adequate."""
+    gyro, accel = white("outlier")
+    gyro[41_234, 2] = 2e5
+    analysis = analyze(record_of(gyro, accel))
+    assert [(f.code, f.channel, f.left_out) for f in analysis.findings] == [("spikes", "gyro_z", 1)]
+    assert analysis.fits["gyro_z"]["random_walk"].value == pytest.approx(2e-5, rel=0.015)
 
 
 def zeros(name, count=40):
@@ -145,43 +174,22 @@ def test_scattered_zeros_are_one_kind_of_fault():
     assert [f.channels for f in found] == [stream.channels for stream in record.streams]
     assert [f.details.samples for f in found] == [len(rows)] * 2
     for stream in record.streams:
-        for mask in dropout_masks(stream):
-            assert np.flatnonzero(mask).tolist() == rows.tolist()
-    analysis = analyze(record, leave_out="dropouts")
-    assert [f.code for f in analysis.findings] == ["left_out"]
-
-
-def test_what_zeros_are_said_to_do_is_what_they_do():
-    """accel_z at 9.8 m/s² and back: τ of the statement, deviations with the zeros and without."""
-    record, _ = zeros("effect of zeros")
-    said = next(f for f in check(record) if f.details.strongest == "accel_z")
-    tau = said.details.tau
-    ratio = [
-        analyze(record, taus=[tau], method="read-off", leave_out=out).curves["accel_z"].adev[0]
-        for out in (None, "dropouts")
-    ]
-    # The check takes clusters that share no sample: 60 000/m pairs, white: √(3/pairs)/2 of a deviation, three of them.
-    assert dict(said.factors)["random_walk"] == pytest.approx(ratio[0] / ratio[1], rel=0.1)
+        ((_, mask),) = dropouts(stream)
+        for k in range(3):
+            assert np.flatnonzero(mask[:, k]).tolist() == rows.tolist()
+    analysis = analyze(record)
+    assert [(f.code, f.left_out) for f in analysis.findings] == [("dropout", len(rows))] * 2
 
 
 @pytest.mark.parametrize("bias", [5.0, 7.0, 10.0])
 def test_zeros_beyond_the_tail_of_one_channel_are_no_end_of_its_range(bias):
-    """One of a hundred rows lost of a gyro with a bias: p·(1-p)·bias² is added to the variance, not taken from it.
-
-    With and without them it is the same noise: what differs by chance is the product of noise and zeros, 2·bias·√(p/n).
-    """
+    """One of a hundred rows lost of a gyro with a bias."""
     rng = np.random.default_rng(seed_of(f"zeros at {bias}"))
     x = rng.normal(bias, 1.0, 60_000)
     lost = rng.random(len(x)) < 0.01
     x[lost] = 0.0
-    analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=x * 1e-4))
-    (finding,) = [f for f in analysis.findings if f.severity == "warning"]
-    assert finding.code == "dropout"
-    assert finding.details.samples == lost.sum()
-    true = float(np.std(x) / np.std(x[~lost]))
-    assert dict(finding.factors)["random_walk"] == pytest.approx(
-        true, rel=3 * 2 * bias * math.sqrt(0.01 / len(x)) + 0.005
-    )
+    (finding,) = analyze(Record.from_arrays(rate=RATE, gyro_x=x * 1e-4), method="read-off").findings
+    assert (finding.code, finding.left_out) == ("dropout", lost.sum())
 
 
 @pytest.mark.parametrize("bias", [1.0, 2.5, 3.5])
@@ -226,29 +234,17 @@ def log(tmp_path_factory):
 
 
 def test_the_command_line(log, capsys):
-    assert main(["inspect", str(log), "--leave-out", "300s:301s"]) == 0
+    assert main(["inspect", str(log), "--leave-out", "0s:1s"]) == 0
     assert "warning" not in (out := capsys.readouterr().out)
     assert "100 of 60000 samples" in out
-    assert (
-        main(
-            [
-                "analyze",
-                str(log),
-                "--leave-out",
-                "300s:301s",
-                "--leave-out",
-                "0:1s",
-                "--window",
-                "0:500s",
-                "--method",
-                "read-off",
-            ]
-        )
-        == 0
-    )
+    assert "shock at 300 s for 1 s; left out on all axes" in out
+    options = ["--leave-out", "5s:6s", "--leave-out", "0:1s", "--window", "0:500s", "--method", "read-off"]
+    assert main(["analyze", str(log), *options]) == 0
     captured = capsys.readouterr()
     assert "warning" not in captured.err
     assert "200 of 60000 samples" in captured.err
+    assert main(["analyze", str(log), "--keep", "shocks,spikes", "--method", "read-off"]) == 0
+    assert "warning: gyro_x, gyro_y and gyro_z: shock at 300 s for 1 s" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -257,6 +253,7 @@ def test_the_command_line(log, capsys):
         (["--window", "0:10"], "--window '0:10': '10' is not a time with a unit"),
         (["--window", "900s:"], "--window '900s:'"),
         (["--leave-out", "5:7s"], "--leave-out '5:7s': '5' is not a time"),
+        (["--keep", "spike"], "--keep 'spike' must be all or some of start, dropouts"),
         (["--leave-out", "900s:901s"], "--leave-out '900s:901s' begins at 900 s; the record is 600 s long"),
     ],
 )
@@ -268,4 +265,6 @@ def test_errors_name_the_option_as_it_is_typed(log, capsys, arguments, words):
 
 
 def test_in_python_inspect_takes_it_too(log):
-    assert [f.code for f in inspect(log, leave_out="300s:301s").checks] == ["left_out"]
+    codes = [(f.code, bool(f.left_out)) for f in inspect(log, leave_out="0s:1s").checks]
+    assert codes == [("left_out", False), ("not_static", True), ("not_static", True)]
+    assert {f.severity for f in inspect(log, keep="all").checks if f.code == "not_static"} == {"warning"}

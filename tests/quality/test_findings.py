@@ -185,24 +185,20 @@ class TestOptions:
         assert bias.severity == "warning"
         assert bias.size < 0.95
 
-    def test_masked_spikes(self):
+    def test_spikes_are_left_out(self):
         x = sensor("spikes", {"random_walk": N})
         x[::3000] += 30 * N * math.sqrt(RATE)
-        record = Record.from_arrays(rate=RATE, gyro_x=x)
-        (spikes,) = told(analyze(record).findings, "spikes")
-        kept = fit(allan(record)["gyro_x"])["random_walk"].value
-        masked = analyze(record, spikes="mask")
-        (said,) = told(masked.findings, "spikes_masked")
-        assert said.size == said.details.count == len(x[::3000])
-        assert masked.fits["gyro_x"]["random_walk"].value == pytest.approx(N, rel=0.02)
-        assert dict(spikes.factors)["random_walk"] == pytest.approx(kept / N, rel=0.05)
+        analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=x))
+        (said,) = told(analysis.findings, "spikes")
+        assert said.left_out == said.details.count == len(x[::3000])
+        assert analysis.fits["gyro_x"]["random_walk"].value == pytest.approx(N, rel=0.02)
 
     def test_command_line(self, tmp_path, capsys):
         x = sensor("command line", {"random_walk": N}, n=40_000)
         log = tmp_path / "log.csv"
         np.savetxt(log, x, header="gyro_x [rad/s]", comments="", fmt="%.9g")
         figure, result = tmp_path / "map.png", tmp_path / "r.json"
-        options = ["--rate", "100", "--window", "20s:380s", "--spikes", "mask", "--bandwidth", "gyro=30Hz"]
+        options = ["--rate", "100", "--window", "20s:380s", "--bandwidth", "gyro=30Hz"]
         code = main(["analyze", str(log), *options, "--stability", str(figure), "--json", str(result)])
         err = capsys.readouterr().err
         assert code == 0

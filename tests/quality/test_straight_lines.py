@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from clean_records import check_samples as check
 from clean_records import record
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
-from sigmatau.quality.samples.check import check
 from sigmatau.quality.samples.interpolation import interpolated
 from sigmatau.quality.samples.straight_lines import filled
 

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 import pytest
+from clean_records import check_samples as check
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
-from sigmatau.quality.samples.check import check
 
 N = 0.0005  # rad/√s
 RATE = 100.0

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from clean_records import check_samples as check
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.noise.terms import TERMS
-from sigmatau.quality.samples.check import check
 from sigmatau.quality.samples.units import earth_rate, gravity, implausible_unit
 
 G = 9.80665

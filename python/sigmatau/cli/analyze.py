@@ -51,7 +51,7 @@ def analyze_command(
     long: Literal["auto", "exact", "strided"] = "auto",
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
-    spikes: Literal["keep", "mask"] = "keep",
+    keep: Annotated[list[str] | None, Parameter(negative=())] = None,
     at_rest: Annotated[bool, Parameter(negative=())] = False,
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
@@ -87,10 +87,10 @@ def analyze_command(
     window
         Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
     leave_out
-        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log; or samples of the findings dropouts,
-        stuck or copies.
-    spikes
-        Treat outliers of single samples as missing (mask), or use them (keep).
+        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log.
+    keep
+        Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes (with
+        commas between), or all. Default: none; they are treated as missing.
     at_rest
         Take the log as at rest, whatever it shows: motion, as of a turntable or a shaking table, is analysed as noise.
         Otherwise a log that is not at rest gets no coefficients (exit code 5), and the longest part at rest is analysed.
@@ -127,7 +127,7 @@ def analyze_command(
         "long": long,
         "window": window,
         "leave_out": leave_out or None,
-        "spikes": spikes,
+        "keep": keep or (),
         "at_rest": at_rest,
         "bandwidth": bandwidths(bandwidth or []),
         "stability": stability is not None,

@@ -27,6 +27,7 @@ def inspect_command(
     reading: Reading | None = None,
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
+    keep: Annotated[list[str] | None, Parameter(negative=())] = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -39,8 +40,9 @@ def inspect_command(
     bandwidth
         Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter.
     leave_out
-        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log; or samples of the findings dropouts,
-        stuck or copies.
+        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log.
+    keep
+        Disturbances that are not left out, as of analyze.
     json
         Write JSON; - writes it to standard output instead of the list.
     quiet
@@ -49,7 +51,9 @@ def inspect_command(
     check_outputs(log, None, json)
     options = (reading or Reading()).options()
     with showing(log, quiet=quiet):
-        found = inspect(log, bandwidth=bandwidths(bandwidth or []), leave_out=leave_out or None, **options)
+        found = inspect(
+            log, bandwidth=bandwidths(bandwidth or []), leave_out=leave_out or None, keep=keep or (), **options
+        )
     lines = [*found.contents(), *finding_lines(found.findings), *found.wants()]
     write_result(lines_text(lines), found.to_dict(), json)
     return damaged(found.findings)

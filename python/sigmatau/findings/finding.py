@@ -55,6 +55,8 @@ class Finding:
         Unit of the size; empty for a bare number.
     factors : tuple of (str, float)
         Coefficients, by term, and the factor by which each is larger than the sensor's own.
+    left_out : int
+        Samples that were taken for missing for it, of the channel with the most; 0 if none were.
     """
 
     details: Details
@@ -64,6 +66,7 @@ class Finding:
     size: float | None = None
     unit: str = ""
     factors: tuple[tuple[str, float], ...] = ()
+    left_out: int = 0
 
     @property
     def code(self) -> str:
@@ -100,6 +103,7 @@ class Finding:
             **({"spans_s": [list(span) for span in self.spans]} if self.spans else {}),
             **({} if self.size is None else {"size": plain(self.size), "unit": self.unit}),
             **({"factors": plain(dict(self.factors))} if self.factors else {}),
+            **({"left_out": self.left_out} if self.left_out else {}),
             "details": plain(self.details),
         }
 

@@ -5,35 +5,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from sigmatau.arrays import Bools, runs
 from sigmatau.errors import OptionError
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
+from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.samples.check import check as check_samples
-from sigmatau.quality.samples.lost_rows import lost_rows
+from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
+from sigmatau.quality.samples.masking import bridged, mask_of, masked
 from sigmatau.quality.samples.resolution import quantization_mismatch
-from sigmatau.quality.samples.spikes import without_spikes
-from sigmatau.quality.samples.stuck_samples import without_runs
-from sigmatau.quality.samples.undisturbed import DISTURBANCES, undisturbed
+from sigmatau.quality.samples.shocks_and_steps import between_steps
 from sigmatau.quality.spectrum.aliasing import aliasing
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
 from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits"]
+__all__ = ["DISTURBANCES", "LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits", "examine"]
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """By channel or stream: bandwidth of the sensor in Hz, and order of its filter if known."""
 
-_RUNS = ("dropout", "saturation", "stuck_samples", "interpolated")
+DISTURBANCES = ("dropout", "saturation", "stuck_samples", "interpolated", "not_static", "start_transient", "spikes")
+"""Codes of findings about samples that are not the sensor's noise."""
 
 _LARGEST, _SMALLEST = 1e60, 1e-60
 
@@ -74,16 +76,80 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
             f"{{option}} must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",
             option="looked_at",
         )
+    return examine(record, bandwidth=bandwidth, looked_at=looked_at)[1]
+
+
+@facts_kept()
+def examine(
+    record: Record,
+    *,
+    bandwidth: Bandwidth | None = None,
+    looked_at: int = LOOKED_AT,
+    keep: Sequence[str] = (),
+    untouched: Collection[str] = (),
+) -> tuple[Record, tuple[Finding, ...]]:
+    """The record without its disturbances, except for those to `keep`, and the findings of `check`.
+
+    Nothing is left out of the streams named `untouched`.
+    """
     stated = _by_stream(record, bandwidth or {})
-    found: list[Finding] = []
+    usable = {
+        stream.name: part
+        for stream in record.streams
+        if stream.quantity != "temperature" and (part := _usable(_beginning(stream, looked_at))) is not None
+    }
+    shaken = {name: _shaken(part, keep) for name, part in usable.items()}
+    streams, found = [], list[Finding]()
     for stream in record.streams:
-        usable = None if stream.quantity == "temperature" else _usable(_beginning(stream, looked_at))
-        if usable is None:
+        part = usable.get(stream.name)
+        if part is None:
+            streams.append(stream)
             continue
-        found += _of_stream(usable, stated.get(stream.name))
-        if usable.grid.n < stream.grid.n:
-            found.append(_checked_in_part(stream, usable))
-    return tuple(found)
+        part = _at_times(part, shaken)
+        left, told = without(part, keep=tuple(CAUSES) if stream.name in untouched else keep)
+        if stream.name not in untouched:
+            stream = _with_missing(stream, left)
+        streams.append(stream)
+        found += [*told, *_of_stream(part, stated.get(stream.name))]
+        if part.grid.n < stream.grid.n:
+            found.append(_checked_in_part(stream, part))
+    return replace(record, streams=tuple(streams)), tuple(found)
+
+
+_OF_ALL = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once
+
+
+def _shaken(stream: Stream, keep: Sequence[str]) -> list[Span]:
+    """The times at which a sensor shows what disturbs all sensors of a record, in the clock of the log. [s]"""
+    tau0, start = stream.grid.tau0, stream.grid.start
+    causes = [cause for cause in _OF_ALL if cause not in keep]
+    masks = [one.mask[:, 0] for one in disturbances(stream) if one.cause in causes and one.mask is not None]
+    return [(start + a * tau0, start + b * tau0) for mask in masks for a, b in runs(mask)]
+
+
+def _at_times(stream: Stream, shaken: Mapping[str, Sequence[Span]]) -> Stream:
+    """The stream of an inertial sensor with what only others show taken for missing; the same object if there is nothing."""
+    if stream.quantity not in ("angular_rate", "acceleration"):
+        return stream
+    n, tau0, start = stream.grid.n, stream.grid.tau0, stream.grid.start
+
+    def samples(name: str) -> Bools:
+        return mask_of(n, [(round((a - start) / tau0), round((b - start) / tau0)) for a, b in shaken[name]])
+
+    mask = np.zeros(n, dtype=bool)
+    for name in shaken:
+        if name != stream.name and shaken[name]:
+            mask |= samples(name)
+    return masked(stream, mask & ~samples(stream.name)) if mask.any() else stream
+
+
+def _with_missing(stream: Stream, part: Stream) -> Stream:
+    """The stream with what is missing in a part of its channels and of its beginning."""
+    if part.mask is None:
+        return stream
+    mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
+    mask[: part.grid.n, [stream.channels.index(channel) for channel in part.channels]] = part.mask
+    return masked(stream, mask)
 
 
 def check_fits(
@@ -112,7 +178,7 @@ def check_fits(
     -------
     tuple of Finding
     """
-    disturbed = found is None or any(finding.code in DISTURBANCES for finding in found)
+    disturbed = found is None or any(one.code in DISTURBANCES and not one.left_out for one in found)
     said: list[Finding] = []
     for stream in record.streams:
         if stream.quantity == "temperature" or stream.grid.n < LEAST_SAMPLES:
@@ -126,29 +192,23 @@ def check_fits(
             if term is not None and term.observed and term.value is not None:
                 said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
         flat = without_drifts(record, stream, of_stream)
+        still = without(flat)[0] if disturbed else flat
         if flat is not stream:
-            said += steps_beside_drifts(flat, of_stream)
-        still = undisturbed(flat) if disturbed else flat
-        if uneven := {finding.channel for finding in non_stationary(still, of_stream)}:
-            # Single bad samples are reported by another check: only channels that are uneven without them count.
-            clean = without_spikes(without_runs(still))
-            said += [finding for finding in non_stationary(clean, of_stream) if finding.channel in uneven]
+            said += steps_beside_drifts(still, of_stream)
+        steady = bridged(between_steps(still, [*(found or ()), *said]))
+        said += non_stationary(steady, of_stream)
     return tuple(said)
 
 
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
-    at_rest = undisturbed(stream) if any(finding.code in DISTURBANCES for finding in found) else stream
-    if any(finding.code in _RUNS for finding in found):
-        # Such runs change the spectrum, and axes that are lost together are not correlated.
-        stream, at_rest = (without_runs(lost_rows(one)[1]) for one in (stream, at_rest))
-    if any(finding.code == "spikes" for finding in found):
-        stream, at_rest = without_spikes(stream), without_spikes(at_rest)
+    still = bridged(masked_by(stream, disturbances(stream)))
+    at_rest = bridged(between_steps(still, found))
     told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
     if None not in told:  # else it was said of several axes at once
         found += [finding for finding in upsampled(at_rest) if finding.channel not in told]
     for name, stated in (bandwidth or {}).items():
-        found += aliasing(stream if name == stream.name else replace(stream.only(name), name=name), stated)
+        found += aliasing(still if name == stream.name else replace(still.only(name), name=name), stated)
     found += cross_axis(at_rest)
     return found
 

@@ -21,12 +21,10 @@ from sigmatau.findings.kinds.spectrum import (
 )
 from sigmatau.fitting.channel import TEMPERATURE
 from sigmatau.fitting.noise_fit import NoiseFit, Sinusoid
+from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
-from sigmatau.quality.samples.undisturbed import DISTURBANCES
 
 __all__ = ["by_channel", "fit_findings", "without_consequences"]
-
-_FAULTS = (*DISTURBANCES, "spikes")  # codes of findings whose spectrum is in the fit
 
 _MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
 _LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
@@ -49,7 +47,7 @@ def fit_findings(fitted: NoiseFit, *, missing: float = 0.0, beside: Sequence[Fin
     """
     channels = (fitted.channel,)
     disturbed = any(
-        one.code in _FAULTS for one in beside if one.severity == "warning" and fitted.channel in one.channels
+        one.code in DISTURBANCES for one in beside if one.severity == "warning" and fitted.channel in one.channels
     )
     of_misfit: Severity = "info" if disturbed else "warning"
     if fitted.verdict == "too_short":

@@ -18,10 +18,10 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
 from sigmatau.quality import curve_checks
-from sigmatau.quality.check import Bandwidth, check, check_fits
+from sigmatau.quality.check import Bandwidth, check_fits, examine
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import by_channel, without_consequences
-from sigmatau.quality.selection.exclusion import from_the_start
+from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.record import memory
@@ -42,6 +42,7 @@ def inspect(
     *,
     bandwidth: Bandwidth | None = None,
     leave_out: str | Sequence[str] | None = None,
+    keep: str | Sequence[str] = (),
     **reading: Any,  # noqa: ANN401
 ) -> Inspection:
     """The content of a file, and the findings about it and about the samples that would be analysed.
@@ -56,6 +57,8 @@ def inspect(
         The sensors' own bandwidth, see `sigmatau.check`. [Hz]
     leave_out : str or sequence of str, optional
         Stretches to treat as missing before the samples are checked, see `sigmatau.analyze`.
+    keep : str or sequence of str
+        Disturbances that are not left out, see `sigmatau.analyze`.
     **reading
         Options of `sigmatau.read`.
 
@@ -69,6 +72,7 @@ def inspect(
     found = inspection.inspect(path, **reading)
     if found.record is None:
         return found
+    kept = causes_to_keep(keep)
     record = from_the_start(found.record)
     left: list[Finding] = []
     if leave_out is not None:
@@ -78,8 +82,9 @@ def inspect(
     record, told = at_rest_only(record, resting, assumed=False)
     if resting.verdict == "not_at_rest":
         return replace(found, record=record, checks=(*left, *constant, *told))
-    checked = [*left, *constant, *told, *check(record, bandwidth=bandwidth)]
-    return replace(found, record=record, checks=tuple(_against_fits(record, checked)))
+    still, checks = examine(record, bandwidth=bandwidth, keep=kept)
+    checked = [*left, *constant, *told, *checks]
+    return replace(found, record=record, checks=tuple(_against_fits(still, checked)))
 
 
 def _against_fits(record: Record, found: Sequence[Finding]) -> list[Finding]:

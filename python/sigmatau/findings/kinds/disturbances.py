@@ -70,9 +70,6 @@ class NotStatic(Details, code="not_static"):
     bursts: tuple[MotionBurst, ...] = ()  # in order of time
     steps: tuple[LevelStep, ...] = ()  # in order of time
     beside_drift: bool = False  # whether the steps were found beside a drift that would hide them
-    strongest: str = ""  # the channel whose random walk the bursts change most; empty without bursts
-    random_walk: float = 1.0  # factor by which bursts change the random walk of that channel; 1 without bursts
-    tau: float | None = None  # averaging time at which that factor is largest; None without bursts [s]
     walk: AddedWalk | None = None  # what the steps add
     leave_out: tuple[Span, ...] = ()  # stretches to leave out, from the beginning of the log [s]
     # the longest part without a step, from the beginning of the log; None for an end of the record [s]
@@ -89,17 +86,7 @@ class Spikes(Details, code="spikes"):
     share: float  # spikes over samples that are not missing
     height: float  # the largest, with its sign, from the median of its neighbours [unit of the stream]
     time: float  # of the largest, from the beginning of the record [s]
-    added_white: float  # random walk that the spikes alone make [unit of the stream·√s]
-    # whether more samples below the threshold are far out than noise makes: the effect is a lower bound then
-    more_below: bool
-
-
-@frozen
-class SpikesMasked(Details, code="spikes_masked"):
-    """Spikes that were taken for missing samples, as asked."""
-
-    count: int
-    samples: int
+    more_below: bool  # whether more samples below the threshold are far out than noise makes
 
 
 @frozen
@@ -107,15 +94,11 @@ class StartTransient(Details, code="start_transient"):
     """A record that begins near zero and settles at its mean, as a filter does that starts from zero."""
 
     settled: float  # from the beginning of the record [s]
-    strongest: str  # the channel whose random walk the transient changes most
-    random_walk: float  # factor on its random walk, and the averaging time [-, s]
-    tau: float
-    keep: tuple[float, None]  # the rest, from the beginning of the log [s]
 
 
 @frozen
 class LeftOutOfStream:
-    """Samples of a stream that were left out: of the channel with the most. `duration` in seconds."""
+    """Samples of a stream that were left out. `duration` in seconds."""
 
     stream: str
     count: int
@@ -127,7 +110,6 @@ class LeftOutOfStream:
 class LeftOut(Details, code="left_out"):
     """Stretches that were left out, as asked."""
 
-    faults: tuple[str, ...]  # faults that were left out by name, ``"dropouts"``, ``"stuck"``, ``"copies"``
     streams: tuple[LeftOutOfStream, ...]  # those of which samples were left out
 
 

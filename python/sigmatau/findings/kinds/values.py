@@ -5,22 +5,18 @@ from __future__ import annotations
 from typing import Literal
 
 from sigmatau.findings.finding import Details
-from sigmatau.findings.kinds.disturbances import AddedWalk as AddedWalk
 from sigmatau.frozen import frozen
 
 
 @frozen
 class HeldRuns(Details):
-    """Runs of samples that are not the sensor's: base of `Dropout` and `StuckSamples`."""
+    """Runs of samples that are not the sensor's: base of `Dropout` and `StuckSamples`. Of the channel with the most."""
 
-    strongest: str  # the channel with the largest effect, which all numbers are of
     samples: int  # samples concerned
     share: float  # part of all samples
     runs: int  # number of runs
     start: float  # beginning and length of the longest run [s]
     longest: float
-    tau: float  # averaging time at which the factor of the random walk holds [s]
-    walk: AddedWalk | None = None  # what the levels held add to the rate random walk; None for short runs
 
 
 @frozen
@@ -87,7 +83,6 @@ class FilledOutages:
     count: int
     start: float  # beginning and length of the longest [s]
     longest: float
-    walk: AddedWalk  # of the channel on which the walk grows most
 
 
 @frozen

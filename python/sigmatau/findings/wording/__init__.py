@@ -24,6 +24,12 @@ SUBJECTS = ("reading", "stamps", "rest", "disturbances", "values", "spectrum", "
 """Modules of this package, one per subject."""
 
 
+_DISTURBANCES = (
+    *("not_static", "start_transient", "spikes", "dropout", "stuck_samples", "saturation", "interpolated"),
+    "repeated_samples",
+)  # codes of findings about samples that may be left out
+
+
 @cache
 def _words_of(subject: str) -> Mapping[type, Callable[[Finding, Any], Words]]:
     """What words each kind of a subject."""
@@ -44,7 +50,17 @@ def words(finding: Finding) -> Words:
         Message and action; the channels are not named in them unless one of several is meant.
     """
     kind = type(finding.details)
-    return _words_of(kind.__module__.rpartition(".")[2])[kind](finding, finding.details)
+    said = _words_of(kind.__module__.rpartition(".")[2])[kind](finding, finding.details)
+    if finding.left_out:
+        return said._replace(message=f"{said.message}; left out{_axes(finding)}")
+    if finding.severity == "warning" and not said.action and finding.code in _DISTURBANCES:
+        return said._replace(action="Find the cause: these samples are part of the analysis")
+    return said
+
+
+def _axes(finding: Finding) -> str:
+    """Where more was left out than the axes on which it was found."""
+    return " on all axes" if finding.code in ("not_static", "start_transient") else ""
 
 
 def sentence(finding: Finding) -> str:
@@ -60,7 +76,7 @@ def line(finding: Finding) -> str:
 
 
 def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:
-    """What matters: errors and warnings, one line a kind of finding, with the worst axis and what to do.
+    """What matters: errors, warnings and what was left out, one line a kind of finding, with the worst axis and what to do.
 
     Parameters
     ----------
@@ -77,7 +93,7 @@ def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:
     findings = tuple(findings)
     kinds: dict[str, list[Finding]] = {}
     for one in by_severity(findings):
-        if one.severity != "info":
+        if one.severity != "info" or one.left_out:
             kinds.setdefault(one.code, []).append(one)
     told = list(kinds.values())[:most]
     lines = [_cause(alike) for alike in told]

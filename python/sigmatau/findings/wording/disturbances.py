@@ -16,7 +16,6 @@ from sigmatau.findings.kinds.disturbances import (
     NotStatic,
     SelectionBias,
     Spikes,
-    SpikesMasked,
     StartTransient,
     WindowChosen,
 )
@@ -50,9 +49,6 @@ def _not_static(finding: Finding, details: NotStatic) -> Words:
             f"Record the sensor at rest; use --unit {details.rotation.stream}=deg/s for values in deg/s, --scale for counts",
         )
     effects = []
-    if details.bursts and details.tau is not None:
-        on = f" on {details.strongest}" if len(finding.channels) > 1 else ""
-        effects.append(f"{_effect('random_walk', details.random_walk)} at τ = {seconds(details.tau)} s{on}")
     if details.walk is not None:
         effects.append(_walk_text(details.walk))
         effects.append(_tilt(details))
@@ -123,22 +119,13 @@ def _spikes(finding: Finding, details: Spikes) -> Words:
     height = f"{number(details.height, sign='+')} {details.unit}"
     found = f"1 spike of {height} at {clock(details.time)}"
     if details.count > 1:
-        found = f"{details.count} spikes, the largest {height} at {clock(details.time)}"
-    effects = [_effect(term, factor, at_least=details.more_below) for term, factor in finding.factors]
-    return Words(while_short(found, effects), "Find the cause, or run with --spikes mask to exclude the spikes")
-
-
-def _spikes_masked(finding: Finding, details: SpikesMasked) -> Words:
-    return Words(f"{details.count} of {details.samples} samples masked as spikes")
+        share = percent(details.share)
+        found = f"{details.count} spikes ({share}), the largest {height} at {clock(details.time)}"
+    return Words(found + (", beside smaller ones in the noise" if details.more_below else ""))
 
 
 def _start_transient(finding: Finding, details: StartTransient) -> Words:
-    on = f" on {details.strongest}" if len(finding.channels) > 1 else ""
-    return Words(
-        f"the record starts near zero and settles within {duration_text(details.settled)};"
-        f" {_effect('random_walk', details.random_walk)}{on}",
-        f"Run with {keep_option(details.keep)} to exclude the transient",
-    )
+    return Words(f"the record starts near zero and settles within {duration_text(details.settled)}")
 
 
 def _left_out(finding: Finding, details: LeftOut) -> Words:
@@ -184,7 +171,6 @@ def _selection_bias(finding: Finding, details: SelectionBias) -> Words:
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     NotStatic: _not_static,
     Spikes: _spikes,
-    SpikesMasked: _spikes_masked,
     StartTransient: _start_transient,
     LeftOut: _left_out,
     WindowChosen: _window_chosen,

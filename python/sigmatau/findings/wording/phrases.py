@@ -29,7 +29,7 @@ LONGEST = 120
 """Largest number of characters of a message or an action, so that each fits on a line or two of a terminal."""
 
 _MANY = 8
-"""With more stretches, an option joins those less than `_TOGETHER` apart, or names the fault in place of all."""
+"""With more stretches, an option joins those less than `_TOGETHER` apart."""
 
 _TOGETHER = 1.0  # [s]
 
@@ -108,15 +108,13 @@ def largest_factor_text(factors: Sequence[tuple[str, float]], *, quantity: str =
     return f"{said} on {channel}" if channel else said
 
 
-def leave_out_option(spans: Sequence[Span], *, fault: str = "", longest: int = LONGEST) -> str:
+def leave_out_option(spans: Sequence[Span], *, longest: int = LONGEST) -> str:
     """The option that leaves some stretches out: ``"--leave-out 720s:722s,1080s:1083.2s"``.
 
     Parameters
     ----------
     spans : sequence of (float, float)
         From the beginning of the log. [s] The longest are named, as many as fit.
-    fault : str
-        The name that stands for all of them if they are many: ``"dropouts"``, ``"stuck"``; empty if there is none.
     longest : int
         Characters of the option.
     """
@@ -126,8 +124,6 @@ def leave_out_option(spans: Sequence[Span], *, fault: str = "", longest: int = L
             joined[-1] = (joined[-1][0], max(stop, joined[-1][1]))
         else:
             joined.append((start, stop))
-    if len(joined) > _MANY and fault:
-        return f"--leave-out {fault}"
     left, named = longest - len("--leave-out"), list[tuple[float, str]]()
     for start, stop in sorted(joined, key=lambda span: span[0] - span[1]):
         text = f"{_in_seconds(start, math.floor)}:{_in_seconds(stop, math.ceil)}"

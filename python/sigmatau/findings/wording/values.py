@@ -8,7 +8,6 @@ from typing import Any
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import (
-    AddedWalk,
     CoarseResolution,
     Dropout,
     EarthRate,
@@ -22,7 +21,6 @@ from sigmatau.findings.kinds.values import (
     StuckSamples,
 )
 from sigmatau.findings.wording.phrases import Words, axes_text, clock, largest_factor_text, percent
-from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds, two_digits
 
 __all__ = ["WORDS"]
@@ -46,54 +44,40 @@ def _joined(*parts: str) -> str:
     return "; ".join(part for part in parts if part)
 
 
-def _effect(finding: Finding, strongest: str, walk: AddedWalk | None = None) -> str:
-    """The largest of the factors and of the rate random walk that was added, as far as that is known."""
-    on = _on(finding, strongest)
-    if walk is None or walk.resolved or (walk.factor is not None and walk.factor < 1.05):
-        return largest_factor_text(finding.factors, quantity=walk.quantity if walk else "", channel=on)
-    label = TERMS["rate_random_walk"].label(walk.quantity)
-    if walk.factor is None:
-        unit, size = display_units("rate_random_walk", walk.quantity, walk.unit)[0]
-        return f"adds {walk.coefficient / size:.3g} {unit} of {label}"
-    if all(abs(math.log(factor)) < math.log(walk.factor) for _, factor in finding.factors if 0 < factor < math.inf):
-        return f"{label} at least {two_digits(walk.factor)} times too large" + (f" on {on}" if on else "")
-    return largest_factor_text(finding.factors, channel=on)
-
-
-def _held(finding: Finding, details: HeldRuns, what: str) -> str:
+def _held(details: HeldRuns, what: str) -> Words:
     share = percent(details.share)
+    if details.samples == details.runs:
+        one = what.removesuffix("s") if details.runs == 1 else f"single {what}"
+        return Words(f"{details.samples} {one} ({share}), the first at {clock(details.start)}")
+    longest = duration_text(details.longest)
     if details.runs == 1:
-        said = f"a run of {what} at {clock(details.start)}, {duration_text(details.longest)} long ({share})"
-    elif details.samples == details.runs:
-        said = f"{details.samples} single {what} ({share}), the first at {clock(details.start)}"
-    else:
-        longest = duration_text(details.longest)
-        said = f"{details.runs} runs of {what} ({share}), the longest {longest} at {clock(details.start)}"
-    return _joined(said, _effect(finding, details.strongest, details.walk))
+        return Words(f"a run of {what} at {clock(details.start)}, {longest} long ({share})")
+    return Words(f"{details.runs} runs of {what} ({share}), the longest {longest} at {clock(details.start)}")
 
 
 def _dropout(finding: Finding, details: Dropout) -> Words:
-    return Words(_held(finding, details, "zeros"), "Run with --leave-out dropouts to treat them as missing")
+    return _held(details, "zeros")
 
 
 def _stuck_samples(finding: Finding, details: StuckSamples) -> Words:
-    return Words(_held(finding, details, "equal samples"), "Run with --leave-out stuck to treat them as missing")
+    return _held(details, "equal samples")
 
 
 def _saturation(finding: Finding, details: Saturation) -> Words:
     ends = " and ".join(f"{end:.3g}" for end in (details.low, details.high) if end is not None)
     said = f"{percent(details.share)} of the samples at {'a limit' if None in (details.low, details.high) else 'the limits'}"
     said += f" of the range, {ends} {details.unit}"
-    effect = _effect(finding, details.strongest) if details.spread else ""
-    message = _joined(said, effect or f"the first at {clock(details.start)}; noise and mean unknown there")
-    return Words(message, "Record again with a larger range, or select a part without these samples with --window")
+    if not details.spread:
+        return Words(_joined(said, f"the first at {clock(details.start)}"))
+    effect = largest_factor_text(finding.factors, channel=_on(finding, details.strongest))
+    return Words(_joined(said, effect), "Record again with a larger range, or select another part with --window")
 
 
 def _repeated_samples(finding: Finding, details: RepeatedSamples) -> Words:
     effect = largest_factor_text([one for one in finding.factors if one[0] == "random_walk"])
     if details.pattern == "rows":
         said = f"{details.copies} rows ({percent(details.share)}) equal the previous row"
-        return Words(_joined(said, effect), "Run with --leave-out copies to treat them as missing")
+        return Words(said)
     if details.pattern == "irregular":
         said = f"{percent(details.share)} of the samples equal the previous sample, at irregular intervals"
         return Words(_joined(said, effect), "Omit lost samples from the log instead of repeating the previous sample")
@@ -117,18 +101,18 @@ def _interpolated(finding: Finding, details: Interpolated) -> Words:
         times, right_from = _number(1 / made.sigma_one_sample), seconds(made.right_from)
         effect = f"σ at one sample {times} times too small, correct from τ = {right_from} s"
         return Words(_joined(said, effect), "Log the samples of the sensor with their time stamps")
-    outages, walk, said = details.outages, None, ""
+    outages, said = details.outages, ""
     if outages is not None:
-        walk = outages.walk
         longest = duration_text(outages.longest)
         said = f"a gap of {longest} at {clock(outages.start)} was filled with a straight line"
         if outages.count > 1:
             said = (
                 f"{outages.count} gaps were filled with straight lines, the longest {longest} at {clock(outages.start)}"
             )
-    elif details.singles is not None:
+        return Words(said)
+    if details.singles is not None:
         said = f"{percent(details.share)} of the samples are linear interpolations of lost samples"
-    effect = _effect(finding, walk.channel if walk is not None else details.strongest, walk)
+    effect = largest_factor_text(finding.factors, channel=_on(finding, details.strongest))
     return Words(_joined(said, effect), "Leave lost samples empty in the log, or omit their rows")
 
 

@@ -12,7 +12,6 @@ from sigmatau.fitting.channel import TEMPERATURE, temperature_at
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.samples.motion import level_changes, summary
 from sigmatau.quality.samples.shocks_and_steps import level_finding
-from sigmatau.quality.samples.undisturbed import quiet
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
@@ -50,15 +49,15 @@ def steps_beside_drifts(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Fi
     Parameters
     ----------
     stream : Stream
-        From `without_drifts`.
+        From `without_drifts`, without disturbances: a spike at either end looks like a drift.
     fits : mapping of str to NoiseFit
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    still, found = quiet(stream), []
+    found = []
     for channel in stream.channels:
         if drifts(fits.get(channel)):
-            steps = [step for step in level_changes(still, summary(still, channel)) if not step.gradual]
+            steps = [step for step in level_changes(stream, summary(stream, channel)) if not step.gradual]
             if steps:
-                found.append(level_finding(still, channel, steps, beside_drift=True))
+                found.append(level_finding(stream, channel, steps, beside_drift=True))
     return found

@@ -14,9 +14,7 @@ from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 
 __all__ = [
-    "WARN_FACTOR",
     "block_rms",
-    "change_of_white",
     "full_ends",
     "growing_step",
     "longest_spans",
@@ -30,10 +28,7 @@ __all__ = [
     "sample_of",
     "white_level",
     "without_dust",
-    "worst_on_white",
 ]
-
-WARN_FACTOR = 1.02  # factor on a coefficient from which on a fault is a warning; a convention
 
 _STRETCHES = 32
 
@@ -220,53 +215,6 @@ def white_level(x: Floats, tau0: float) -> tuple[float, int]:
     ]
     _, level, m = min(levels, default=(math.nan, math.nan, 1))
     return level, m
-
-
-# From so many runs' lengths on, runs at random count as white noise; and pairs that a variance must have to say so.
-_RUNS, _PAIRS_BEYOND = 4, 48
-
-
-def change_of_white(x: Floats, bad: Bools, tau0: float, *, beyond: int | None = None) -> tuple[float, float]:
-    """By which factor bad samples change the random walk, and at which τ; 1 if there is too little left to tell.
-
-    Where the others show white noise most clearly; or, of runs, at four times `beyond`, the longest of them, where jumps to
-    another level count in full. In a record with too few clusters of that length, at the longest that it has.
-    """
-    clean = np.where(bad, np.nan, x)
-    level, clearest = white_level(clean, tau0)
-    rest = {m: avar for m, avar, _ in octaves(clean)}
-    both = [(m, avar, rest[m]) for m, avar, pairs in octaves(x) if m in rest and (pairs >= _PAIRS_BEYOND or m == 1)]
-    if not both or not level > 0:
-        return 1.0, tau0
-    least = clearest if beyond is None else _RUNS * beyond
-    m, avar, without = next((each for each in both if each[0] >= least), both[-1])
-    changed = level + (avar - without) * m * tau0
-    # Runs that only held the noise back leave less than there was.
-    factor = math.sqrt(changed / level) if changed > 0 else math.sqrt(avar / without) if without > 0 else 1.0
-    return factor, m * tau0
-
-
-# White noise rules a variance of no more than so many times its own; and the standard errors that an excess is taken down
-# before the largest is chosen. Of `gone` of `pairs` squares, with √3 standard deviations each, the mean is wrong by that.
-_WHITE, _DOWN = 1.5, 2.0
-
-
-def worst_on_white(x: Floats, bad: Bools, tau0: float) -> tuple[float, float]:
-    """By which factor bad samples make σ(τ) larger at worst where the others show white noise, and the τ; 1 if unknown."""
-    clean = np.where(bad, np.nan, x)
-    level, clearest = white_level(clean, tau0)
-    rest = {m: (avar, pairs) for m, avar, pairs in octaves(clean)}
-    best: tuple[float, float, float] | None = None
-    for m, avar, pairs in octaves(x):
-        without, left = rest.get(m, (0.0, 0))
-        white = m == clearest or without * m * tau0 <= _WHITE * level
-        if not (without > 0 and white and (pairs >= _LEAST_PAIRS or m == 1)):
-            continue
-        excess = avar / without - 1
-        sure = excess - _DOWN * math.sqrt(3 * max(pairs - left, 1)) / pairs
-        if best is None or sure > best[0]:
-            best = sure, excess, m * tau0
-    return (1.0, tau0) if best is None else (math.sqrt(1 + best[1]), best[2])
 
 
 def mask_of_runs(n: int, first: Ints, lengths: Ints) -> Bools:

@@ -10,10 +10,11 @@ from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import RepeatedSamples
 from sigmatau.quality.samples.common import longest_spans, mask_of_runs
+from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
 
-__all__ = ["copies", "copy_masks"]
+__all__ = ["copies"]
 
 # Least number of rows that are equal on all axes, and how many times more than by chance.
 _MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0
@@ -53,44 +54,32 @@ def copied_rows(stream: Stream) -> Bools | None:
     return rows if np.count_nonzero(rows) >= _MIN_ROWS else None
 
 
-def copies(stream: Stream) -> list[Finding]:
-    """Rows that are in the log twice, an info, where they are too few to be a sensor slower than its log.
-
-    A part h of copies makes N² larger by 1 + 2h: each pair counts four times in the sum that two samples would count in.
-    """
+def copies(stream: Stream) -> list[Found]:
+    """Rows that are in the log twice, where they are too few to be a sensor slower than its log. At most one finding."""
     rows = copied_rows(stream)
     if rows is None or repeats(stream) is not None:
         return []
     share, rate = float(rows.mean()), stream.grid.rate
     first, lengths = runs_of_places(np.flatnonzero(rows))
-    factor = math.sqrt(1 + 2 * share)
-    return [
-        Finding(
-            details=RepeatedSamples(
-                pattern="rows",
-                copies=int(rows.sum()),
-                share=share,
-                times=1 / (1 - share),
-                shortest=1,
-                longest=int(lengths.max()) + 1,
-                log_rate=rate,
-                sensor_rate=rate * (1 - share),
-                rate_given=stream.grid.source == "given",
-                sigma_one_sample=1.0,
-                right_from=1,
-                walk_at_log_rate=factor,
-                walk_at_sensor_rate=factor * math.sqrt(1 - share),
-            ),
-            severity="info",
-            channels=tuple(stream.channels),
-            spans=longest_spans(stream, first, lengths),
-            size=share,
-            factors=(("random_walk", factor),),
-        )
-    ]
-
-
-def copy_masks(stream: Stream) -> list[Bools]:
-    """By channel, the samples that `copies` reports."""
-    rows = copied_rows(stream)
-    return [np.zeros(stream.grid.n, dtype=bool) if rows is None else rows.copy() for _ in stream.channels]
+    finding = Finding(
+        details=RepeatedSamples(
+            pattern="rows",
+            copies=int(rows.sum()),
+            share=share,
+            times=1 / (1 - share),
+            shortest=1,
+            longest=int(lengths.max()) + 1,
+            log_rate=rate,
+            sensor_rate=rate * (1 - share),
+            rate_given=stream.grid.source == "given",
+            sigma_one_sample=1.0,
+            right_from=1,
+            walk_at_log_rate=1.0,
+            walk_at_sensor_rate=1.0,
+        ),
+        severity="warning",
+        channels=tuple(stream.channels),
+        spans=longest_spans(stream, first, lengths),
+        size=share,
+    )
+    return [(finding, np.repeat(rows[:, None], len(stream.channels), axis=1))]

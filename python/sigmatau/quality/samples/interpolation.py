@@ -9,12 +9,12 @@ import numpy as np
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import FilledOutages, FilledSamples, Interpolated, Upsampled
-from sigmatau.quality.samples.common import longest_spans, sample_of
-from sigmatau.quality.samples.level_walk import walk_of_runs
+from sigmatau.quality.samples.common import longest_spans, mask_of_runs, sample_of
+from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
 from sigmatau.record.streams import Stream
 
-__all__ = ["interpolated", "upsampling"]
+__all__ = ["filled_outages", "interpolated", "upsampling"]
 
 _WARN_FACTOR = 1.02  # factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning
 
@@ -75,6 +75,28 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     return Upsampling(factor=count / samples, aligned=bool(np.median(runs) < 1.5), share=share)
 
 
+def filled_outages(stream: Stream) -> list[Found]:
+    """Gaps that were filled with straight lines. At most one finding."""
+    gaps = {c: f.outages for c in stream.channels if (f := filled(stream, c)) is not None and len(f.outages[0])}
+    if not gaps:
+        return []
+    empty = np.empty(0, dtype=np.int64)
+    masks = [mask_of_runs(stream.grid.n, *gaps.get(channel, (empty, empty))) for channel in stream.channels]
+    strongest = max(gaps, key=lambda c: int(gaps[c][1].max()))
+    first, lengths = gaps[strongest]
+    k, tau0 = int(np.argmax(lengths)), stream.grid.tau0
+    outages = FilledOutages(count=len(first), start=int(first[k]) * tau0, longest=int(lengths[k]) * tau0)
+    finding = Finding(
+        details=Interpolated(strongest=strongest, share=float(lengths.sum()) / stream.grid.n, outages=outages),
+        severity="warning",
+        channels=tuple(gaps),
+        spans=longest_spans(stream, first, lengths),
+        size=outages.longest,
+        unit="s",
+    )
+    return [(finding, np.stack(masks, axis=1))]
+
+
 def interpolated(stream: Stream, *, warn_factor: float = _WARN_FACTOR) -> list[Finding]:
     """Channels whose samples were interpolated linearly: all from a lower rate, or some where others were lost. One finding.
 
@@ -85,7 +107,8 @@ def interpolated(stream: Stream, *, warn_factor: float = _WARN_FACTOR) -> list[F
     found = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
     if found:  # what is wrong everywhere counts for more than what is wrong here and there
         return [_from_lower_rate(stream, found)]
-    return [_in_place_of_lost(stream, gaps, warn_factor)] if gaps else []
+    singles = {c: f for c, f in gaps.items() if f.singles}
+    return [_in_place_of_lost(stream, singles, warn_factor)] if singles else []
 
 
 def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
@@ -104,37 +127,14 @@ def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
 
 
 def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled], warn_factor: float) -> Finding:
-    tau0 = stream.grid.tau0
-    strongest = max(gaps, key=lambda c: (int(gaps[c].outages[1].max(initial=0)), gaps[c].singles))
+    strongest = max(gaps, key=lambda c: gaps[c].singles)
     one = gaps[strongest]
-    first, lengths = one.outages
-    outages, factors = None, dict[str, float]()
-    if len(first):
-        walks = {channel: walk_of_runs(stream, channel, gap.outages) for channel, gap in gaps.items()}
-        walk = walks[strongest]
-        for channel, added in walks.items():
-            own = dict(added.factors)
-            if channel == strongest or own.get("rate_random_walk", 0.0) > factors.get("rate_random_walk", 0.0):
-                walk, factors = added, factors | own
-        longest = int(np.argmax(lengths))
-        outages = FilledOutages(
-            count=len(first), start=int(first[longest]) * tau0, longest=int(lengths[longest]) * tau0, walk=walk
-        )
-    singles = None
-    if one.singles:
-        factors["random_walk"] = one.random_walk
-        singles = FilledSamples(random_walk=one.random_walk, sigma_one_sample=one.short)
+    singles = FilledSamples(random_walk=one.random_walk, sigma_one_sample=one.short)
     return Finding(
-        details=Interpolated(
-            strongest=strongest,
-            share=one.singles or float(one.lengths.sum()) / stream.grid.n,
-            outages=outages,
-            singles=singles,
-        ),
-        severity="warning" if outages or max(one.random_walk, 1 / one.short) > warn_factor else "info",
+        details=Interpolated(strongest=strongest, share=one.singles, singles=singles),
+        severity="warning" if max(one.random_walk, 1 / one.short) > warn_factor else "info",
         channels=tuple(gaps),
-        spans=longest_spans(stream, *(one.outages if outages else (one.first, one.lengths))),
-        size=outages.longest if outages else one.singles,
-        unit="s" if outages else "",
-        factors=tuple(factors.items()),
+        spans=longest_spans(stream, one.first, one.lengths),
+        size=one.singles,
+        factors=(("random_walk", one.random_walk),),
     )

@@ -7,11 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.arrays import Bools
-from sigmatau.findings.finding import Span
+from sigmatau.arrays import Bools, runs
+from sigmatau.findings.finding import Finding, Span
+from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import Stream
 
-__all__ = ["in_seconds", "mask_of", "masked", "without_steps"]
+__all__ = ["Found", "bridged", "in_seconds", "mask_of", "masked", "without_steps"]
+
+Found = tuple[Finding, Bools | None]
+"""A finding and the samples that it is about, shape (n, n_channels); None if leaving them out would not help."""
 
 
 def masked(stream: Stream, mask: Bools) -> Stream:
@@ -22,6 +26,33 @@ def masked(stream: Stream, mask: Bools) -> Stream:
     if stream.mask is not None:
         missing |= stream.mask
     return replace(stream, samples=replace(stream.samples, missing=missing), mask=missing)
+
+
+_SHORT, _APART = 4, 7  # longest gap that is bridged, and how far from it a good sample is taken [samples]
+
+
+@stream_fact
+def bridged(stream: Stream) -> Stream:
+    """The stream with good samples nearby in place of up to four missing ones, because spectra cannot use such gaps.
+
+    The seventh good sample before: no neighbour, so that noise stays as rough as it is.
+    """
+    if stream.mask is None:
+        return stream
+    columns = []
+    for channel in stream.channels:
+        x = stream.column(channel)
+        absent = ~np.isfinite(x)
+        good = np.flatnonzero(~absent)
+        short = [(start, stop) for start, stop in runs(absent) if stop - start <= _SHORT]
+        if short and len(good) > 2 * _APART:
+            at, x = np.concatenate([np.arange(start, stop) for start, stop in short]), x.copy()
+            which = np.searchsorted(good, at)
+            x[at] = x[good[np.where(which >= _APART, which - _APART, which + _APART)]]
+        columns.append(x)
+    filled = stream.with_rates(columns)
+    mask = np.stack([~np.isfinite(x) for x in columns], axis=1)
+    return replace(filled, mask=mask if mask.any() else None)
 
 
 def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> Bools:

@@ -13,7 +13,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import RepeatedSamples
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
-from sigmatau.quality.samples.resolution import step_of
+from sigmatau.quality.samples.resolution import equal_by_chance, step_of
 from sigmatau.record.streams import Stream
 
 __all__ = ["repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
@@ -204,6 +204,9 @@ def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: 
     if scale < _MIN_STEPS * step or growing_step(x) > 0:
         return 0.0
     chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
+    chance = max(chance, equal_by_chance(stream, channel))
+    if not chance < 1:
+        return 0.0
     share = (count / (n + 1) - chance) / (1 - chance)
     # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
     quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]

@@ -19,11 +19,15 @@ __all__ = [
     "Resolution",
     "coarse_resolution",
     "common_step",
+    "equal_by_chance",
+    "hides_noise",
     "quantization_mismatch",
     "quantization_step",
     "resolution",
     "rounded",
     "step_of",
+    "step_of_changes",
+    "usual_value",
 ]
 
 # Samples that the step is looked for in: enough for each step of a channel with 1e5 of them to the standard deviation.
@@ -100,8 +104,8 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
     rounding = _rounding(stream, channel)
     if stream.samples.transforms[stream.channels.index(channel)].kind == "increments":
         rounding = max(rounding, rounding_dust(x, stream.grid.n))
-    step = common_step(x, rounding=rounding)
-    if step is None:
+    step = common_step(x, rounding=rounding) or step_of_changes(np.diff(x))
+    if not step:
         return None
     differences = np.diff(x)
     noise = block_rms(differences)
@@ -111,10 +115,67 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
     return Resolution(channel=channel, step=step, noise=noise / math.sqrt(2), unit=stream.unit)
 
 
+# Of changes that are whole steps but for this part of one the mean cosine is 0.8; and the steps that are tried, against the
+# usual change.
+_LATTICE, _LEAST_STEP, _LARGEST_STEP, _STEPS_TRIED = 0.8, 1 / 6, 2.0, 400
+_CHANGES = 4096
+_FIRST, _LATTICE_OF_FIRST = 256, 0.6  # changes that most steps are refused by: 0.8 less four standard errors
+_SAME_STEP = 0.8  # steps no smaller than this part of the largest are about the same one
+
+
+def step_of_changes(changes: Floats) -> float:
+    """The step of numbers whose common step is hidden by a slow compensation or by printed decimals; 0 if there is none.
+
+    The largest q of which the changes from sample to sample are whole multiples to about a tenth: Σ cos(2π·d/q) over the
+    changes d is nearly their number.
+    """
+    size = np.abs(present(changes))[:_CHANGES]
+    size = size[size > 0]
+    if len(size) < _MIN_VALUES:
+        return 0.0
+    usual = float(np.median(size))
+    size = size[size > usual / 4]  # less is the compensation
+    steps = usual * np.geomspace(_LARGEST_STEP, _LEAST_STEP, _STEPS_TRIED)
+    for some, least in ((size[:_FIRST], _LATTICE_OF_FIRST), (size, _LATTICE)):
+        whole = np.array([np.cos(2 * np.pi / step * some).mean() for step in steps.tolist()])
+        steps = steps[whole > least]
+        if len(steps) == 0:
+            return 0.0
+    near = steps > steps[0] * _SAME_STEP
+    return float(steps[near][np.argmax(whole[whole > _LATTICE][near])])
+
+
+_FAR, _BLOCKS = 251, 32  # samples between two that are compared, beyond any hold; blocks that the median is taken of
+
+
+@channel_fact
+def equal_by_chance(stream: Stream, channel: str) -> float:
+    """Part of the samples that equal another one far away: what coarse noise makes equal without a fault.
+
+    A median of blocks, so that a stuck or lost part of the record does not count.
+    """
+    x = stream.column(channel)
+    lag = min(_FAR, len(x) // 4)
+    same = x[lag:] == x[:-lag]
+    return float(np.median([block.mean() for block in np.array_split(same, min(_BLOCKS, len(same)))]))
+
+
+def usual_value(stream: Stream, channel: str) -> float:
+    """The largest part of the samples that one value has, from the equal ones: Σp² of normal noise is p/√2."""
+    equal = equal_by_chance(stream, channel)
+    return min(math.sqrt(2) * equal, math.sqrt(equal))
+
+
 def step_of(stream: Stream, channel: str) -> float:
     """Step of a channel's numbers; 0 if it has none."""
     found = resolution(stream, channel)
     return 0.0 if found is None else found.step
+
+
+def hides_noise(stream: Stream) -> bool:
+    """Whether a channel has a step so coarse that the noise seen is that of the rounding, more or less than the sensor's."""
+    found = (resolution(stream, channel) for channel in stream.channels)
+    return any(one is not None and one.ratio < _MIN_NOISE_STEPS for one in found)
 
 
 def quantization_step(stream: Stream, channel: str) -> float | None:

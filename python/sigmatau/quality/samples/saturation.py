@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 from statistics import NormalDist
+from typing import cast
 
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Saturation
-from sigmatau.quality.samples.common import growing_step, longest_spans, mask_of_runs, merged_axes
+from sigmatau.quality.samples.common import growing_step, longest_spans, merged_axes, present
+from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import Resolution, resolution
-from sigmatau.quality.samples.stuck_samples import stuck_runs, zero_runs
+from sigmatau.quality.samples.stuck_samples import stuck_runs
 from sigmatau.record.streams import Stream
 
 __all__ = ["saturation"]
 
 # In the tail of any noise about a slowly moving level an outer value is rarer than the next one inwards. So of T visits
-# to the outermost level and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
+# to the outermost value and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
 _LEVELS = 4
 _FALSE_ALARM = 1e-8  # probability that noise visits an end so often
 _MIN_NOISE_STEPS = 0.5  # least noise, in steps. Coarser channels have no tail: all their values are extremes
@@ -31,18 +33,17 @@ _MIN_PART_OF_MEAN, _MAX_SHARE = 0.3, 0.9
 _NORMAL = NormalDist()
 
 
-def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Finding]:
-    """Channels that are at their largest or smallest value more often than a tail of noise is. At most one finding.
+def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Found]:
+    """Channels that are at their largest or smallest value more often than a tail of noise is. At most one finding each way.
 
-    `factors` holds what clipping does to white noise, where clipped samples are spread over the whole record. `false_alarm`
-    is the probability that noise visits an end so often.
+    Stretches at an end of the range can be left out. Where noise touches an end all over the record, leaving out would take
+    its tail away: `factors` holds what clipping does to white noise. `false_alarm` is the probability that noise visits an
+    end so often.
     """
-    findings = []
-    for channel in stream.channels:
+    spread, stretches = list[tuple[float, Finding]](), list[tuple[float, Finding]]()
+    mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
+    for k, channel in enumerate(stream.channels):
         x = stream.column(channel)
-        zeros = zero_runs(stream, channel, x)
-        if len(zeros[0]):  # a sensor that is not connected has no range
-            x = np.where(mask_of_runs(len(x), *zeros), np.nan, x)
         low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
         if not low < high:
             continue
@@ -53,25 +54,32 @@ def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Fin
         step = 0.0 if found is None else found.step
         # With few values, and noise that is seldom seen, the outermost value is not an end of a range.
         judged = found is None or (found.ratio >= _MIN_NOISE_STEPS and high - low >= _LEVELS * step)
-        runs, lengths = stuck_runs(stream, channel, x)
+        runs, lengths = stuck_runs(stream, channel)
         clipped = []
-        for end, at, sign in ((low, ends[0], -1.0), (high, ends[1], 1.0)):
-            often = judged and _too_often(x, at, end, sign, step, false_alarm)
+        for end, at in ((low, ends[0]), (high, ends[1])):
+            often = judged and _too_often(x, end, step, false_alarm)
             clipped.append(at if often or np.any(x[runs] == end) else at[:0])
         if any(map(len, clipped)):
             longest = int(lengths.max(initial=0)) * stream.grid.tau0
             finding = _finding(stream, channel, x, clipped, (low, high), found, longest)
-            findings.append((max((factor for _, factor in finding.factors), default=0.0), finding))
-    return merged_axes(findings)
+            if cast("Saturation", finding.details).spread:
+                spread.append((max((factor for _, factor in finding.factors), default=0.0), finding))
+            else:
+                stretches.append((finding.size or 0.0, finding))
+                mask[np.concatenate(clipped), k] = True
+    return [
+        *((finding, None) for finding in merged_axes(spread)),
+        *((finding, mask) for finding in merged_axes(stretches)),
+    ]
 
 
-def _too_often(x: Floats, at: Ints, end: float, sign: float, step: float, false_alarm: float) -> bool:
-    visits = [_visits(at)]
-    if step > 0:
-        edge = end - sign * (_LEVELS - 0.5) * step
-        near = np.flatnonzero(x > edge if sign > 0 else x < edge)
-        level = np.rint((end - x[near]) * sign / step)
-        visits += [_visits(near[level == k]) for k in range(1, _LEVELS)]
+def _too_often(x: Floats, end: float, step: float, false_alarm: float) -> bool:
+    values = np.unique(present(x))
+    edges = np.flatnonzero(np.diff(values) > step / 2)  # values closer than that differ by rounding
+    firsts, lasts = values[np.append(0, edges + 1)], values[np.append(edges, -1)]
+    tail = slice(None, -_LEVELS - 1, -1) if end == values[-1] else slice(_LEVELS)
+    outer = zip(firsts[tail], lasts[tail], strict=True)
+    visits = [_visits(np.flatnonzero((x >= first) & (x <= last))) for first, last in outer]
     total = sum(visits)
     part = visits[0] / total
     if part <= 1 / _LEVELS:

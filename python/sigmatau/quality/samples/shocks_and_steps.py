@@ -5,76 +5,98 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.kinds.disturbances import LevelStep, MotionBurst, NotStatic, Rotation
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.samples.common import WARN_FACTOR, present, worst_on_white
+from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.level_walk import added_walk, parts_without
-from sigmatau.quality.samples.masking import in_seconds, mask_of, without_steps
+from sigmatau.quality.samples.light_shocks import light_shocks
+from sigmatau.quality.samples.masking import Found, in_seconds, mask_of, masked, without_steps
 from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
+from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.record.streams import Stream
 
-__all__ = ["Movements", "level_finding", "movements", "not_static"]
+__all__ = ["Movements", "between_steps", "level_finding", "movements", "not_static", "shocks"]
 
 LARGEST_BIAS = math.radians(20)
 """Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]"""
 
 _SHOCK_WINDOWS = 3  # a burst of no more windows, of 1 s each, is a shock
+_BESIDE = 3  # windows of a step whose means before and after it are compared
 _RETURNED = 0.5  # a mean that changes by less than this part of an excursion has returned
 
 
-def not_static(
-    stream: Stream,
-    *,
-    judged: Stream | None = None,
-    shocks: Sequence[Burst] = (),
-    largest_bias: float = LARGEST_BIAS,
-    warn_factor: float = WARN_FACTOR,
-) -> list[Finding]:
-    """Motion of a sensor that should rest: rotation, shocks and other bursts, steps of the mean (tilt).
+def shocks(stream: Stream) -> list[Found]:
+    """Shocks and other motion after which the mean is what it was before: at most one finding, of all axes.
 
-    At most one finding a channel and one for several axes together; light shocks are an info below `warn_factor`.
+    Their samples are those of all axes, with a margin: a shock of one axis reaches the others. They are looked for beside
+    spikes.
+    """
+    if stream.quantity not in ("angular_rate", "acceleration"):
+        return []
+    light, alone = light_shocks(stream), spikes_missing(stream)
+    seen = movements(alone)
+    moved = [*seen.moved, *_not_in(light, seen.moved)]
+    if not moved or _rotating(stream, seen) is not None:
+        return []
+    margins = ((b, max(seen.window, b.stop - b.start) if b.away else seen.window) for b in moved)
+    bad = mask_of(stream.grid.n, [(b.start - margin, b.stop + margin) for b, margin in margins])
+    return [(_motion(stream, moved, seen.window), np.repeat(bad[:, None], len(stream.channels), axis=1))]
+
+
+def not_static(stream: Stream, *, still: Stream | None = None, largest_bias: float = LARGEST_BIAS) -> list[Finding]:
+    """Motion of a sensor that should rest and that is not left out: rotation, or steps of the mean (tilt), by channel.
 
     Parameters
     ----------
     stream : Stream
-        Angular rates or accelerations; other signals are not checked.
-    judged : Stream, optional
-        The same without spikes, in which motion is looked for; effects are those on the stream itself.
-    shocks : sequence of Burst
-        Shocks found before, see `sigmatau.quality.samples.light_shocks`.
+        Angular rates or accelerations, with their shocks and spikes: across a shock the mean may step. Other signals are not
+        checked.
+    still : Stream, optional
+        The same without them, in which a step must be left.
     largest_bias : float
         A larger mean rate is a rotation. [rad/s]
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    seen = movements(stream if judged is None else judged)
-    rotating = max(seen.rates, key=lambda channel: seen.rates[channel])
-    if stream.quantity == "angular_rate" and seen.rates[rotating] >= largest_bias:
+    seen = movements(spikes_missing(stream))
+    if (rotating := _rotating(stream, seen, largest_bias)) is not None:
         return [_rotation(stream, rotating, seen.rates[rotating])]
-    findings = {channel: level_finding(stream, channel, changes) for channel, changes in seen.changed.items()}
-    if moved := [*seen.moved, *_not_in(shocks, seen.moved)]:
-        light = not seen.moved
-        motion = _motion(stream, moved, seen.window, light=light, warn_factor=warn_factor)
-        if steps := findings.pop(motion.channel or "", None):  # one finding a channel
-            motion = _both(motion, steps)
-        return [motion, *findings.values()]
-    return list(findings.values())
+    found = []
+    for channel, changes in seen.changed.items():
+        if left := [one for one in changes if still is None or _is_left(summary(still, channel), one)]:
+            found.append(level_finding(stream, channel, left))
+    return found
 
 
-def _both(motion: Finding, steps: Finding) -> Finding:
-    """Bursts and steps of one channel in one finding."""
-    one, other = cast("NotStatic", motion.details), cast("NotStatic", steps.details)
-    return replace(
-        motion,
-        details=replace(one, steps=other.steps, walk=other.walk, keep=other.keep),
-        spans=tuple(sorted({*motion.spans, *steps.spans})),
-        factors=(*motion.factors, *steps.factors),
-    )
+def _is_left(seen: Summary, change: LevelChange) -> bool:
+    """Whether the mean before a step and after it differ without the shocks beside it."""
+    at, size = change.sample // seen.window, _BESIDE * change.window // seen.window
+    before, after = present(seen.mean[max(at - size, 0) : at]), present(seen.mean[at : at + size])
+    if not (len(before) and len(after)):
+        return True
+    return abs(float(np.median(after) - np.median(before))) > _RETURNED * abs(change.size)
+
+
+def between_steps(stream: Stream, found: Sequence[Finding]) -> Stream:
+    """The stream with the neighbourhood of steps of the mean taken for missing, by findings about them."""
+    mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
+    for finding in found:
+        if isinstance(finding.details, NotStatic) and finding.channel in stream.channels:
+            for step in finding.details.steps:
+                ends = (step.time - step.uncertainty, step.time + step.uncertainty)
+                first, last = (round(time / stream.grid.tau0) for time in ends)
+                mask[max(first, 0) : max(last, 0), stream.channels.index(finding.channel)] = True
+    return masked(stream, mask)
+
+
+def _rotating(stream: Stream, seen: Movements, largest_bias: float = LARGEST_BIAS) -> str | None:
+    """The channel of the largest mean rate, if that is a rotation."""
+    fastest = max(seen.rates, key=lambda channel: seen.rates[channel])
+    return fastest if stream.quantity == "angular_rate" and seen.rates[fastest] >= largest_bias else None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -146,7 +168,7 @@ def _rotation(stream: Stream, channel: str, rate: float) -> Finding:
     return Finding(details=details, severity="warning", channels=(channel,), size=rate, unit=stream.unit)
 
 
-def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool, warn_factor: float) -> Finding:
+def _motion(stream: Stream, moved: Sequence[Burst], window: int) -> Finding:
     """All bursts of a stream in one finding."""
     groups: list[list[Burst]] = []
     for burst in sorted(moved, key=lambda b: b.start):
@@ -161,26 +183,12 @@ def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, light: bool,
         for group, span, (start, stop) in zip(groups, times, spans, strict=True)
     )
     axes = tuple(c for c in stream.channels if any(b.channel == c for b in moved))
-    tau0, n = stream.grid.tau0, stream.grid.n
-    masks = {c: mask_of(n, [(b.start, b.stop) for b in moved if b.channel == c]) for c in axes}
-    effects = {c: worst_on_white(stream.column(c), mask, tau0) for c, mask in masks.items()}
-    strongest = max(axes, key=lambda c: effects[c][0])
-    factor, tau = effects[strongest]
     return Finding(
-        details=NotStatic(
-            quantity=stream.quantity,
-            unit=stream.unit,
-            bursts=told,
-            strongest=strongest,
-            random_walk=factor,
-            tau=tau,
-            leave_out=in_seconds(stream, spans, of_log=True),
-        ),
-        severity="info" if light and factor < warn_factor else "warning",
+        details=NotStatic(quantity=stream.quantity, unit=stream.unit, bursts=told),
+        severity="warning",
         channels=axes,
         spans=times,
         size=max(burst.ratio for burst in told),
-        factors=(("random_walk", factor),) if not 1 / warn_factor <= factor <= warn_factor else (),
     )
 
 

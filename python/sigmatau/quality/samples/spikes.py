@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
 
 from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.disturbances import Spikes, SpikesMasked
+from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.quality.facts import channel_fact, stream_fact
-from sigmatau.quality.samples.common import WARN_FACTOR, block_rms, present, rounding_dust, white_level
+from sigmatau.quality.samples.common import block_rms, present, rounding_dust
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.local_scatter import AROUND, neighbours, residuals, scatter
-from sigmatau.quality.samples.masking import in_seconds, masked
-from sigmatau.record.record import Record
+from sigmatau.quality.samples.masking import Found, in_seconds, masked
+from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.record.streams import CHUNK, Stream
 
-__all__ = ["find_spikes", "mask_spikes", "more_below", "spike_mask", "spikes", "spikes_missing", "without_spikes"]
+__all__ = ["find_spikes", "more_below", "spike_mask", "spikes", "spikes_missing"]
 
 FALSE_SPIKES = 1e-4
 """Spikes that noise alone makes in a record, on average. The residual of Gaussian noise of any spectrum (a sample less a
 median of its neighbours) is Gaussian in its tail, and a spike must be one on both sides."""
 
-MANY_SPIKES = 0.01  # share of spikes beyond which the finding is a warning, because the noise is not Gaussian then
 _SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
 
 # Neighbours on either side where two of four are often spikes; and how often the rest is searched again, because spikes
@@ -39,7 +37,6 @@ _SPOILED = 2.0
 _TAIL_FROM, _TAIL_COUNT = 4.0, 12
 
 _BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
-_APART = 7  # least distance between a spike and the sample that replaces it
 _STRETCH, _STRETCHES = 1024, 24  # samples that the scale is taken from
 
 # A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
@@ -115,47 +112,21 @@ def _found(x: Floats, threshold: float, multiple: float, least: float, side: int
 
 
 def more_below(rest: Floats) -> bool:
-    """Whether a record without its spikes has more outliers than noise makes: the effect of the spikes is a lower bound."""
+    """Whether a record without its spikes has more outliers than noise makes: smaller spikes remain."""
     return hidden(rest, _scale(rest)[1])
 
 
 @stream_fact
-def spikes(stream: Stream, *, many: float = MANY_SPIKES, warn_factor: float = WARN_FACTOR) -> list[Finding]:
-    """Spikes of each channel: number, time and height, and their effect on the random walk; at most one finding a channel.
-
-    n_s spikes of height a in n samples add white noise of N_add² = n_s·a²·τ₀/n; consecutive spikes are summed first. A
-    warning beyond a share of `many` spikes, or a factor of `warn_factor` on the random walk.
-    """
-    findings = []
-    for channel in stream.channels:
-        x = stream.column(channel)
-        found = spike_mask(stream, channel)
-        if found.any():
-            findings.append(_finding(stream, channel, x, found, many=many, warn_factor=warn_factor))
-    return findings
-
-
-def mask_spikes(record: Record) -> tuple[Record, list[Finding]]:
-    """The record with its spikes taken for missing, the same object if it has none; an info for each such channel."""
-    streams, findings = [], []
-    for stream in record.streams:
-        masks = [spike_mask(stream, channel) for channel in stream.channels]
-        for channel, mask in zip(stream.channels, masks, strict=True):
-            count = int(mask.sum())
-            if count:
-                findings.append(
-                    Finding(
-                        details=SpikesMasked(count=count, samples=len(mask)),
-                        severity="info",
-                        channels=(channel,),
-                        spans=in_seconds(stream, [(int(np.argmax(mask)),) * 2]),
-                        size=float(count),
-                    )
-                )
-        streams.append(masked(stream, np.stack(masks, axis=1)))
-    if not findings:
-        return record, []
-    return replace(record, streams=tuple(streams)), findings
+def spikes(stream: Stream) -> list[Found]:
+    """Spikes of each channel: number, time and height; at most one finding a channel."""
+    found: list[Found] = []
+    for k, channel in enumerate(stream.channels):
+        at = spike_mask(stream, channel)
+        if at.any():
+            mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
+            mask[:, k] = at
+            found.append((_finding(stream, channel, at), mask))
+    return found
 
 
 @stream_fact
@@ -164,72 +135,27 @@ def spikes_missing(stream: Stream) -> Stream:
     return masked(stream, np.stack([spike_mask(stream, channel) for channel in stream.channels], axis=1))
 
 
-@stream_fact
-def without_spikes(stream: Stream) -> Stream:
-    """The stream with nearby samples in place of its spikes, because spectra cannot use gaps of one sample."""
-    columns, changed = [], False
-    for channel in stream.channels:
-        x = stream.column(channel)
-        found = spike_mask(stream, channel)
-        if found.any():
-            clean = np.flatnonzero(np.isfinite(x) & ~found)
-            if len(clean) > 2 * _APART:
-                at = np.flatnonzero(found)
-                # The seventh good sample before: no neighbour, so that noise stays as rough as it is.
-                which = np.searchsorted(clean, at)
-                which = np.where(which >= _APART, which - _APART, which + _APART)
-                x = np.array(x)
-                x[at] = x[clean[which]]
-                changed = True
-        columns.append(x)
-    return stream.with_rates(columns) if changed else stream
-
-
-def _finding(stream: Stream, channel: str, x: Floats, found: Bools, *, many: float, warn_factor: float) -> Finding:
-    tau0 = stream.grid.tau0
-    at = np.flatnonzero(found)
+def _finding(stream: Stream, channel: str, found: Bools) -> Finding:
+    x, at = stream.column(channel), np.flatnonzero(found)
     clean = np.where(found, np.nan, x)
     heights = _heights(x, clean, at)
     largest = int(np.argmax(np.abs(heights)))
-    there = int(np.count_nonzero(np.isfinite(x)))
-    added = _added(heights, at, there) * tau0
-    level, _ = white_level(clean, tau0)
-    factor = math.sqrt(1 + added / level) if level > 0 else math.inf
-    share = len(at) / there
     return Finding(
         details=Spikes(
             unit=stream.unit,
             count=len(at),
             samples=len(x),
-            share=share,
+            share=len(at) / int(np.count_nonzero(np.isfinite(x))),
             height=float(heights[largest]),
-            time=int(at[largest]) * tau0,
-            added_white=math.sqrt(added),
+            time=int(at[largest]) * stream.grid.tau0,
             more_below=more_below(clean),
         ),
-        severity="warning" if factor > warn_factor or share > many else "info",
+        severity="warning",
         channels=(channel,),
         spans=in_seconds(stream, [(int(at[0]),) * 2]),  # the first one
         size=float(np.abs(heights[largest])),
         unit=stream.unit,
-        factors=(("random_walk", factor),) if math.isfinite(factor) else (),
     )
-
-
-def _added(heights: Floats, at: Ints, n: int) -> float:
-    """Variance of white noise that spikes add to n samples; consecutive spikes are summed first.
-
-    The sum of their autocovariances over lags that are more frequent than by chance, less their mean, which is not noise.
-    """
-    total, lags, chance = float(heights @ heights), 1, len(at) ** 2 / n
-    for lag in range(1, _SIDE + 1):
-        after = np.searchsorted(at, at + lag)
-        first = np.flatnonzero(at[np.minimum(after, len(at) - 1)] == at + lag)
-        if len(first) <= 2 * chance + 3 * math.sqrt(chance):
-            break
-        total += 2 * float(heights[first] @ heights[after[first]])
-        lags += 2
-    return max(total - lags * float(heights.sum()) ** 2 / n, 0.0) / n
 
 
 def _multiple(n: int, false_spikes: float = FALSE_SPIKES) -> float:
@@ -269,7 +195,7 @@ def _scale(x: Floats) -> tuple[float, float, int, int]:
         if len(residual) < _LEAST:
             return math.nan, 0.0, _SIDE, 0
     changes = np.concatenate(steps)
-    step = float(changes.min()) if len(changes) else 0.0
+    step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = float(np.median(np.abs(present(residual)))) / NormalDist().inv_cdf(0.75)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from sigmatau.arrays import median_and_spread
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import StartTransient
-from sigmatau.quality.samples.common import WARN_FACTOR, change_of_white, present
-from sigmatau.quality.samples.masking import in_seconds, mask_of
+from sigmatau.quality.samples.common import present
+from sigmatau.quality.samples.masking import Found, in_seconds, mask_of
 from sigmatau.record.streams import Stream
 
 __all__ = ["settled_from", "start_transient"]
@@ -37,7 +35,7 @@ def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANS
         return 0
     c = stream.channels.index(channel)
     head = stream.samples.read(c, 0, min(round(longest / tau0) + 2 * w, stream.grid.n))
-    level = float(np.nanmean(head[w : 2 * w])) if np.isfinite(head[w : 2 * w]).any() else np.nan
+    level = float(np.nanmean(head[-w:])) if np.isfinite(head[-w:]).any() else np.nan
     first = head[: _RISING + 1]
     if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > _NEAR_ZERO * abs(level):
         return 0
@@ -53,45 +51,30 @@ def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANS
     if not abs(first[0] - level) > _THRESHOLD * (1 + _FEW_WINDOWS / len(there)) * spread:
         return 0
     far = np.flatnonzero(np.abs(head - level) > _SETTLED * spread)
+    if len(far) < 2 or far[1] != 1:  # a single zero is a row without a sample
+        return 0
     stop = int(far[np.flatnonzero(np.diff(far, append=10 * len(head)) > w // 2)[0]]) + 1
     return 0 if stop * tau0 > longest else min(max(2 * stop, stop + 4), stream.grid.n)
 
 
-def start_transient(
-    stream: Stream, *, longest: float = LONGEST_TRANSIENT, warn_factor: float = WARN_FACTOR
-) -> list[Finding]:
+def start_transient(stream: Stream, *, longest: float = LONGEST_TRANSIENT) -> list[Found]:
     """Channels that begin near zero and settle at their mean within `longest` seconds, as a filter from zero does.
 
-    One finding for all channels concerned, a warning beyond `warn_factor` on the random walk.
+    At most one finding; the beginning of all axes is concerned, because they have the same filter.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
     stops = {c: stop for c in stream.channels if (stop := settled_from(stream, c, longest=longest))}
     if not stops:
         return []
-    stop, tau0 = max(stops.values()), stream.grid.tau0
-    effects = {
-        channel: change_of_white(stream.column(channel), mask_of(stream.grid.n, [(0, until)]), tau0)
-        for channel, until in stops.items()
-    }
-    strongest = max(effects, key=lambda c: effects[c][0])
-    factor, tau = effects[strongest]
-    noticeable = factor > warn_factor
-    settled = stop * tau0
-    return [
-        Finding(
-            details=StartTransient(
-                settled=settled,
-                strongest=strongest,
-                random_walk=factor,
-                tau=tau,
-                keep=(stream.grid.lead + max(math.ceil(settled), 1), None),
-            ),
-            severity="warning" if noticeable else "info",
-            channels=tuple(stops),
-            spans=in_seconds(stream, [(0, stop)]),
-            size=settled,
-            unit="s",
-            factors=(("random_walk", factor),) if noticeable else (),
-        )
-    ]
+    stop = max(stops.values())
+    settled = stop * stream.grid.tau0
+    finding = Finding(
+        details=StartTransient(settled=settled),
+        severity="warning",
+        channels=tuple(stops),
+        spans=in_seconds(stream, [(0, stop)]),
+        size=settled,
+        unit="s",
+    )
+    return [(finding, np.repeat(mask_of(stream.grid.n, [(0, stop)])[:, None], len(stream.channels), axis=1))]

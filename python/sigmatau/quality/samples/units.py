@@ -10,7 +10,7 @@ import numpy as np
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.values import EarthRate, Gravity, ImplausibleUnit
 from sigmatau.quality.samples.common import octaves, present
-from sigmatau.quality.samples.resolution import step_of
+from sigmatau.quality.samples.resolution import hides_noise, step_of
 from sigmatau.quality.samples.sensor_grades import (
     DEGREE,
     GRAVITY,
@@ -84,7 +84,8 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     little noise do not have, see `grade`. White noise more than ten times beyond that of the best and the worst sensors, or
     a step of the numbers that is known from datasheets in the other unit, distinguishes deg/s from rad/s.
     """
-    if mixed := mixed_units(stream):
+    coarse = hides_noise(stream)
+    if not coarse and (mixed := mixed_units(stream)):
         return mixed
     implausible_rate = not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
     if implausible_rate and stream.samples.transforms[0].kind != "rate":
@@ -101,8 +102,8 @@ def implausible_unit(stream: Stream) -> list[Finding]:
         return []
     if stream.quantity == "angular_rate" and (found := _by_step(stream)):
         return found
-    if implausible_rate:
-        return []  # a noise density is as wrong as the rate that it was computed with, whatever the unit
+    if implausible_rate or coarse:
+        return []  # a noise density is as wrong as the rate that it was computed with; rounding says nothing of noise
     return grade(stream) or _by_noise(stream)
 
 

@@ -14,21 +14,16 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import LeftOut, LeftOutOfStream
-from sigmatau.quality.samples.duplicate_rows import copy_masks
-from sigmatau.quality.samples.lost_rows import dropout_masks, stuck_masks
+from sigmatau.quality.samples.disturbances import CAUSES
 from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.selection.time_text import time_of
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
-__all__ = ["from_the_start", "leave_out"]
+__all__ = ["causes_to_keep", "from_the_start", "leave_out"]
 
-FAULTS = {"dropouts": dropout_masks, "stuck": stuck_masks, "copies": copy_masks}
-"""Faults that can be left out by name: the samples that the findings ``dropout``, ``stuck_samples`` and, of single rows,
-``repeated_samples`` are about."""
-
-_FORMS = f"give stretches such as 720s:722s,1080s:1083s, :10s or 2h:, or one of {', '.join(FAULTS)}"
+_FORMS = "give stretches such as 720s:722s,1080s:1083s, :10s or 2h:"
 _TO_ROUNDING = 1e-6  # of a sample
 _LISTED = 5
 
@@ -50,7 +45,7 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     record : Record
     stretches : str or sequence of str
         ``"720s:722s"``, ``"720s:722s,1080s:1083s"``, ``":10s"``, ``"2h:"``: times from the beginning of the record, the end
-        not included; units ms, s, min, h, d. Or the name of a fault, see `FAULTS`: its samples, each on its channels.
+        not included; units ms, s, min, h, d.
 
     Raises
     ------
@@ -62,8 +57,7 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     if not parts:
         raise OptionError(f"{{option}} names nothing: {_FORMS}", option="leave_out")
     end = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
-    spans = [_span(part, end) for part in parts if part not in FAULTS]
-    faults = [part for part in dict.fromkeys(parts) if part in FAULTS]
+    spans = [_span(part, end) for part in parts]
     streams, told = [], list[LeftOutOfStream]()
     for stream in record.streams:
         if stream.quantity == "temperature":  # not disturbed by what disturbs the sensors
@@ -72,17 +66,14 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
         bad = np.zeros(stream.grid.n, dtype=bool)
         for start, stop in spans:
             bad[_first_at(stream, start) : _first_at(stream, stop)] = True
-        masks = [bad.copy() for _ in stream.channels]
-        for fault in faults:
-            masks = [mask | more for mask, more in zip(masks, FAULTS[fault](stream), strict=True)]
-        if not any(mask.any() for mask in masks):
+        count = int(bad.sum())
+        if not count:
             streams.append(stream)
             continue
-        most = max(int(mask.sum()) for mask in masks)
         told.append(
-            LeftOutOfStream(stream=stream.name, count=most, samples=stream.grid.n, duration=most * stream.grid.tau0)
+            LeftOutOfStream(stream=stream.name, count=count, samples=stream.grid.n, duration=count * stream.grid.tau0)
         )
-        without = masked(stream, np.stack(masks, axis=1))
+        without = masked(stream, bad)
         left = 0 if without.mask is None else int((~without.mask).sum(axis=0).max())
         if left < MIN_SAMPLES:
             few = f"{{option}} leaves {left} samples of {stream.name}; at least {MIN_SAMPLES} are needed"
@@ -90,14 +81,23 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
         streams.append(without)
     listed = [f"{seconds(a)} s to {seconds(b)} s" for a, b in spans[:_LISTED]]
     listed += [f"{len(spans) - _LISTED} more"] if len(spans) > _LISTED else []
-    listed += faults
     conversions = (*record.provenance.conversions, f"left out as asked: {', '.join(listed)}")
     provenance = replace(record.provenance, conversions=conversions)
-    details = LeftOut(faults=tuple(faults), streams=tuple(told))
+    details = LeftOut(streams=tuple(told))
     finding = Finding(
         details=details, severity="info", spans=tuple(spans), size=float(sum(b - a for a, b in spans)), unit="s"
     )
     return replace(record, streams=tuple(streams), provenance=provenance), [finding]
+
+
+def causes_to_keep(keep: str | Sequence[str]) -> tuple[str, ...]:
+    """Causes of disturbances by their names, ``"spikes,shocks"`` or a sequence of them; ``"all"`` stands for all of them."""
+    texts = [keep] if isinstance(keep, str) else list(keep)
+    names = [part.strip() for text in texts for part in text.split(",") if part.strip()]
+    for name in names:
+        if name != "all" and name not in CAUSES:
+            raise OptionError(f"{{option}} {name!r} must be all or some of {', '.join(CAUSES)}", option="keep")
+    return tuple(CAUSES) if "all" in names else tuple(dict.fromkeys(names))
 
 
 def _span(text: str, end: float) -> tuple[float, float]:

@@ -16,10 +16,9 @@ from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Span, plain
 from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest
 from sigmatau.quality.samples.common import present, row_means
+from sigmatau.quality.samples.disturbances import without
 from sigmatau.quality.samples.masking import mask_of, masked
-from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.quality.samples.stillness import moved
-from sigmatau.quality.samples.stuck_samples import without_runs
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 
@@ -144,7 +143,8 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
 
 
 def _without_faults(stream: Stream) -> Stream:
-    return spikes_missing(without_runs(stream))
+    """Without bad samples; shocks and the start of a filter may be motion."""
+    return without(stream, keep=("start", "shocks", "copies"))[0]
 
 
 def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:

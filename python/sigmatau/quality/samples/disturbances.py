@@ -1,0 +1,84 @@
+"""Disturbances: samples that are surely not noise of the sensor, by cause, and the stream without them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sigmatau.arrays import Bools
+from sigmatau.findings.finding import Finding
+from sigmatau.quality.facts import stream_fact
+from sigmatau.quality.samples.common import without_dust
+from sigmatau.quality.samples.dropouts import dropouts
+from sigmatau.quality.samples.duplicate_rows import copies
+from sigmatau.quality.samples.interpolation import filled_outages
+from sigmatau.quality.samples.masking import Found, masked
+from sigmatau.quality.samples.saturation import saturation
+from sigmatau.quality.samples.shocks_and_steps import shocks
+from sigmatau.quality.samples.spikes import spikes
+from sigmatau.quality.samples.start_transient import start_transient
+from sigmatau.quality.samples.stuck_samples import stuck_samples
+from sigmatau.record.streams import Stream
+
+__all__ = ["CAUSES", "Disturbance", "disturbances", "masked_by", "without"]
+
+CAUSES: dict[str, Callable[[Stream], list[Found]]] = {
+    "start": start_transient,
+    "dropouts": dropouts,
+    "saturation": saturation,
+    "stuck": stuck_samples,
+    "interpolated": filled_outages,
+    "copies": copies,
+    "shocks": shocks,
+    "spikes": spikes,
+}
+"""Causes by the name that `keep` gives them, in the order in which they are looked for: each beside those before it."""
+
+_EQUAL = ("dropouts", "saturation", "stuck", "copies")  # these compare samples for equality
+
+_MOST_LEFT_OUT = 0.4  # share of a channel beyond which a cause is the record, and not a disturbance of it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Disturbance:
+    """What one cause disturbs."""
+
+    cause: str  # a key of `CAUSES`
+    finding: Finding
+    mask: Bools | None  # the samples, shape (n, n_channels); None if leaving them out would not help
+
+
+@stream_fact
+def disturbances(stream: Stream) -> tuple[Disturbance, ...]:
+    """The disturbances of a stream, in the order of `CAUSES`."""
+    found: list[Disturbance] = []
+    even = without_dust(stream)
+    for cause, looked_for in CAUSES.items():
+        here = masked_by(even if cause in _EQUAL else stream, found)
+        for finding, mask in looked_for(here):
+            usable = mask is not None and mask.mean(axis=0).max() <= _MOST_LEFT_OUT
+            found.append(Disturbance(cause, finding, mask if usable else None))
+    return tuple(found)
+
+
+def masked_by(stream: Stream, found: Iterable[Disturbance]) -> Stream:
+    """The stream with the samples of some disturbances taken for missing; the same object if there are none."""
+    for one in found:
+        if one.mask is not None:
+            stream = masked(stream, one.mask)
+    return stream
+
+
+def without(stream: Stream, *, keep: Iterable[str] = ()) -> tuple[Stream, list[Finding]]:
+    """The stream without its disturbances, except for the causes to `keep`, and the findings about all of them."""
+    kept, found = set(keep), disturbances(stream)
+    told = []
+    for one in found:
+        if one.mask is None or one.cause in kept:
+            told.append(one.finding)
+        else:
+            count = int(np.count_nonzero(one.mask, axis=0).max())
+            told.append(replace(one.finding, severity="info", left_out=count))
+    return masked_by(stream, (one for one in found if one.cause not in kept)), told

@@ -1,0 +1,88 @@
+"""Dropouts: zeros that were written for lost samples, in runs of one channel or in rows of all."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sigmatau.arrays import Bools, median_and_spread
+from sigmatau.findings.kinds.values import Dropout
+from sigmatau.quality.samples.common import block_rms, mask_of_runs, present, sample_of
+from sigmatau.quality.samples.masking import Found
+from sigmatau.quality.samples.resolution import resolution, usual_value
+from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
+from sigmatau.record.streams import Stream
+
+__all__ = ["dropouts", "zero_rows"]
+
+# Distance of 0 from the level of a single channel, in standard deviations, beyond which noise does not reach it.
+_BEYOND_NOISE = 12.0
+
+# Nearer zeros are lost samples if no tail leads to them: ten times as many as lie within one standard deviation of 0. The
+# end of a range that noise touches beyond 4 standard deviations has 0.02 times as many.
+_BEYOND_TAIL = 4.0
+
+# Rows in which all axes are 0 are so many times more than by chance, because axes whose numbers are coarse are 0 together
+# without a fault; fewer than three rows only where chance makes this number in a record.
+_MIN_ROWS, _TIMES_CHANCE, _SIGMAS, _NO_CHANCE = 3, 10.0, 6.0, 1e-3
+
+_LOOKED_AT = 1 << 17
+
+
+def zero_rows(stream: Stream) -> Bools | None:
+    """Samples that are 0 on all axes of a stream at once more often than by chance; None if there are none.
+
+    The chance of a 0 on one axis is q/(√(2π)·s) at most for steps q and noise of standard deviation s. A stream of one
+    channel is judged where 0 is more than 12 standard deviations from its level.
+    """
+    together = np.ones(stream.grid.n, dtype=bool)
+    for channel in stream.channels:
+        zero = zero_rate(stream, channel)
+        if zero is None:
+            return None
+        together &= stream.column(channel) == zero
+        if not together.any():
+            return None
+    count = int(np.count_nonzero(together))
+    chances = [_chance_of_zero(stream, channel) for channel in stream.channels]
+    if len(stream.channels) == 1 and chances[0] > 0:
+        return None
+    by_chance = len(together) * math.prod(chances)
+    if count < _TIMES_CHANCE * by_chance + _SIGMAS * math.sqrt(by_chance) or count > len(together) / 2:
+        return None
+    if count < _MIN_ROWS and by_chance > _NO_CHANCE:
+        return None
+    return together
+
+
+def _chance_of_zero(stream: Stream, channel: str) -> float:
+    """The largest part of a channel's samples that can be 0 without a fault."""
+    x = present(sample_of(stream, channel, most=_LOOKED_AT))
+    if len(x) < 2:
+        return 1.0
+    (middle, spread), zero = median_and_spread(x), zero_rate(stream, channel)
+    found = resolution(stream, channel)
+    if found is not None:  # of coarse numbers more than half may be equal
+        spread = max(spread, found.step)
+    if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_NOISE * spread:
+        return 0.0
+    if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_TAIL * spread:
+        lost = int(np.count_nonzero(x == zero))
+        about = int(np.count_nonzero(np.abs(x - zero) < spread)) - lost
+        if lost >= _MIN_ROWS and lost > _TIMES_CHANCE * about + _SIGMAS * math.sqrt(about):
+            return 0.0
+    if found is None:
+        # Where half of n numbers occur once, none has a larger part than some 1/n.
+        return 1.0 if 2 * len(np.unique(x)) < len(x) else min(4 / len(x), 1.0)
+    scale = block_rms(x - middle)
+    chance = found.step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
+    return min(max(chance, usual_value(stream, channel)), 1.0)
+
+
+def dropouts(stream: Stream) -> list[Found]:
+    """Zeros for lost samples: rows that are 0 on all axes, and runs of zeros of one axis. At most one finding."""
+    rows = zero_rows(stream)
+    masks = [mask_of_runs(stream.grid.n, *zero_runs(stream, channel)) for channel in stream.channels]
+    mask = np.stack(masks if rows is None else [runs | rows for runs in masks], axis=1)
+    return held(Dropout, stream, mask)

@@ -1,0 +1,244 @@
+"""What disturbances do to the coefficients when they are left out by default: coverage, wrong terms, false alarms.
+
+``python -m studies.disturbances`` writes docs/study/disturbances.md; ``--parts 1`` stops after a part of the records.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sigmatau as st
+from sigmatau.fitting.noise_fit import NoiseFit
+from studies import false_alarms
+from studies.runner import run
+
+Floats = NDArray[np.float64]
+Axes = dict[str, Floats]
+
+RECORDS, PARTS = 200, 10
+MINUTES, RATE = 20.0, 50.0
+COVERED, WRONG, WARNED, LEFT_OUT = 0.92, 0.08, 0.02, 0.01
+
+TERMS = ("random_walk", "bias_instability", "rate_random_walk")
+GYRO = {"random_walk": "0.3 deg/sqrt(h)", "bias_instability": "10 deg/h", "rate_random_walk": "20 deg/h/sqrt(h)"}
+ACCEL = {"random_walk": "0.06 m/s/sqrt(h)", "bias_instability": "0.04 mg", "rate_random_walk": "3 m/s/h^(3/2)"}
+MODEL = {"gyro_x": GYRO, "gyro_y": GYRO, "gyro_z": GYRO, "accel_z": ACCEL}
+_SIGMA = {"gyro": math.radians(0.3) / 60 * math.sqrt(RATE), "accel": 0.06 / 60 * math.sqrt(RATE)}  # of a sample
+
+
+def clean(rng: np.random.Generator, minutes: float, rate: float) -> Axes:
+    """Three gyros with a bias, and an accelerometer with gravity."""
+    model = st.NoiseModel.from_dict({"channels": MODEL})
+    record = st.simulate(model, duration=60 * minutes, rate=rate, rng=rng)
+    axes = {name: np.array(record.stream_of(name).column(name)) for name in MODEL}
+    for name, mean in zip(MODEL, (0.004, -0.002, 0.001, 9.80665), strict=True):
+        axes[name] += mean
+    return axes
+
+
+def _size(name: str) -> float:
+    return _SIGMA[name.split("_")[0]]
+
+
+def _ringing(axes: Axes, rng: np.random.Generator, sigmas: float, decay: float, frequency: float) -> None:
+    n = len(axes["gyro_x"])
+    t = np.arange(int(8 * decay * RATE)) / RATE
+    at = int(rng.integers(n // 20, n - n // 20))
+    for name, x in axes.items():
+        wave = np.exp(-t / decay) * np.cos(2 * np.pi * frequency * t + rng.uniform(0, 6))
+        x[at : at + len(t)] += rng.normal() * sigmas * _size(name) * wave
+
+
+def bump(axes: Axes, rng: np.random.Generator) -> None:
+    """Somebody passes: 15 standard deviations of a sample, gone in seconds, three times."""
+    for _ in range(3):
+        _ringing(axes, rng, 15, 0.5, 7.0)
+
+
+def knock(axes: Axes, rng: np.random.Generator) -> None:
+    """300 standard deviations, gone within a second."""
+    _ringing(axes, rng, 300, 0.08, 15.0)
+
+
+def zero_row(axes: Axes, rng: np.random.Generator) -> None:
+    """One row of zeros."""
+    at = int(rng.integers(1, len(axes["gyro_x"])))
+    for x in axes.values():
+        x[at] = 0.0
+
+
+def zero_first_row(axes: Axes, rng: np.random.Generator) -> None:
+    """The first row is written before the first sample."""
+    for x in axes.values():
+        x[0] = 0.0
+
+
+def dropouts(axes: Axes, rng: np.random.Generator) -> None:
+    """0.1 % of the rows are zeros."""
+    lost = rng.random(len(axes["gyro_x"])) < 1e-3
+    for x in axes.values():
+        x[lost] = 0.0
+
+
+def spikes(axes: Axes, rng: np.random.Generator) -> None:
+    """1 % of the samples of each axis are spikes of random size."""
+    for name, x in axes.items():
+        at = rng.random(len(x)) < 0.01
+        x[at] += rng.normal(size=int(at.sum())) * 200 * _size(name)
+
+
+def outlier(axes: Axes, rng: np.random.Generator) -> None:
+    """One sample of 1e9 standard deviations on each axis."""
+    for name, x in axes.items():
+        x[int(rng.integers(len(x)))] += 1e9 * _size(name)
+
+
+def start(axes: Axes, rng: np.random.Generator) -> None:
+    """A filter that starts from zero."""
+    for x in axes.values():
+        x *= 1 - np.exp(-(np.arange(len(x)) + 0.5) / RATE / 0.5)
+
+
+FAULTS: dict[str, Callable[[Axes, np.random.Generator], None]] = {
+    "three bumps": bump,
+    "a knock": knock,
+    "a zero row": zero_row,
+    "a zero first row": zero_first_row,
+    "0.1 % dropouts": dropouts,
+    "1 % spikes": spikes,
+    "an outlier of 1e9 σ": outlier,
+    "a start transient": start,
+}
+WARM_UP, PULSES = "a warm-up with a thermometer", "pulses of 1 to 3 σ a step"
+CASES = ("nothing", *FAULTS, WARM_UP, PULSES)
+
+
+def record(rng: np.random.Generator, case: str) -> st.Record:
+    """A record with a fault."""
+    if case == WARM_UP:
+        axes = clean(rng, 60.0, RATE / 2)
+        t = np.arange(len(axes["gyro_x"])) * 2 / RATE
+        warmer = 15 * (1 - np.exp(-t / 1200))
+        for name in ("gyro_x", "gyro_y", "gyro_z"):
+            axes[name] += math.radians(5) / 3600 * warmer
+        degrees = 25 + warmer + 0.02 * rng.standard_normal(len(t))
+        return st.Record.from_arrays(rate=RATE / 2, **axes, temperature=degrees)  # type: ignore[arg-type]
+    axes = clean(rng, MINUTES, RATE)
+    if case in FAULTS:
+        FAULTS[case](axes, rng)
+    if case == PULSES:
+        increments = {}
+        for name, x in axes.items():
+            step = rng.uniform(1, 3) * _size(name) / RATE
+            increments[name] = np.diff(np.floor(np.cumsum(x / RATE) / step), prepend=0.0) * step
+        return st.Record.from_arrays(rate=RATE, input="increments", **increments)  # type: ignore[arg-type]
+    return st.Record.from_arrays(rate=RATE, **axes)  # type: ignore[arg-type]
+
+
+def _wrong(fitted: NoiseFit, case: str) -> bool:
+    """Whether anything is observed that the record does not have."""
+    allowed = {*TERMS, *(["quantization"] if case == PULSES else [])}
+    terms = any(term.observed for name, term in fitted.terms.items() if name not in allowed)
+    drift = case != WARM_UP and bool(fitted.warm_up or fitted.regressors)
+    return terms or drift or bool(fitted.gauss_markov or fitted.resonance or fitted.sinusoid)
+
+
+def part(seed: int, case: str) -> list[dict[str, Any]]:
+    """What is stated of each channel of a part of the records of a case."""
+    rng, rows = np.random.default_rng(seed), []
+    truth = st.NoiseModel.from_dict({"channels": MODEL})
+    for _ in range(RECORDS // PARTS):
+        found = st.analyze(record(np.random.default_rng(int(rng.integers(1 << 62))), case), threads=1)
+        left = {code for f in found.findings if f.left_out for code in [f.code]}
+        said = {f.code for f in found.findings if f.severity != "info"}
+        for name, fitted in found.fits.items():
+            held = []
+            for term in TERMS:
+                value, one = truth[name].terms[term], fitted.terms[term]
+                if one.low is not None and one.high is not None:
+                    held.append(bool(one.low <= value <= one.high))
+                else:
+                    held.append(one.upper_limit is not None and value <= one.upper_limit)
+            rows.append({"held": held, "wrong": _wrong(fitted, case), "left": sorted(left), "said": sorted(said)})
+    return rows
+
+
+def clean_part(seed: int, grade: str, length: str) -> list[tuple[bool, bool]]:
+    """Whether a warning is given, and whether samples are left out, of clean records of six axes."""
+    rng, rows = np.random.default_rng(seed), []
+    for k in range(false_alarms.A_CELL):
+        one = false_alarms.record(int(rng.integers(1 << 62)), grade, length, gravity=k % 2 == 0)
+        found = st.analyze(one, threads=1).findings
+        rows.append((any(f.severity != "info" for f in found), any(f.left_out for f in found)))
+    return rows
+
+
+def main(parts: int = PARTS) -> None:
+    """Run the study and write docs/study/disturbances.md."""
+    cells: dict[str, tuple[Any, tuple[Any, ...]]] = {
+        f"clean {name}": (clean_part, what) for name, (_, what) in false_alarms.cells().items()
+    }
+    cells |= {f"{case} {k}": (part, (case,)) for k in range(parts) for case in CASES}
+    results = run("disturbances", cells, settings=repr((RECORDS, PARTS, MINUTES, RATE, MODEL, CASES)))
+    Path("docs/study/disturbances.md").write_text(page(results), encoding="utf-8")
+
+
+def page(results: Mapping[str, Any]) -> str:
+    """The page, of the cells that are there."""
+    records = RECORDS // PARTS * sum(name.startswith(f"{PULSES} ") for name in results)
+    lines, fails = [_HEAD.format(records=records, covered=100 * COVERED, wrong=100 * WRONG)], []
+    for case in CASES:
+        rows = [row for name, some in results.items() if name.rpartition(" ")[0] == case for row in some]
+        n = len(rows)
+        shares = [sum(row["held"][k] for row in rows) / n for k in range(len(TERMS))]
+        wrong = sum(row["wrong"] for row in rows) / n
+        left = sum(bool(row["left"]) for row in rows) / n
+        said = sum(bool(row["said"]) for row in rows) / n
+        values = " | ".join(f"{100 * share:.1f}" for share in (*shares, wrong, left, said))
+        lines.append(f"| {case} | {n} | {values} |")
+        slack = 3 * math.sqrt(COVERED * (1 - COVERED) / n)
+        if min(shares) < COVERED - slack or wrong > WRONG + slack:
+            fails.append(case)
+    every = [one for name, some in results.items() if name.startswith("clean ") for one in some]
+    shares = [sum(one[k] for one in every) / len(every) for k in range(2)]
+    for share, limit, what in zip(shares, (WARNED, LEFT_OUT), ("warnings", "left out"), strict=True):
+        if share > limit + 3 * math.sqrt(limit * (1 - limit) / len(every)):
+            fails.append(f"clean records, {what}")
+    warned, out = (100 * share for share in shares)
+    lines.append(_CLEAN.format(records=len(every), warned=warned, left=out, w=100 * WARNED, o=100 * LEFT_OUT))
+    lines.append(f"Limits that do not hold: {', '.join(fails) if fails else 'none'}.\n")
+    return "\n".join(lines)
+
+
+_HEAD = """# Disturbances
+
+Made by `python -m studies.disturbances`: {records} simulated records for each fault, of three gyros (0.3 deg/√h, 10 deg/h,
+20 deg/h/√h) and an accelerometer (0.06 m/s/√h, 0.04 mg, 3 m/s/h^1.5), 20 minutes at 50 Hz, analysed with
+`sigmatau.analyze` and no options. The record with a thermometer is one hour long; it warms up by 15 K with a time constant
+of 20 minutes, and its gyros change by 5 deg/h/K. Seeds are derived from the names of the cells; σ is the standard deviation
+of a sample.
+
+N, B, K: percentage of the axes whose interval, or upper limit, holds the true value ({covered:g} % at least). Wrong:
+percentage of the axes with any term, process, line or drift observed that the record does not have ({wrong:g} % at most).
+Left out, warned: percentage of the axes in whose record samples were left out, and there is a warning.
+
+| fault | axes | N | B | K | wrong | left out | warned |
+|---|---|---|---|---|---|---|---|"""
+
+_CLEAN = """
+Of {records} clean records of six axes ([their models](false-alarms.md)), {warned:.1f} % have a warning ({w:g} % at most)
+and of {left:.1f} % samples are left out ({o:g} % at most).
+"""
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--parts", type=int, default=PARTS)
+    main(parser.parse_args().parts)

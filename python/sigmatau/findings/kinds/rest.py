@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from sigmatau.findings.finding import Details, Span
+from sigmatau.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Motion:
     """The strongest sign that a sensor moves."""
 
@@ -20,7 +20,7 @@ class Motion:
     tau: float  # averaging time [s]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class NotAtRest(Details, code="not_at_rest"):
     """The sensor moves: no coefficients are given."""
 
@@ -29,7 +29,7 @@ class NotAtRest(Details, code="not_at_rest"):
     still: tuple[Span, ...] = ()  # longest stretches at rest, the longest first, from the beginning of the log [s]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class KeptOfStream:
     """What is analysed of a stream: from `start` to `stop`, from the beginning of the log, without `left_out`. [s]"""
 
@@ -40,7 +40,7 @@ class KeptOfStream:
     share: float  # of the record that is left
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class PartlyAtRest(Details, code="partly_at_rest"):
     """The sensor moves for a part of the record, which is left out."""
 
@@ -49,7 +49,7 @@ class PartlyAtRest(Details, code="partly_at_rest"):
     kept: tuple[KeptOfStream, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class AssumedAtRest(Details, code="assumed_at_rest"):
     """The sensor moves, and is analysed as if it rested, as asked."""
 

@@ -18,7 +18,7 @@ COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
 
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
-_EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one
+_EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one, if the value stays clear of 0
 
 
 def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = ()) -> str:
@@ -84,7 +84,7 @@ def _with_sides(term: FittedTerm, factor: float) -> str:
         return "unknown"
     value, low, high = term.value / factor, term.low / factor, term.high / factor
     below, above = value - low, high - value
-    if max(below, above) <= _EVEN * min(below, above):
+    if max(below, above) <= min(_EVEN * min(below, above), 0.95 * abs(value)):
         return value_error_text(value, max(below, above))
     decimals = 1 - math.floor(math.log10(max(below, above)))
     digits = max(decimals, 0)

@@ -18,8 +18,13 @@ T = TypeVar("T")
 _CHANGE = 1e-3  # relative change of a number of a process for its derivative
 
 
-def adev_interval(model: ChannelModel, *, m: ArrayLike, tau0: float, level: float = 0.95) -> tuple[Floats, Floats]:
-    """Interval of the expected Allan deviation by the errors of the numbers of the model, at each averaging time.
+_DRAWS = 4096  # of the errors of the numbers, for the largest deviation of the whole curve
+
+
+def adev_interval(
+    model: ChannelModel, *, m: ArrayLike, tau0: float, level: float = 0.95, simultaneous: bool = True
+) -> tuple[Floats, Floats]:
+    """Interval of the expected Allan deviation by the errors of the numbers of the model.
 
     Parameters
     ----------
@@ -29,6 +34,8 @@ def adev_interval(model: ChannelModel, *, m: ArrayLike, tau0: float, level: floa
     tau0 : float
         [s]
     level : float
+    simultaneous : bool
+        Whether the probability is that of the whole curve inside; otherwise it is that of each averaging time.
 
     Returns
     -------
@@ -46,16 +53,27 @@ def adev_interval(model: ChannelModel, *, m: ArrayLike, tau0: float, level: floa
             gradient[k] = more / step_of(model, name)
         elif name in model:
             gradient[k] = 2 * parts[name] / model[name]
-    spread = np.sqrt(np.maximum(np.einsum("pt,pq,qt->t", gradient, covariance, gradient), 0.0)) / (2 * avar)
-    wide = np.exp(NormalDist().inv_cdf(0.5 + level / 2) * spread)
+    # Independent errors of the logarithm, shape (parameters, n_tau); the numbers have scales far apart.
+    scale = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    errors = np.sqrt(np.maximum(values, 0.0))[:, None] * (vectors.T @ (gradient * scale[:, None])) / (2 * avar)
+    spread = np.sqrt((errors**2).sum(axis=0))
+    deviates = _largest(errors / np.where(spread > 0, spread, 1.0), level) if simultaneous else None
+    wide = np.exp((deviates or NormalDist().inv_cdf(0.5 + level / 2)) * spread)
     low, high = np.sqrt(avar) / wide, np.sqrt(avar) * wide
     if model.alike_from is not None:
-        lower, higher = adev_interval(without_walk(model), m=m, tau0=tau0, level=level)
+        lower, higher = adev_interval(without_walk(model), m=m, tau0=tau0, level=level, simultaneous=simultaneous)
         low, high = np.minimum(low, lower), np.maximum(high, higher)
     absent = {term: limit for term, limit in model.limits.items() if term not in model and limit}
     if absent:
         high = np.sqrt(high**2 + ChannelModel(terms=absent).avar(m=m, tau0=tau0))
     return low, high
+
+
+def _largest(directions: Floats, level: float) -> float:
+    """Quantile of the largest absolute value over the curve of unit normal deviates with these directions."""
+    draws = np.random.default_rng(0).standard_normal((_DRAWS, len(directions)))
+    return float(np.quantile(np.abs(draws @ directions).max(axis=1), level))
 
 
 def without_walk(model: ChannelModel) -> ChannelModel:

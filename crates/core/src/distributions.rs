@@ -140,7 +140,8 @@ fn solve(target: f64, guess: f64, rising: bool, at: impl Fn(f64) -> (f64, f64)) 
         } else {
             low.sqrt() * high.sqrt()
         };
-        if x == 0.0 || x.is_infinite() || x == low || x == high {
+        // Out of the range of numbers, or between two neighbours.
+        if x == 0.0 || x.is_infinite() || x <= low || x >= high {
             break;
         }
     }

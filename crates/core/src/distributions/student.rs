@@ -19,7 +19,7 @@ pub fn student_quantile(freedom: f64, probability: f64) -> f64 {
     two_sided_quantile(probability, 1.0 + 1.0 / freedom, |t| half_line(freedom, t))
 }
 
-/// With r² = t² / ν, x = 1 / (1 + r²) and y = 1 − x the tail is Iₓ(ν/2, ½) / 2 and the centre I_y(½, ν/2) / 2; DLMF 8.17.
+/// With r² = t² / ν, x = 1 / (1 + r²) and y = 1 − x the tail is Iₓ(ν/2, ½) / 2 and the centre 1 − Iₓ(ν/2, ½) over 2; DLMF 8.17.
 fn half_line(freedom: f64, t: f64) -> HalfLine {
     if freedom.is_nan() || t.is_nan() || freedom <= 0.0 {
         return HalfLine { centre: f64::NAN, tail: f64::NAN, density: f64::NAN };

@@ -1,6 +1,11 @@
 //! Known answers, computed with 50 digits (mpmath).
 
-#![allow(clippy::unreadable_literal, clippy::excessive_precision, clippy::inconsistent_digit_grouping)]
+#![allow(
+    clippy::approx_constant,
+    clippy::unreadable_literal,
+    clippy::excessive_precision,
+    clippy::inconsistent_digit_grouping
+)]
 
 use super::*;
 

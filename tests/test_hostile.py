@@ -33,7 +33,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory as 
 
 
 def command(*argv, space=6 << 30, seconds=60):
-    """A command in a process with so much address space: exit code, what it said, its largest memory [bytes], its processor time [s]."""
+    """A command in a process with so much address space: exit code, what it said, memory [bytes], time [s]."""
     begun = os.times()
     done = subprocess.run(
         [sys.executable, "-c", COMMAND, str(space), *map(str, argv)],

@@ -176,8 +176,8 @@ with simulated records.
 
 Cars, walks, drones, hand-held sensors, turntables and ships at anchor (studies/motions.py): 1 to 10 min at 50 to 200 Hz,
 with gravity, rigid-body rotation and the noise of MEMS or tactical sensors. Turntables have constant rates above 20 deg/s,
-steps, or oscillations. Accelerometers alone do not always show
-the motion of a drone beside strong vibration of its motors, or a level turntable with a constant rate.
+steps, or oscillations. Accelerometers alone do not always show the motion of a drone beside strong vibration of its motors,
+or a level turntable with a constant rate.
 
 Number of records not at rest / partly at rest / at rest:
 

@@ -84,11 +84,9 @@ def _of_stream(stream: Stream) -> Sequence[_Means]:
     if first > _SECOND or stream.grid.n < _LEAST * base << (_SECOND - first):
         return ()
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
-    return [
-        _Means(stream, channel, base, first)
-        for channel, share in zip(stream.channels, missing, strict=True)
-        if share <= _MOST_MISSING
-    ]
+    known = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
+    found = (_Means(stream, channel, base, first) for channel in known)
+    return [one for one in found if one.floor > 0]  # a constant is not measured
 
 
 def joined(spans: Iterable[Span], gap: float = _GAP) -> tuple[Span, ...]:

@@ -234,8 +234,8 @@ class TestOptions:
 
     def test_wrong_arguments(self):
         record = Record.from_arrays(rate=1.0, gyro_x=np.arange(100.0) % 7)
-        with pytest.raises(OptionError, match="spikes"):
-            analyze(record, spikes="cut")
+        with pytest.raises(OptionError, match="keep"):
+            analyze(record, keep="cut")
         with pytest.raises(OptionError, match="stability"):
             analyze(record).plot_stability()
 

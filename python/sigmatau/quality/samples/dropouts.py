@@ -36,19 +36,23 @@ def zero_rows(stream: Stream) -> Bools | None:
     The chance of a 0 on one axis is q/(√(2π)·s) at most for steps q and noise of standard deviation s. A stream of one
     channel is judged where 0 is more than 12 standard deviations from its level.
     """
-    together = np.ones(stream.grid.n, dtype=bool)
+    together, counts = np.ones(stream.grid.n, dtype=bool), list[int]()
     for channel in stream.channels:
         zero = zero_rate(stream, channel)
         if zero is None:
             return None
-        together &= stream.column(channel) == zero
+        here = stream.column(channel) == zero
+        counts.append(int(np.count_nonzero(here)))
+        together &= here
         if not together.any():
             return None
     count = int(np.count_nonzero(together))
     chances = [_chance_of_zero(stream, channel) for channel in stream.channels]
     if len(stream.channels) == 1 and chances[0] > 0:
         return None
-    by_chance = len(together) * math.prod(chances)
+    # Beside rows that are 0 on all axes: those of a range that ends at 0 are 0 together by chance.
+    beside = [(each - count) / max(len(together) - count, 1) for each in counts]
+    by_chance = len(together) * max(math.prod(chances), math.prod(beside))
     if count < _TIMES_CHANCE * by_chance + _SIGMAS * math.sqrt(by_chance) or count > len(together) / 2:
         return None
     if count < _MIN_ROWS and by_chance > _NO_CHANCE:

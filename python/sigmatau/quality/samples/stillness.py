@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sigmatau.arrays import Bools, Floats
 from sigmatau.findings.finding import Span
@@ -22,6 +23,8 @@ from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.quality.samples.shocks_and_steps import LARGEST_BIAS
 from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
+
+Counts = NDArray[np.int64]
 
 __all__ = ["Moved", "joined", "moved"]
 
@@ -37,6 +40,7 @@ _LEAST = 5  # second differences that a level can be taken from
 # gyros for sale is up to 0.05 (deg/s)/√Hz, that of accelerometers up to 1 mg/√Hz, see `sensor_grades`. [SI unit/√Hz]
 _LEVELS = {"angular_rate": (math.radians(0.05), math.radians(0.175)), "acceleration": (0.015, 0.03)}
 _RISE, _RISE_OF_HIGH = 8.0, 1.6
+_NORMAL_MEDIAN = 0.6745  # of absolute normal deviates
 _ERRORS = 3.0  # a level by the median of n differences is wrong by no more than so many times 1/√n
 
 # Change of the mean from second to second, in standard deviations of one mean, of a sensor in someone's hands, and how much
@@ -114,6 +118,7 @@ class _Means:
             means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
         self.step = step_of(stream, channel) or 0.0
         self.floor = self._floor()
+        self._counted: dict[int, tuple[Counts, Counts]] | None = None
 
     def tau(self, octave: int) -> float:
         """Averaging time of an octave. [s]"""
@@ -125,6 +130,26 @@ class _Means:
         x = self.by_octave[octave]
         x = x[round(start / tau) : min(round(min(stop / tau, len(x))), len(x))]
         return np.asarray(np.abs(x[:-2] - 2 * x[1:-1] + x[2:]) / math.sqrt(6))
+
+    def reaches(self, limit: float, start: float, stop: float) -> bool:
+        """Whether the median of a stretch may reach a level at some averaging time, by counts of second differences."""
+        if self._counted is None:
+            self._counted = self._counts(limit)
+        for octave, (known, above) in self._counted.items():
+            tau = self.tau(octave)
+            a, b = round(start / tau), min(round(min(stop / tau, len(known) + 1)), len(known) + 1) - 2
+            if b > a and 2 * (above[b] - above[a]) >= known[b] - known[a]:
+                return True
+        return False
+
+    def _counts(self, limit: float) -> dict[int, tuple[Counts, Counts]]:
+        """By octave, numbers of second differences before each one: of those that are known, and of those beyond a level."""
+        counts = {}
+        for octave in self.by_octave:
+            d = self.differences(octave)
+            above = d > _NORMAL_MEDIAN * limit / math.sqrt(self.tau(octave))
+            counts[octave] = (_before(~np.isnan(d)), _before(above))
+        return counts
 
     def _floor(self) -> float:
         """√τ times the deviation of means in the quiet parts of the record, with what rounding makes. [unit/√Hz]"""
@@ -142,6 +167,7 @@ class _Means:
 
     def leave_out(self, spans: Iterable[Span]) -> None:
         """Take the means of some stretches of the log for missing."""
+        self._counted = None
         lead = self.stream.grid.lead
         for octave, x in self.by_octave.items():
             tau = self.tau(octave)
@@ -150,6 +176,10 @@ class _Means:
 
     def motion(self, kind: Literal["varies", "turns"], size: float, times: float, tau: float) -> Motion:
         return Motion(channel=self.channel, quantity=self.quantity, kind=kind, size=size, times=times, tau=tau)
+
+
+def _before(flags: Bools) -> Counts:
+    return np.concatenate([[0], np.cumsum(flags)])
 
 
 def _means(stream: Stream, channel: str, base: int) -> Floats:
@@ -179,6 +209,8 @@ def _blocks(found: _Means) -> Moved:
 def _judged(found: _Means, start: float, stop: float) -> Motion | None:
     """The strongest motion by the median of second differences; None at rest."""
     limit, high_limit = _LEVELS[found.quantity]
+    if not found.reaches(limit, start, stop):
+        return None
     lowest = math.inf
     motions: list[Motion] = []
     for octave in range(found.first, _OCTAVES):
@@ -187,12 +219,12 @@ def _judged(found: _Means, start: float, stop: float) -> Motion | None:
         if len(inside) < _LEAST:
             break
         median = float(np.median(inside))
-        level = median / 0.6745 * math.sqrt(tau)
+        level = median / _NORMAL_MEDIAN * math.sqrt(tau)
         times = level / found.floor if found.floor > 0 else math.inf
         sure = level * (1 - _ERRORS / math.sqrt(len(inside)))
         high = level > high_limit and sure > _RISE_OF_HIGH * lowest
         if median > _STEPS * found.step and (high or (octave > _FLOOR and level > limit and times > _RISE)):
-            motions.append(found.motion("varies", median / 0.6745, max(times, level / limit), tau))
+            motions.append(found.motion("varies", median / _NORMAL_MEDIAN, max(times, level / limit), tau))
         lowest = min(lowest, level)
     return max(motions, key=lambda one: one.times, default=None)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from sigmatau._native.distributions import normal_quantile
 from sigmatau.fitting.noise_fit import FittedTerm
 
 __all__ = ["limit_of", "observed_term"]
@@ -24,10 +25,8 @@ def observed_term(
     error : float
         Standard error of the estimate in its model; joined to an interval that has the estimate not inside. [unit]
     """
-    from scipy.special import ndtri
-
     if value > 0 and low > 0 and not low < value < high:
-        ratio = math.exp(-float(ndtri((1 - level) / 2)) * error / value) if error > 0 else 1.0
+        ratio = math.exp(-float(normal_quantile((1 - level) / 2)) * error / value) if error > 0 else 1.0
         low, high = min(low, value / ratio), max(high, value * ratio)
     found = FittedTerm(
         term=term, unit=unit, observed=True, level=level, value=value, low=low, high=high, p_value=p_value

@@ -134,15 +134,15 @@ def step_of_changes(changes: Floats) -> float:
     if len(size) < _MIN_VALUES:
         return 0.0
     usual = float(np.median(size))
-    size = size[size > usual / 4]  # less is the compensation
-    steps = usual * np.geomspace(_LARGEST_STEP, _LEAST_STEP, _STEPS_TRIED)
+    size = size[size > usual / 4] / usual  # less is the compensation
+    steps = np.geomspace(_LARGEST_STEP, _LEAST_STEP, _STEPS_TRIED)
     for some, least in ((size[:_FIRST], _LATTICE_OF_FIRST), (size, _LATTICE)):
         whole = np.array([np.cos(2 * np.pi / step * some).mean() for step in steps.tolist()])
         steps = steps[whole > least]
         if len(steps) == 0:
             return 0.0
     near = steps > steps[0] * _SAME_STEP
-    return float(steps[near][np.argmax(whole[whole > _LATTICE][near])])
+    return usual * float(steps[near][np.argmax(whole[whole > _LATTICE][near])])
 
 
 _FAR, _BLOCKS = 251, 32  # samples between two that are compared, beyond any hold; blocks that the median is taken of

@@ -109,6 +109,11 @@ class Summary:
         return self._native.centres
 
     @property
+    def floor(self) -> float:
+        """Least density of the periodogram, two-sided. [unit of the rate squared per Hz]"""
+        return float(self._native.periodogram[1][1:].min())
+
+    @property
     def run_taper(self) -> float:
         """Samples over which weights should fall to 0 at the ends of runs; 0 for a record without missing samples."""
         return self._native.run_taper()

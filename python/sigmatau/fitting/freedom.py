@@ -13,6 +13,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 Floats = NDArray[np.float64]
 Sizes = NDArray[np.int64]
 
+_FEW_MISSING = 1e-3  # share of missing samples that changes degrees of freedom by no more
 _MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
 
 
@@ -24,7 +25,8 @@ def degrees_of_freedom(fitted: NoiseFit, sizes: Sizes) -> Floats | None:
     theta = [fitted.model.get(name, 0.0) ** 2 * fitted.tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
     if not any(theta) and not fitted.gauss_markov:  # a line alone has no scatter
         return None
-    edf = (_complete if fitted.gaps is None else _with_gaps)(fitted, grid, theta)
+    few = fitted.gaps is None or fitted.gaps.missing <= _FEW_MISSING * fitted.n
+    edf = (_complete if few else _with_gaps)(fitted, grid, theta)
     return np.asarray(np.exp(np.interp(np.log(sizes), np.log(grid), np.log(edf))))
 
 

@@ -141,6 +141,9 @@ class ReadOff(Mapping[str, Coefficient], Printed):
         return "\n".join(lines)
 
 
+_FEW_MISSING = 1e-4  # share of missing samples whose effect on a reading is far below its error
+
+
 def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> ReadOff:
     """Read the coefficients of the five terms off an Allan deviation curve.
 
@@ -177,7 +180,8 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
     `sigmatau.estimators.gaps`). The region of a term is then sought on the curve divided by that factor.
     """
     whole = _Points.of(curve)
-    gaps = {} if curve.gaps is None or not len(whole.m) else {name: curve.gaps.ratio(name, whole.m) for name in TERMS}
+    few = curve.gaps is None or curve.gaps.missing <= _FEW_MISSING * curve.n or not len(whole.m)
+    gaps = {} if few or curve.gaps is None else {name: curve.gaps.ratio(name, whole.m) for name in TERMS}
     coefficients, refused = {}, []
     for name, rule in rules.items():
         term = TERMS[name]

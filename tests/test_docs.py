@@ -36,7 +36,7 @@ def test_readme_is_short():
 def test_python(capsys):
     (code,) = blocks("python")
     exec(compile(code, "README.md", "exec"), {})
-    assert "angle random walk" in capsys.readouterr().out
+    assert "random walk" in capsys.readouterr().out
 
 
 def test_python_of_the_model(capsys, tmp_path, monkeypatch):

@@ -194,7 +194,7 @@ def test_a_name_cannot_forge_a_line(folder, contents, capsys):
     for more in (["good.json"], []):
         assert main(["compare", name, *more, "--datasheet", "spec.toml"]) == 3
         out = capsys.readouterr().out
-        assert "x?good.json: within?[31m.json" in out
+        assert "x\\ngood.json: within\\x1b[31m.json" in out
         assert "\x1b" not in out
     (folder / "x\x1b[2J.json").write_text("{}")
     assert main(["compare", "x\x1b[2J.json", "good.json", "--datasheet", "spec.toml"]) == 1

@@ -1,6 +1,5 @@
 """What a fit is made of, against dense matrices and simulated records."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from sigmatau._native import kernels
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.fitting.components import LINEAR, components
 from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.noise_fit import GaussMarkov, Interval, NoiseFit, Sinusoid
 from sigmatau.fitting.ramp import least_variance
 from sigmatau.noise.terms import avar
 from sigmatau.noise.uncertainty import avar_covariance, degrees_of_freedom
@@ -156,24 +154,3 @@ def test_skewness():
     assert score.skewness == pytest.approx(np.mean(z**3), abs=0.7)
     assert score.sigma == pytest.approx(rows.std(), rel=0.1)
     assert score.skewness > 0.7
-
-
-def test_a_line_beside_a_process_has_no_scatter():
-    """The degrees of freedom are those of the process, not those of a line alone."""
-    at = Interval(value=0.05, low=0.04, high=0.06, unit="Hz")
-    one = Interval(value=1.0, low=0.9, high=1.1, unit="rad/s")
-    time = Interval(value=20.0, low=10.0, high=30.0, unit="s")
-    process = NoiseFit(
-        channel="gyro_x",
-        quantity="angular_rate",
-        rate_unit="rad/s",
-        n=4096,
-        tau0=1.0,
-        terms={},
-        gauss_markov=(GaussMarkov(sigma=one, time=time),),
-        model={},
-        verdict="adequate_with",
-    )
-    both = replace(process, sinusoid=(Sinusoid(amplitude=one, frequency=at),))
-    sizes = [1, 8, 64, 512]
-    np.testing.assert_array_equal(both.degrees_of_freedom(m=sizes), process.degrees_of_freedom(m=sizes))

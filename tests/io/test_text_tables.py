@@ -211,7 +211,7 @@ def test_a_mistake_deep_in_the_file_is_found(tmp_path):
 
 @settings(max_examples=60, deadline=None)
 @given(
-    rows=st.lists(st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 2), min_size=4, max_size=40),
+    rows=st.lists(st.tuples(*[st.floats(-1e59, 1e59)] * 2), min_size=4, max_size=40),
     delimiter=st.sampled_from([",", ";", "\t", " "]),
     header=st.booleans(),
     compress=st.booleans(),

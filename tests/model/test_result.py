@@ -84,8 +84,8 @@ def test_a_short_record_has_no_model():
     ("content", "words"),
     [
         ("{}", "it has no channels"),
-        ("[]", "it has no channels"),
-        ("null", "it has no channels"),
+        ("[]", "a result of sigmatau analyze is an object, not list"),
+        ("null", "a result of sigmatau analyze is an object, not NoneType"),
         ('{"channels": 3}', "it has no channels"),
         ('{"channels": {"gyro_x": 3}}', "channel 'gyro_x': not a result"),
         ('{"channels": {"gyro_x": {"fit": {"model": {}}}}}', "channel 'gyro_x': not a result"),

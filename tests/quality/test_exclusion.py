@@ -238,7 +238,7 @@ def test_the_command_line(log, capsys):
     assert "warning" not in (out := capsys.readouterr().out)
     assert "100 of 60000 samples" in out
     assert "shock at 300 s for 1 s; left out on all axes" in out
-    options = ["--leave-out", "5s:6s", "--leave-out", "0:1s", "--window", "0:500s", "--method", "read-off"]
+    options = ["--leave-out", "5s:6s", "--leave-out", "0:1s", "--window", "0:500s", "--method", "read-off", "-v"]
     assert main(["analyze", str(log), *options]) == 0
     captured = capsys.readouterr()
     assert "warning" not in captured.err

@@ -8,7 +8,7 @@ from clean_records import check_samples as check
 from clean_records import record
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, allan, simulate
+from sigmatau import Record, allan
 from sigmatau.quality.samples.interpolation import interpolated
 from sigmatau.quality.samples.straight_lines import filled
 
@@ -75,35 +75,6 @@ def test_single_lost_samples_and_what_filling_them_does(share):
     assert mean[0] == pytest.approx(np.mean(short), abs=3 * error[0] + 1e-3)
     assert mean[1] == pytest.approx(np.mean(stated), abs=3 * error[1] + 1e-3)
     assert np.mean(stated) == pytest.approx(math.sqrt((1 + share / 2) / (1 - share)), rel=0.01)
-
-
-def test_an_outage_adds_to_the_walk_what_is_stated():
-    """K² at τ up to its length, over 30 records with a walk that is known; the stated factor where a walk rules."""
-    walk, white, duration, rate = 2e-4, 1e-3, 4000.0, 10.0
-    model = NoiseModel(channels={"gyro_x": {"random_walk": white, "rate_random_walk": walk}})
-    lost = np.zeros(40_000, dtype=bool)
-    lost[19_000:23_000] = True
-    m = 500
-    stated, measured = [], []
-    for k in range(30):
-        x = np.array(
-            simulate(model, duration=duration, rate=rate, rng=seed_of(f"outage walk {k}")).streams[0].column("gyro_x")
-        )
-        y = fill(x[:, None], lost)[:, 0]
-        y[19_000:23_000] += np.linspace(0.04, 0.02, 4000)  # a line that lies beside the level
-        stream = Record.from_arrays(rate=rate, gyro_x=y).streams[0]
-        (finding,) = interpolated(stream)
-        stated += [factor for term, factor in finding.factors if term == "rate_random_walk"]
-        curves = allan(Record.from_arrays(rate=rate, a=x, b=y), taus=[m / rate])
-        measured.append(3 * float(curves["b"].avar[0] - curves["a"].avar[0]) * rate / m)
-    # The ends of the line carry a sample's noise each; the line's own slope shows a little, eq. (25).
-    added = (0.04**2 + 0.02**2 + 2 * white**2 * rate) / duration
-    tau = m / rate
-    slope = 1.5 * (0.02 / 400) ** 2 * tau * 0.1
-    error = np.std(measured, ddof=1) / math.sqrt(30)
-    assert np.mean(measured) == pytest.approx(added * duration / (duration - 2 * tau) + slope, abs=3 * error)
-    assert len(stated) >= 10
-    assert np.median(stated) == pytest.approx(math.sqrt(1 + added / walk**2), rel=0.25)
 
 
 def test_a_stretch_of_one_channel():

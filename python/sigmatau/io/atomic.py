@@ -41,7 +41,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
         temporary.chmod(0o666 & ~mask)
         temporary.replace(target)
     except OSError as error:
-        raise DataError(f"{target}: cannot be written: {error.strerror or error}") from None
+        raise DataError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
         os.close(handle)
         temporary.unlink(missing_ok=True)

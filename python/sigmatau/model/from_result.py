@@ -39,7 +39,7 @@ def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
     """Results by channel; raises `DataError` if there are none."""
     if not isinstance(content, Mapping):
         hint = "; its model is the attribute `model`" if hasattr(type(content), "model") else ""
-        raise DataError(f"this is not a result of sigmatau analyze as a mapping, but a {type(content).__name__}{hint}")
+        raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}{hint}")
     channels = content.get("channels")
     if not isinstance(channels, Mapping) or not channels:
         raise DataError("this is not a result of sigmatau analyze: it has no channels")

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.estimators.accumulator import accumulate, strided_sizes
-from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap, allan, refuse_missing
-from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
+from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap
+from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
 from sigmatau.findings.kinds.values import CoarseResolution
@@ -32,7 +31,8 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality import curve_checks
 from sigmatau.quality.angle_noise import angle_noise, undetermined
 from sigmatau.quality.check import LOOKED_AT, Bandwidth, check_fits, examine
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.curves import curves_of
+from sigmatau.quality.facts import facts_kept, in_threads
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.samples.resolution import rounded
 from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start
@@ -305,33 +305,15 @@ def analyze(
     bounded = {stream.name for stream in record.streams if _in_bounded_memory(stream, long, threads)}
     looked_at = _LOOKED_AT_BOUNDED if bounded else LOOKED_AT
     if not moving or resting.unit_in_doubt:
-        cleaned, checks = examine(record, bandwidth=bandwidth, looked_at=looked_at, keep=kept, untouched=bounded)
+        cleaned, checks = examine(
+            record, bandwidth=bandwidth, looked_at=looked_at, keep=kept, untouched=bounded, threads=threads
+        )
         record = record if moving else cleaned
         findings += [finding for finding in checks if not moving or finding.code == "implausible_unit"]
-    curves: dict[str, DeviationCurve] = {}
-    found: Mapping[str, DeviationCurve]
-    fitted_on: dict[str, DeviationCurve] = {}
-    for stream in record.streams:
-        if stream.quantity == "temperature":  # used for the drift of the sensors; its noise is not analysed
-            continue
-        if stream.mask is not None and long == "strided":
-            refuse_missing(stream, "bounded memory, `long` 'strided',", instead="take `long` 'exact'")
-        if stream.name in bounded:
-            if (overlap, counting) != ("full", "standard"):
-                raise DataError(f"{stream.name}: there is not enough memory for this choice of overlap and counting")
-            found, for_fit = _strided(stream, taus)
-            fitted_on |= for_fit
-            findings += curve_checks.strided(found, stream.name, out_of_memory=long != "strided")
-        else:
-            found, none_left = _curves(stream, taus, overlap, counting, threads)
-            findings += none_left
-        for channel, curve in found.items():
-            if not curve_checks.LEAST < curve.avar.max() < curve_checks.LARGEST and curve.avar.max() > 0:
-                findings.append(curve_checks.out_of_range(curve))
-            elif curve.adev.max() > curve_checks.rounding(stream, channel):
-                curves[channel] = curve
-            else:
-                findings.append(curve_checks.constant_channel(stream, channel))
+    curves, fitted_on, without_curve = curves_of(
+        record, taus=taus, overlap=overlap, counting=counting, long=long, bounded=bounded, threads=threads
+    )
+    findings += without_curve
     if not curves:
         lost = [finding for finding in findings if finding.code in _WITHOUT_CURVE]
         reasons = (f"{', '.join(finding.channels)}: {words(finding).message}" for finding in lost)
@@ -339,11 +321,16 @@ def analyze(
     fits: dict[str, NoiseFit] = {}
     if method != "read-off" and not moving:
         coarse = {finding.channel: finding.details for finding in findings if rounded(finding)}
-        for channel, curve in curves.items():
-            on = fitted_on.get(channel, curve)
-            fits[channel] = fit_channel(record, channel, method=method, curve=on, tau_min=tau_min, threads=threads)
-            if curve.overlap == "full":
-                curves[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
+        fitted_on = curves | fitted_on
+
+        def fitted(channel: str) -> tuple[NoiseFit, DeviationCurve]:
+            curve, on = curves[channel], fitted_on[channel]
+            found = fit_channel(record, channel, method=method, curve=on, tau_min=tau_min, threads=threads)
+            with_freedom = curve.overlap == "full"
+            return found, replace(curve, edf=found.degrees_of_freedom(m=curve.m)) if with_freedom else curve
+
+        for channel, (fit_of_it, curve) in in_threads(fitted, tuple(curves), threads).items():
+            fits[channel], curves[channel] = fit_of_it, curve
             findings += fit_findings(fits[channel], missing=_lost(record, channel), beside=findings)
             if isinstance(steps := coarse.get(channel), CoarseResolution):
                 fits[channel] = allowing_for_rounding(fits[channel], step=steps.step, noise=steps.noise)
@@ -412,23 +399,6 @@ def of_curves(
     )
 
 
-def _curves(
-    stream: Stream, taus: TauGrid | ArrayLike, overlap: Overlap, counting: Counting, threads: int | None
-) -> tuple[Mapping[str, DeviationCurve], list[Finding]]:
-    """The curves, and findings of channels without a curve because too many samples are missing."""
-    options: dict[str, Any] = {"taus": taus, "overlap": overlap, "counting": counting, "threads": threads}
-    if stream.mask is None:
-        return allan(Record(streams=(stream,)), **options), []
-    found: dict[str, DeviationCurve] = {}
-    without_curve = []
-    for channel in stream.channels:
-        try:
-            found.update(allan(Record(streams=(stream.only(channel),)), **options))
-        except RecordTooShortError:
-            without_curve.append(curve_checks.too_few_samples(stream, channel))
-    return found, without_curve
-
-
 def _maps(
     record: Record, channels: Sequence[str], threads: int | None
 ) -> tuple[dict[str, DynamicAllan], list[Finding]]:
@@ -454,18 +424,6 @@ def _lost(record: Record, channel: str) -> float:
     """Share of missing samples of a channel."""
     stream = record.stream_of(channel)
     return 0.0 if stream.mask is None else float(stream.mask[:, stream.channels.index(channel)].mean())
-
-
-def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:
-    """The requested curves and those for the fit, from one pass over the samples."""
-    if isinstance(taus, str) and taus == "all":
-        raise OptionError("{option} 'all' needs the whole record in memory; take a grid", option="taus")
-    n, tau0 = stream.grid.n, stream.grid.tau0
-    wanted = strided_sizes(cluster_sizes(taus, n=n, tau0=tau0))
-    half = strided_sizes(cluster_sizes("half", n=n, tau0=tau0))
-    curves = accumulate(stream, taus=np.union1d(wanted, half) * tau0)
-    only = [{channel: curve.at(sizes) for channel, curve in curves.items()} for sizes in (wanted, half)]
-    return only[0], only[1]
 
 
 def _refuse_time(tau_min: float, method: Method) -> None:

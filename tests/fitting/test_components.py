@@ -1,6 +1,5 @@
 """What a fit is made of, against dense matrices and simulated records."""
 
-
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz

@@ -39,9 +39,7 @@ def test_adis16405(field_data):
     assert sum(f.details.count for f in found["spikes", "warning"]) <= 10
 
 
-@pytest.mark.parametrize(
-    ("unit", "codes"), [("m/s^2", ("implausible_unit", "warning")), ("g", ("gravity", "info"))]
-)
+@pytest.mark.parametrize(("unit", "codes"), [("m/s^2", ("implausible_unit", "warning")), ("g", ("gravity", "info"))])
 def test_hfi_is_in_g_whatever_its_header_says(field_data, unit, codes):
     """Its gyro has 0.061 deg/s a step, two thirds of the noise."""
     log = field_data / "hfi" / "imu_data.txt.gz"

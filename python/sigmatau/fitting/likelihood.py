@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigmatau._native import likelihood as native
 from sigmatau._native.distributions import normal_quantile
-from sigmatau._native.likelihood import Bounds, Outcome, Process, Summary
+from sigmatau._native.likelihood import Bounds, Outcome, Process
 from sigmatau.errors import OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
@@ -27,6 +26,7 @@ from sigmatau.fitting.noise_fit import (
     WarmUp,
 )
 from sigmatau.fitting.observed import observed_term
+from sigmatau.fitting.pass_over import LEAST_SAMPLES, summary_of, usable
 from sigmatau.fitting.response import FittedFilter, named
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, coefficient_unit
@@ -36,42 +36,12 @@ __all__ = ["LEAST_SAMPLES", "fit_samples", "usable"]
 
 Floats = NDArray[np.float64]
 
-LEAST_SAMPLES = 512
-"""Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
-
-_PIECE = 1 << 18  # samples that are read at once
 _MOST_LINES = 100  # that are kept, the strongest: a record that repeats itself has thousands
 # Difference of the Allan variances of fit and model where the model describes the curve: relative, and in standard errors of
 # a measured one
 _SAME, _SAME_ERRORS = 0.02, 0.5
 _MEAN_OF_SINE_4 = 0.375  # mean of sin⁴ over an oscillation
 _LONGEST_SHARE = 3  # of the record: its length over the longest averaging time
-
-
-# Up to _FEW·√n missing samples are replaced by values on straight lines: this changes the white level by less than a tenth
-# of its standard error. The error of the values is white, and must be below this share of the density at every frequency.
-_FEW, _LEAK = 0.07, 0.01
-
-
-def usable(stream: Stream, channel: str) -> bool:
-    """Whether a channel has enough samples for its likelihood, and in enough places."""
-    there = _there(stream, channel)
-    if there is None:
-        return stream.grid.n >= LEAST_SAMPLES
-    return int(there.sum()) >= LEAST_SAMPLES and native.enough(there[_span(there)])
-
-
-def _there(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
-    """Where a channel has samples; None if none is missing."""
-    if stream.mask is None:
-        return None
-    missing = stream.mask[:, stream.channels.index(channel)]
-    return ~missing if missing.any() else None
-
-
-def _span(there: NDArray[np.bool_]) -> slice:
-    """From the first to the last sample."""
-    return slice(int(there.argmax()), len(there) - int(there[::-1].argmax()))
 
 
 def fit_samples(
@@ -110,7 +80,7 @@ def fit_samples(
     """
     given_terms = set(TERMS) if terms is None else set(terms)
     _refuse(given_terms, processes, regressors, stream.grid.n, level)
-    summary, start = _summary(stream, channel)
+    summary, start = summary_of(stream, channel)
     wanted = given_terms & set(LINEAR)
     given = regressors or {}
     found = summary.analyse(
@@ -149,50 +119,6 @@ def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
     """A curve that is given at the samples, at other times."""
     values = np.asarray(curve, dtype=float)
     return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
-
-
-def _summary(stream: Stream, channel: str) -> tuple[Summary, float]:
-    """What the likelihood keeps of a channel, and the time of its first sample. [s]"""
-    grid, k = stream.grid, stream.channels.index(channel)
-    there = _there(stream, channel)
-    span = slice(0, grid.n) if there is None else _span(there)
-    n, start = span.stop - span.start, span.start * grid.tau0
-    absent = np.zeros(0, dtype=np.int64) if there is None else np.flatnonzero(~there[span]) + span.start
-
-    def pieces(values: Floats) -> Iterator[Floats]:
-        for begins in range(span.start, span.stop, _PIECE):
-            piece = stream.samples.read(k, begins, min(begins + _PIECE, span.stop))
-            first, last = np.searchsorted(absent, (begins, begins + len(piece)))
-            if last > first:
-                piece = piece.copy()
-                piece[absent[first:last] - begins] = values[first:last]
-            yield piece
-
-    if len(absent) <= _FEW * math.sqrt(n):
-        values = _between(stream, k, absent)
-        summary = native.summarize(pieces(values), samples=n, tau0=grid.tau0)
-        if not len(absent) or len(absent) / n * _error_between(stream, k, span) * grid.tau0 <= _LEAK * summary.floor:
-            return summary, start
-    assert there is not None
-    zeros = np.zeros(len(absent))
-    return native.summarize_masked(lambda: pieces(zeros), present=there[span], tau0=grid.tau0), start
-
-
-def _between(stream: Stream, k: int, absent: NDArray[np.int64]) -> Floats:
-    """Values on straight lines between the samples beside the missing ones."""
-    values = np.empty(len(absent))
-    for gap in np.split(np.arange(len(absent)), np.flatnonzero(np.diff(absent) > 1) + 1):
-        if len(gap):
-            before, after = absent[gap[0]] - 1, absent[gap[-1]] + 1
-            ends = stream.samples.read(k, before, after + 1)[[0, -1]]
-            values[gap] = np.interp(absent[gap], (before, after), ends)
-    return values
-
-
-def _error_between(stream: Stream, k: int, span: slice) -> float:
-    """Mean square of the error of such values, by those of samples that are there."""
-    x = stream.samples.read(k, span.start, min(span.start + _PIECE, span.stop))
-    return float(np.nanmean((x[1:-1] - 0.5 * (x[:-2] + x[2:])) ** 2))
 
 
 def _stated(

@@ -17,7 +17,7 @@ from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import facts_kept, in_threads
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
 from sigmatau.quality.samples.masking import bridged, mask_of, masked
@@ -87,6 +87,7 @@ def examine(
     looked_at: int = LOOKED_AT,
     keep: Sequence[str] = (),
     untouched: Collection[str] = (),
+    threads: int | None = None,
 ) -> tuple[Record, tuple[Finding, ...]]:
     """The record without its disturbances, except for those to `keep`, and the findings of `check`.
 
@@ -98,19 +99,20 @@ def examine(
         for stream in record.streams
         if stream.quantity != "temperature" and (part := _usable(_beginning(stream, looked_at))) is not None
     }
-    shaken = {name: _shaken(part, keep) for name, part in usable.items()}
+    shaken = in_threads(lambda name: _shaken(usable[name], keep), tuple(usable), threads)
+    undisturbed = {name: _at_times(part, shaken) for name, part in usable.items()}
+    of_streams = in_threads(lambda name: _of_stream(undisturbed[name], stated.get(name)), tuple(usable), threads)
     streams, found = [], list[Finding]()
     for stream in record.streams:
-        part = usable.get(stream.name)
+        part = undisturbed.get(stream.name)
         if part is None:
             streams.append(stream)
             continue
-        part = _at_times(part, shaken)
         left, told = without(part, keep=tuple(CAUSES) if stream.name in untouched else keep)
         if stream.name not in untouched:
             stream = _with_missing(stream, left)
         streams.append(stream)
-        found += [*told, *_of_stream(part, stated.get(stream.name))]
+        found += [*told, *of_streams[stream.name]]
         if part.grid.n < stream.grid.n:
             found.append(_checked_in_part(stream, part))
     return replace(record, streams=tuple(streams)), tuple(found)

@@ -209,7 +209,9 @@ def _blocks(found: _Means) -> Moved:
 def _judged(found: _Means, start: float, stop: float) -> Motion | None:
     """The strongest motion by the median of second differences; None at rest."""
     limit, high_limit = _LEVELS[found.quantity]
-    if not found.reaches(limit, start, stop):
+    if not found.reaches(
+        min(high_limit, max(limit, _RISE * found.floor)), start, stop
+    ):  # both conditions below need that
         return None
     lowest = math.inf
     motions: list[Motion] = []

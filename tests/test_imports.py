@@ -52,7 +52,7 @@ def test_reading_off_loads_no_scipy(tmp_path):
 
 
 NOT_OF_AN_ANALYSIS = (
-    *("scipy", "matplotlib", "pandas", "numpy.testing", "numpy.f2py", "numpy.random", "multiprocessing"),
+    *("scipy", "matplotlib", "pandas", "numpy.testing", "numpy.f2py", "numpy.random", "multiprocessing", "concurrent"),
     *("zipfile", "tomllib", "logging"),
     *("sigmatau.exporting", "sigmatau.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),
     *("sigmatau.plot", "sigmatau.fitting.planning", "sigmatau.io.write", "sigmatau.estimators.stability"),

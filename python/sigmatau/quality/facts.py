@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import os
+import threading
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
@@ -46,11 +47,25 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
     workers = min(len(names), threads or os.cpu_count() or 1)
     if workers < 2:
         return {name: function(name) for name in names}
-    from concurrent.futures import ThreadPoolExecutor
+    left, results, errors = iter(names), dict[str, T](), dict[str, BaseException]()
 
-    with ThreadPoolExecutor(workers) as pool:
-        started = {name: pool.submit(copy_context().run, function, name) for name in names}
-        return {name: one.result() for name, one in started.items()}
+    def work() -> None:
+        for name in left:
+            try:
+                results[name] = function(name)
+            except BaseException as error:
+                errors[name] = error
+
+    others = [threading.Thread(target=copy_context().run, args=(work,)) for _ in range(workers - 1)]
+    for thread in others:
+        thread.start()
+    work()
+    for thread in others:
+        thread.join()
+    for name in names:
+        if name in errors:
+            raise errors[name]
+    return {name: results[name] for name in names}
 
 
 def stream_fact(function: Callable[Concatenate[Stream, P], T]) -> Callable[Concatenate[Stream, P], T]:

@@ -84,8 +84,10 @@ SAMPLES = {
 
 
 @pytest.mark.parametrize("name", SAMPLES)
-@pytest.mark.parametrize("sensor", ["gyro", "accel", "signal"])
-@pytest.mark.parametrize("kind", ["rate", "increments", "accumulated"])
+@pytest.mark.parametrize(
+    ("sensor", "kind"),
+    [("gyro", "rate"), ("accel", "rate"), ("signal", "rate"), ("gyro", "increments"), ("accel", "accumulated")],
+)
 def test_any_samples_are_taken(name, sensor, kind):
     x = SAMPLES[name]
     if kind == "accumulated":

@@ -224,3 +224,16 @@ class TestTemperature:
             found = analyze(self.record(f"no temperature {k}", per_kelvin=0.0)).findings
             said += any(f.code == "temperature_drift" for f in found)
         assert said <= 1
+
+
+def test_a_drift_with_temperature_is_no_walk_and_hides_none():
+    """5 deg/h/K over 15 K beside K = 20 deg/h/√h: K in its interval, or below its limit, on 45 axes."""
+    from studies.disturbances import WARM_UP, record
+
+    truth, held = 20 * DEG_H / 60, []
+    for k in range(15):
+        found = record(np.random.default_rng(seed_of(f"a drift and a walk {k}")), WARM_UP)
+        for axis in "xyz":
+            walk = fit_channel(found, f"gyro_{axis}")["rate_random_walk"]
+            held.append(walk.low <= truth <= walk.high if walk.observed else truth <= (walk.upper_limit or np.inf))
+    assert np.mean(held) >= 0.92 - 3 * math.sqrt(0.92 * 0.08 / len(held))

@@ -19,14 +19,16 @@ from sigmatau.noise.terms import avar
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["TEMPERATURE", "FitMethod", "fit_channel", "temperature_at"]
+__all__ = ["TEMPERATURE", "FitMethod", "fit_channel", "follows_temperature", "temperature_at"]
 
 FitMethod = Literal["likelihood", "gls"]
 
 TEMPERATURE = "temperature"
 """Name of the regressor that is the temperature of the log's thermometer."""
 
-_LEAST_RATIO = 3.3  # of a temperature coefficient to its standard error, for it to stay in the model
+# Temperature coefficient over its standard error, for it to stay in the model, and for it to be told. A drift that is left
+# out becomes a rate random walk: of 24 axes that warmed up, K was covered in 18 with 3.3 for both, and in 24 with 1.
+_LEAST_RATIO, _TOLD_RATIO = 1.0, 3.3
 _QUANTILE = 1.959964
 _MOST_TEMPERATURES = 1 << 14  # at which the temperature is computed: the model uses it at no more
 _MOST_UNKNOWN = 0.1  # share of the record without a temperature
@@ -83,17 +85,22 @@ def fit_channel(
                 regressors={**given, TEMPERATURE: degrees},
                 level=level,
             )
-            if _follows(with_it):
+            if _ratio(with_it) > _LEAST_RATIO:
                 return with_it
         return likelihood.fit_samples(stream, channel, terms=terms, processes=processes, regressors=given, level=level)
     return _by_curve(record, channel, curve, threads=threads, tau_min=tau_min, terms=terms, level=level)
 
 
-def _follows(fitted: NoiseFit) -> bool:
-    """Whether the coefficient of the temperature is significant."""
+def follows_temperature(fitted: NoiseFit) -> bool:
+    """Whether the channel follows the temperature of the log significantly."""
+    return TEMPERATURE in fitted.regressors and _ratio(fitted) > _TOLD_RATIO
+
+
+def _ratio(fitted: NoiseFit) -> float:
+    """Size of the temperature coefficient over its standard error."""
     found = fitted.regressors[TEMPERATURE]
     assert found.high is not None
-    return abs(found.value) > _LEAST_RATIO / _QUANTILE * (found.high - found.value)
+    return abs(found.value) / (found.high - found.value) * _QUANTILE
 
 
 def temperature_at(record: Record, stream: Stream) -> NDArray[np.float64] | None:

@@ -19,7 +19,7 @@ from sigmatau.findings.kinds.spectrum import (
     Resonance,
     SpectralLines,
 )
-from sigmatau.fitting.channel import TEMPERATURE
+from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
 from sigmatau.fitting.noise_fit import NoiseFit, Sinusoid
 from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
@@ -187,7 +187,8 @@ def _drifts(fitted: NoiseFit) -> list[Finding]:
                 unit=fitted.rate_unit,
             )
         )
-    if (kelvin := fitted.regressors.get(TEMPERATURE)) is not None:
+    if follows_temperature(fitted):
+        kelvin = fitted.regressors[TEMPERATURE]
         drift = TemperatureDrift(
             quantity=fitted.quantity, rate_unit=fitted.rate_unit, low=kelvin.low or 0.0, high=kelvin.high or 0.0
         )

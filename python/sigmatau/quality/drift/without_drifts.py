@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.channel import TEMPERATURE, temperature_at
+from sigmatau.fitting.channel import TEMPERATURE, follows_temperature, temperature_at
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.samples.motion import level_changes, summary
 from sigmatau.quality.samples.shocks_and_steps import level_finding
@@ -20,7 +20,7 @@ __all__ = ["drifts", "steps_beside_drifts", "without_drifts"]
 
 def drifts(fitted: NoiseFit | None) -> bool:
     """Whether a warm-up or a drift with the temperature is part of a fit."""
-    return fitted is not None and (fitted.warm_up is not None or TEMPERATURE in fitted.regressors)
+    return fitted is not None and (fitted.warm_up is not None or follows_temperature(fitted))
 
 
 def without_drifts(record: Record, stream: Stream, fits: Mapping[str, NoiseFit]) -> Stream:
@@ -38,7 +38,7 @@ def _without(stream: Stream, channel: str, fitted: NoiseFit | None, degrees: Flo
     if fitted.warm_up is not None:
         seconds = (np.arange(len(x)) + 0.5) * stream.grid.tau0
         x = x - fitted.warm_up.amplitude.value * np.exp(-seconds / fitted.warm_up.time)
-    if degrees is not None and TEMPERATURE in fitted.regressors:
+    if degrees is not None and follows_temperature(fitted):
         x = x - fitted.regressors[TEMPERATURE].value * degrees[: len(x)]
     return np.asarray(x)
 

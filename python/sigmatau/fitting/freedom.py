@@ -13,7 +13,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 Floats = NDArray[np.float64]
 Sizes = NDArray[np.int64]
 
-_FEW_MISSING = 1e-3  # share of missing samples that changes degrees of freedom by no more
+_FEW_MISSING = 1e-3  # share of missing samples that changes degrees of freedom by less than 3 %
 _MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
 
 

@@ -14,7 +14,7 @@ from sigmatau._native.likelihood import Bounds, Outcome, Process
 from sigmatau.errors import OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
-from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import (
     FittedTerm,
     GaussMarkov,
@@ -379,8 +379,3 @@ def _from_clear_times(fitted: NoiseFit) -> NoiseFit:
             first = with_it
             fitted = replace(fitted, response=replace(fitted.response, low_pass=low_pass))
     return replace(fitted, tau_min=min(first, fitted.tau_max or first))
-
-
-def theta_in_samples(name: str, theta: float, tau0: float) -> float:
-    """A squared coefficient in samples, as `sigmatau.fitting.components` has it."""
-    return theta * tau0 ** (power_of_interval(name) - 2)

@@ -29,7 +29,6 @@ from sigmatau.fitting.tables import fit_table, read_off_table
 from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality import curve_checks
-from sigmatau.quality.angle_noise import angle_noise, undetermined
 from sigmatau.quality.check import LOOKED_AT, Bandwidth, check_fits, examine
 from sigmatau.quality.curves import curves_of
 from sigmatau.quality.facts import facts_kept, in_threads
@@ -334,8 +333,6 @@ def analyze(
             findings += fit_findings(fits[channel], missing=_lost(record, channel), beside=findings)
             if isinstance(steps := coarse.get(channel), CoarseResolution):
                 fits[channel] = allowing_for_rounding(fits[channel], step=steps.step, noise=steps.noise)
-            if short_times := angle_noise(record, fits[channel], threads=threads):
-                findings.append(short_times)
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings)
         findings = [*without_consequences(findings, fits), *of_fits]
         if window is not None:
@@ -384,7 +381,6 @@ def of_curves(
             fits[channel] = fit(curve)
             kept[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
             found += fit_findings(fits[channel])
-        found += filter(None, [undetermined(curve)])
     if kept:
         found += curve_checks.strided(kept)
     if not kept:

@@ -2,7 +2,6 @@
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import (
-    AddedWalk,
     ChosenWindow,
     HiddenWalk,
     LeftOut,
@@ -10,7 +9,6 @@ from sigmatau.findings.kinds.disturbances import (
     LevelStep,
     MotionBurst,
     NotStatic,
-    Rotation,
     SelectionBias,
     Spikes,
     StartTransient,
@@ -40,15 +38,13 @@ def moved(*bursts, channels=GYROS, left=0):
     )
 
 
-def stepped(*steps, factor=5.43, bound=False, quantity="angular_rate", unit="rad/s", **more):
+def stepped(*steps, quantity="angular_rate", unit="rad/s", **more):
     return Finding(
         details=NotStatic(
             quantity=quantity,
             unit=unit,
             steps=steps,
-            walk=AddedWalk(
-                channel="gyro_x", quantity=quantity, unit=unit, coefficient=8.3e-6, factor=factor, resolved=not bound
-            ),
+            added_walk=8.3e-6,
             **more,
         ),
         severity="warning",
@@ -56,7 +52,6 @@ def stepped(*steps, factor=5.43, bound=False, quantity="angular_rate", unit="rad
         spans=tuple((one.time, one.time) for one in steps),
         size=abs(steps[0].size),
         unit=unit,
-        factors=() if bound else (("rate_random_walk", factor),),
     )
 
 
@@ -126,23 +121,16 @@ def transient(channels, left):
 
 
 EXAMPLES = [
-    Finding(
-        details=NotStatic(quantity="angular_rate", unit="rad/s", rotation=Rotation(rate=2.0, stream="gyro")),
-        severity="warning",
-        channels=("gyro_y",),
-        size=2.0,
-        unit="rad/s",
-    ),
     moved(burst(300.0, 301.0, 34.3), left=300),
     moved(burst(300.004, 300.996, 34.3), channels=("gyro_x",)),
     moved(burst(12_345.0, 12_405.0, 6.29, shock=False), left=6200),
     moved(*(burst(65.0 * k, 65.0 * k + 1.5, 30.0 + k) for k in range(1, 15)), left=4900),
     moved(burst(184.0, 216.0, 137.0, departure=0.0015, shock=False), burst(264.0, 272.0, 80.0, shock=False), left=8000),
     stepped(step(300.0, 2.95e-3), keep=(None, 298.0)),
-    stepped(step(300.0, 2.95e-3), step(450.0, -3e-3), bound=True, leave_out=((298.0, 452.0),)),
-    stepped(step(1500.0, -2e-3), bound=True, beside_drift=True, keep=(None, 1436.25)),
-    stepped(step(275.0, 9.14e-3, gradual=True), quantity="acceleration", unit="m/s^2", factor=1.06, keep=(291.0, None)),
-    stepped(step(275.0, 9.14e-3), factor=None, bound=True, keep=(291.0, None)),
+    stepped(step(300.0, 2.95e-3), step(450.0, -3e-3), leave_out=((298.0, 452.0),)),
+    stepped(step(1500.0, -2e-3), beside_drift=True, keep=(None, 1436.25)),
+    stepped(step(275.0, 9.14e-3, gradual=True), quantity="acceleration", unit="m/s^2", keep=(291.0, None)),
+    stepped(step(275.0, 9.14e-3), keep=(291.0, None)),
     spikes(1, -0.00418),
     spikes(300, 0.00663),
     spikes(5, 0.643, more_below=True),

@@ -2,14 +2,12 @@
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import (
-    AngleNoiseUndetermined,
     BandLeftOut,
     BandsOff,
     CheckedInPart,
     CheckedWithoutFit,
     CoarseValues,
     ConstantChannel,
-    FlickerAngleNoise,
     IsolatedSamples,
     Misfit,
     NoAdequateModel,
@@ -22,7 +20,6 @@ from sigmatau.findings.kinds.fit import (
     TooFewSamples,
     TooFewTimes,
     TooShort,
-    WhiteAngleNoise,
     Widened,
     ZeroVariance,
 )
@@ -71,10 +68,6 @@ EXAMPLES = [
     of_gyro(Strided(tau=122.88, samples=8_000_000_000, out_of_memory=True), "info"),
     Finding(details=Strided(tau=122.88, samples=60000), severity="info"),
     of_gyro(NoMap(samples=30, needed=160), "info"),
-    of_gyro(WhiteAngleNoise(quantity="angular_rate", share=0.82, tau=0.64), "info"),
-    of_gyro(FlickerAngleNoise(quantity="angular_rate", share=0.99, tau=1.28, quantization_fitted=True)),
-    of_gyro(FlickerAngleNoise(quantity="acceleration", share=0.4, tau=0.08, quantization_fitted=False)),
-    of_gyro(AngleNoiseUndetermined(quantity="signal"), "info"),
     of_gyro(CheckedInPart(checked=16_777_216, samples=100_000_000, duration=131072.0), "info"),
     Finding(details=CheckedWithoutFit(samples=12_000_000), severity="info"),
 ]

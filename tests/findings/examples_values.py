@@ -7,13 +7,11 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import (
     CoarseResolution,
     Dropout,
-    EarthRate,
     FilledOutages,
     FilledSamples,
     Gravity,
     ImplausibleUnit,
     Interpolated,
-    QuantizationMismatch,
     RepeatedSamples,
     Saturation,
     StuckSamples,
@@ -23,7 +21,6 @@ from sigmatau.noise.terms import TERMS
 
 GYRO = ("gyro_x", "gyro_y", "gyro_z")
 ACCEL = ("accel_x", "accel_y", "accel_z")
-EARTH = 7.292115e-5
 
 REPEATED = RepeatedSamples(
     pattern="held",
@@ -46,7 +43,6 @@ GYRO_UNIT = ImplausibleUnit(
     stated="rad/s",
     likely="deg/s",
     option="--unit gyro=deg/s",
-    counts=True,
     noise=0.33,
     times=19.0,
 )
@@ -156,9 +152,6 @@ EXAMPLES = [
         ("gyro_x",),
         severity="info",
     ),
-    values(
-        QuantizationMismatch(quantization=1e-4, step=1e-4, limit=2.89e-5, unit="m/s^2"), ("accel_x",), severity="info"
-    ),
     unit(
         ImplausibleUnit(
             evidence="gravity",
@@ -171,12 +164,7 @@ EXAMPLES = [
         ACCEL,
         1 / 9.80665,
     ),
-    unit(replace(GYRO_UNIT, evidence="step", counts=False, step=1 / 131, sensitivity=131.0), GYRO, 180 / math.pi),
-    unit(
-        replace(GYRO_UNIT, evidence="axes", counts=False, times=57.2, others=("gyro_x", "gyro_z")),
-        ("gyro_y",),
-        180 / math.pi,
-    ),
+    unit(replace(GYRO_UNIT, evidence="step", step=1 / 131, sensitivity=131.0), GYRO, 180 / math.pi),
     unit(GYRO_UNIT, GYRO, 180 / math.pi),
     unit(replace(GYRO_UNIT, stated="", likely="", option=""), GYRO, 1.0),
     unit(
@@ -186,30 +174,12 @@ EXAMPLES = [
             stated="deg/s",
             likely="rad/s",
             option="--unit gyro=rad/s",
-            counts=False,
             mean=0.0157,
         ),
         GYRO,
         math.pi / 180,
     ),
-    unit(
-        ImplausibleUnit(
-            evidence="noise",
-            quantity="acceleration",
-            stated="m/s^2",
-            likely="g",
-            option="--unit accel=g",
-            counts=True,
-            noise=1e-10,
-            times=1 / 81,
-        ),
-        ("accel_x",),
-        1 / 9.80665,
-    ),
     values(Gravity(mean=10.2, deviation=0.04, low=9.75, high=9.85, cause="bias_or_scale"), ACCEL, severity="info"),
     values(Gravity(mean=0.374, deviation=-0.962, low=9.75, high=9.85, cause="removed"), ACCEL, severity="info"),
     values(Gravity(mean=4.0, deviation=-0.592, low=9.75, high=9.85, cause="unknown"), ACCEL),
-    values(EarthRate(mean=7.3e-5, earth_rate=EARTH, tolerance=1e-6, bias=1e-7, agrees=True), GYRO, severity="info"),
-    values(EarthRate(mean=4e-9, earth_rate=EARTH, tolerance=6e-8, bias=None, agrees=False), GYRO, severity="info"),
-    values(EarthRate(mean=1.46e-4, earth_rate=EARTH, tolerance=1e-6, bias=1e-7, agrees=False), GYRO),
 ]

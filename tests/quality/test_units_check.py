@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from clean_records import check_samples as check
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.noise.terms import TERMS
-from sigmatau.quality.samples.units import earth_rate, gravity, implausible_unit
+from sigmatau.quality.samples.units import gravity, implausible_unit
 
 G = 9.80665
 # Up, tilted, and with the biases of a cheap sensor.
@@ -85,12 +84,6 @@ def test_gyro_noise_beyond_all_grades(noise, likely, stated):
     assert dict(finding.factors)["random_walk"] == pytest.approx(180 / math.pi if noise > 1 else math.pi / 180)
 
 
-def test_accelerometer_noise_beyond_all_grades():
-    (finding,) = implausible_unit(Record.from_arrays(rate=100, accel_x=triad("beyond", 0.0, 1e4)[:, 0]).streams[0])
-    assert (finding.details.evidence, finding.details.likely, finding.details.counts) == ("noise", "mg", True)
-    assert finding.details.noise == finding.size == pytest.approx(1e3, rel=0.05)
-
-
 @pytest.mark.parametrize("sensitivity", [131.0, 65.5, 16.4, 16.384, 1000 / 8.75])
 @pytest.mark.parametrize(("truth", "stated"), [("deg/s", "rad/s"), ("rad/s", "deg/s")])
 def test_a_known_step_tells_the_unit(sensitivity, truth, stated):
@@ -111,46 +104,6 @@ def test_decimals_are_no_known_step(decimals):
 def test_a_step_one_percent_off_is_not_known():
     x = np.round(triad("one percent", 3.0, 12.0)) / 131 * 1.01
     assert implausible_unit(Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro=x).streams[0]) == []
-
-
-def test_earth_rate_where_it_can_be_resolved():
-    """A gyro of 0.003 deg/√h and 0.02 deg/h sees 15 deg/h in minutes."""
-    noise = math.radians(0.003 / 60) * math.sqrt(100)
-    earth = np.array([0.6, 0.0, 0.8]) * 7.292115e-5
-    bias = math.radians(0.02) / 3600
-    x = triad("earth", earth, noise, n=100_000)
-    (finding,) = earth_rate(Record.from_arrays(rate=100, gyro=x).streams[0], bias=bias)
-    assert finding.severity == "info"
-    assert finding.size == pytest.approx(7.292e-5, rel=0.05)
-    (finding,) = earth_rate(Record.from_arrays(rate=100, gyro=x + earth).streams[0], bias=bias)
-    assert finding.severity == "warning"
-    # A bias of 100 deg/h hides it, and one gyro alone sees a part.
-    assert earth_rate(Record.from_arrays(rate=100, gyro=x).streams[0], bias=5e-4) == []
-    assert earth_rate(Record.from_arrays(rate=100, gyro_x=x[:, 0]).streams[0], bias=bias) == []
-
-
-def test_earth_rate_of_an_unknown_bias():
-    """As information alone: of optical gyros that show it, of those that show nothing, and of no others."""
-    noise = 3e-8 * math.sqrt(100)
-    earth = np.array([0.6, 0.0, 0.8]) * 7.292115e-5
-
-    def told(mean, times=1.0):
-        stream = Record.from_arrays(rate=100, gyro=triad("unknown bias", mean, noise * times, n=100_000)).streams[0]
-        return [finding for finding in check(stream) if finding.code == "earth_rate"]
-
-    (shown,) = told(earth)
-    assert (shown.severity, shown.factors) == ("info", ())
-    assert shown.size == pytest.approx(7.292115e-5, rel=1e-3)
-    assert shown.details.agrees
-    (removed,) = told((0.0, 0.0, 0.0))
-    assert removed.severity == "info"
-    assert not removed.details.agrees
-    assert told(earth + 5e-5) == []  # with a bias of 10 deg/h
-    assert told((0.0, 0.0, 0.0), times=100.0) == []  # 0.01 deg/√h: a MEMS gyro whose mean was taken off is no news
-    # What is simulated says so itself.
-    model = NoiseModel(channels={f"gyro_{axis}": {"random_walk": 3e-8} for axis in "xyz"})
-    simulated = simulate(model, duration=1000.0, rate=100.0, rng=seed_of("simulated earth")).streams[0]
-    assert [finding for finding in check(simulated) if finding.code == "earth_rate"] == []
 
 
 @pytest.mark.parametrize("kind", ["rate", "increments"])

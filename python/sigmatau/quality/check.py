@@ -21,7 +21,6 @@ from sigmatau.quality.facts import facts_kept, in_threads
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
 from sigmatau.quality.samples.masking import bridged, mask_of, masked
-from sigmatau.quality.samples.resolution import quantization_mismatch
 from sigmatau.quality.samples.shocks_and_steps import between_steps
 from sigmatau.quality.spectrum.aliasing import aliasing
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
@@ -163,8 +162,7 @@ def check_fits(
 ) -> tuple[Finding, ...]:
     """Faults of a record that need a fit.
 
-    Noise that changes, steps of the mean beside a drift, and quantization noise that is larger than the resolution of the
-    log explains. What a fit itself shows is in `sigmatau.quality.fit_findings`.
+    Noise that changes, and steps of the mean beside a drift. What a fit itself shows is in `sigmatau.quality.fit_findings`.
 
     Parameters
     ----------
@@ -189,10 +187,6 @@ def check_fits(
         if not of_stream:
             continue
         stream = _beginning(stream, looked_at)
-        for channel, fitted in of_stream.items():
-            term = fitted.get("quantization")
-            if term is not None and term.observed and term.value is not None:
-                said += quantization_mismatch(stream, channel, term.value, low=term.low or 0.0)
         flat = without_drifts(record, stream, of_stream)
         still = without(flat)[0] if disturbed else flat
         if flat is not stream:

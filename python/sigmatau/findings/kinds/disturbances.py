@@ -36,41 +36,15 @@ class LevelStep:
 
 
 @frozen
-class Rotation:
-    """A mean rate beyond any bias. `rate` in rad/s."""
-
-    rate: float
-    stream: str
-
-
-@frozen
-class AddedWalk:
-    """Rate random walk that levels other than the sensor's own add."""
-
-    channel: str  # the channel, what it measures, and its unit
-    quantity: str
-    unit: str
-    coefficient: float  # K that the levels add at averaging times up to their length [unit/√s]
-    factor: float | None  # K with these levels over the sensor's own; None if the sensor's own is 0
-    resolved: bool  # whether the record shows the sensor's own K; if not, `factor` is a lower limit
-
-    @property
-    def factors(self) -> tuple[tuple[str, float], ...]:
-        """The factor as those of a finding: none if it is only a limit."""
-        return (("rate_random_walk", self.factor),) if self.resolved and self.factor is not None else ()
-
-
-@frozen
 class NotStatic(Details, code="not_static"):
-    """Motion of a sensor that should rest: bursts, steps of the mean, or rotation."""
+    """Motion of a sensor that should rest: bursts, or steps of the mean."""
 
     quantity: str  # of the stream
     unit: str
-    rotation: Rotation | None = None
     bursts: tuple[MotionBurst, ...] = ()  # in order of time
     steps: tuple[LevelStep, ...] = ()  # in order of time
     beside_drift: bool = False  # whether the steps were found beside a drift that would hide them
-    walk: AddedWalk | None = None  # what the steps add
+    added_walk: float = 0.0  # rate random walk that the steps add [unit/√s]
     leave_out: tuple[Span, ...] = ()  # stretches to leave out, from the beginning of the log [s]
     # the longest part without a step, from the beginning of the log; None for an end of the record [s]
     keep: tuple[float | None, float | None] | None = None

@@ -173,32 +173,6 @@ class NoMap(Details, code="no_map"):
 
 
 @frozen
-class WhiteAngleNoise(Details, code="white_angle_noise"):
-    """Short averaging times show white noise of the angle, as quantization makes; not flicker noise of the angle."""
-
-    quantity: str
-    share: float  # of the Allan variance at `tau`
-    tau: float  # [s]
-
-
-@frozen
-class FlickerAngleNoise(Details, code="flicker_angle_noise"):
-    """Short averaging times show flicker noise of the angle, which is not a term of the model."""
-
-    quantity: str
-    share: float  # of the Allan variance at `tau`
-    tau: float  # [s]
-    quantization_fitted: bool  # whether the fit describes it by a quantization coefficient
-
-
-@frozen
-class AngleNoiseUndetermined(Details, code="angle_noise_untold"):
-    """Short averaging times show quantization or flicker noise of the angle; the Allan deviation cannot tell which."""
-
-    quantity: str
-
-
-@frozen
 class CheckedInPart(Details, code="checked_in_part"):
     """Only the beginning of a long record is checked for faults."""
 

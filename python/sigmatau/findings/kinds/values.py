@@ -117,33 +117,21 @@ class CoarseResolution(Details, code="coarse_resolution"):
 
 
 @frozen
-class QuantizationMismatch(Details, code="quantization_mismatch"):
-    """A fitted quantization noise larger than the step of the log can make."""
-
-    quantization: float  # fitted Q [unit·s]
-    step: float  # step S of the log [unit·s]
-    limit: float  # S/√12 [unit·s]
-    unit: str  # unit of the stream
-
-
-@frozen
 class ImplausibleUnit(Details, code="implausible_unit"):
     """Samples that are probably in another unit than stated."""
 
-    # mean of an accelerometer triad; a step known from datasheets; noise beyond that of all sensors; a bias too large
-    # for gyros with so little noise; one axis whose noise differs from that of the others
-    evidence: Literal["gravity", "step", "noise", "bias", "axes"]
+    # mean of an accelerometer triad; a step known from datasheets; noise beyond that of all gyros; a bias too large for
+    # gyros with so little noise
+    evidence: Literal["gravity", "step", "noise", "bias"]
     quantity: str  # what the stream measures
     stated: str = ""  # the unit that was stated, and the one that the samples look like; empty if no unit explains them
     likely: str = ""
     option: str = ""  # option of the command line that corrects it; empty if only a scale for raw counts can
-    counts: bool = False  # whether the samples may be raw counts
     mean: float | None = None  # length of the mean vector [SI unit of the stream]
     noise: float | None = None  # white noise [SI unit of the stream, per √Hz]
     step: float | None = None  # step of the numbers [SI unit of the stream]
     sensitivity: float | None = None  # the known sensitivity that the step agrees with [LSB per deg/s]
-    times: float | None = None  # white noise over that of the noisiest sensors, of the quietest, or of the other axes
-    others: tuple[str, ...] = ()  # the other axes
+    times: float | None = None  # white noise over that of the noisiest gyros
 
 
 @frozen
@@ -155,14 +143,3 @@ class Gravity(Details, code="gravity"):
     low: float  # gravity on the ground [m/s^2]
     high: float
     cause: Literal["bias_or_scale", "removed", "unknown"]
-
-
-@frozen
-class EarthRate(Details, code="earth_rate"):
-    """The mean rate of a gyro triad against the Earth's."""
-
-    mean: float  # length of the mean vector, and rotation of the Earth [rad/s]
-    earth_rate: float
-    tolerance: float  # difference that noise and the stated bias allow [rad/s]
-    bias: float | None  # the stated bias of a gyro [rad/s]
-    agrees: bool  # whether the difference is within the tolerance. If not and no bias is stated, the mean is too small

@@ -8,7 +8,6 @@ from typing import Any
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import (
-    AddedWalk,
     ChosenWindow,
     LeftOut,
     LevelStep,
@@ -36,22 +35,12 @@ from sigmatau.results import duration_text, seconds
 
 __all__ = ["WORDS"]
 
-_SHOWN = 5e-4  # a change of a coefficient by less is none
 _GRAVITY = 9.80665  # m/s²
 _WALK = "rate_random_walk"
 
 
 def _not_static(finding: Finding, details: NotStatic) -> Words:
-    if details.rotation is not None:
-        rate = number(math.degrees(details.rotation.rate))
-        return Words(
-            f"mean rate of {rate} deg/s, larger than any bias: the sensor rotates or the unit is wrong",
-            f"Record the sensor at rest; use --unit {details.rotation.stream}=deg/s for values in deg/s, --scale for counts",
-        )
-    effects = []
-    if details.walk is not None:
-        effects.append(_walk_text(details.walk))
-        effects.append(_tilt(details))
+    effects = [_walk_text(details), _tilt(details)] if details.steps else []
     said = [_bursts(details.bursts), _steps(details)]
     message = " and ".join(filter(None, said)) + (", in addition to a drift" if details.beside_drift else "")
     return Words(while_short(message, effects), _left_or_kept(details))
@@ -99,20 +88,9 @@ def _about(step: LevelStep) -> str:
     return f"{'around' if step.gradual else 'at'} {clock(step.time)}"
 
 
-def _walk_text(walk: AddedWalk) -> str:
-    """What steps of the mean do to the rate random walk: ``"rate random walk at least 5.4 times too large"``."""
-    if walk.factor is not None:
-        return _effect(_WALK, walk.factor, quantity=walk.quantity, at_least=not walk.resolved)
-    text, scale = display_units(_WALK, walk.quantity, walk.unit)[0]
-    return f"adds {number(walk.coefficient / scale)} {text} of {TERMS[_WALK].label(walk.quantity)}"
-
-
-def _effect(term: str, factor: float, *, quantity: str = "", at_least: bool = False) -> str:
-    label = TERMS[term].label(quantity)
-    if abs(factor - 1) < _SHOWN:
-        return f"{label} unchanged"
-    text = factor_text(term, factor, quantity=quantity)
-    return text.replace(label, f"{label} at least", 1) if at_least else text
+def _walk_text(details: NotStatic) -> str:
+    text, scale = display_units(_WALK, details.quantity, details.unit)[0]
+    return f"adds {number(details.added_walk / scale)} {text} of {TERMS[_WALK].label(details.quantity)}"
 
 
 def _spikes(finding: Finding, details: Spikes) -> Words:

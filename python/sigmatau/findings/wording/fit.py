@@ -12,8 +12,6 @@ from sigmatau.results import duration_text, seconds, two_digits
 
 __all__ = ["WORDS", "filter_text", "reason_text", "reasons_text"]
 
-_SUMMED_NOISE = {"angular_rate": "angle noise", "acceleration": "velocity noise"}
-
 _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 
 _REASONS: dict[type, Callable[[Any], str]] = {
@@ -126,35 +124,6 @@ def _no_map(finding: Finding, details: kinds.NoMap) -> Words:
     return Words(f"no stability map: {details.samples} samples, at least {details.needed} are needed")
 
 
-def _white_angle_noise(finding: Finding, details: kinds.WhiteAngleNoise) -> Words:
-    return Words(
-        f"{percent(details.share)} of the variance at τ = {seconds(details.tau)} s is white {_summed(details)}, as"
-        " expected from quantization (modified deviation)"
-    )
-
-
-def _flicker_angle_noise(finding: Finding, details: kinds.FlickerAngleNoise) -> Words:
-    return Words(
-        f"{percent(details.share)} of the variance at τ = {seconds(details.tau)} s is flicker {_summed(details)}, not"
-        " quantization (modified deviation)",
-        "Do not use the quantization coefficient; the random walk may be several times too large"
-        if details.quantization_fitted
-        else "Do not use the random walk; it may be several times too large",
-    )
-
-
-def _angle_noise_undetermined(finding: Finding, details: kinds.AngleNoiseUndetermined) -> Words:
-    return Words(
-        f"short averaging times show quantization or flicker {_summed(details)}; the Allan deviation cannot"
-        " distinguish them",
-        "Run sigmatau analyze on the log: the modified deviation distinguishes them",
-    )
-
-
-def _summed(details: kinds.WhiteAngleNoise | kinds.FlickerAngleNoise | kinds.AngleNoiseUndetermined) -> str:
-    return _SUMMED_NOISE.get(details.quantity, "noise of the integral")
-
-
 def _checked_in_part(finding: Finding, details: kinds.CheckedInPart) -> Words:
     return Words(
         f"only the first {duration_text(details.duration)} are checked for faults, {details.checked} of"
@@ -180,9 +149,6 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.TooFewSamples: _too_few_samples,
     kinds.Strided: _strided,
     kinds.NoMap: _no_map,
-    kinds.WhiteAngleNoise: _white_angle_noise,
-    kinds.FlickerAngleNoise: _flicker_angle_noise,
-    kinds.AngleNoiseUndetermined: _angle_noise_undetermined,
     kinds.CheckedInPart: _checked_in_part,
     kinds.CheckedWithoutFit: _checked_without_fit,
 }

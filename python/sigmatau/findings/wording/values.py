@@ -10,17 +10,15 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import (
     CoarseResolution,
     Dropout,
-    EarthRate,
     Gravity,
     HeldRuns,
     ImplausibleUnit,
     Interpolated,
-    QuantizationMismatch,
     RepeatedSamples,
     Saturation,
     StuckSamples,
 )
-from sigmatau.findings.wording.phrases import Words, axes_text, clock, largest_factor_text, percent
+from sigmatau.findings.wording.phrases import Words, clock, largest_factor_text, percent
 from sigmatau.results import duration_text, seconds, two_digits
 
 __all__ = ["WORDS"]
@@ -133,40 +131,22 @@ def _integrated(unit: str) -> str:
     return {"rad/s": "rad", "m/s^2": "m/s"}.get(unit, f"{unit}·s")
 
 
-def _quantization_mismatch(finding: Finding, details: QuantizationMismatch) -> Words:
-    unit, times = _integrated(details.unit), details.quantization / details.limit
-    limit = f"S/√12 = {details.limit:.3g} {unit}"
-    return Words(
-        f"fitted Q = {details.quantization:.3g} {unit} is {times:.3g} times the quantization noise of the log's step,"
-        f" {limit}",
-        "Look for other noise with slope -1, such as white noise of the angle or velocity",
-    )
-
-
 def _implausible_unit(finding: Finding, details: ImplausibleUnit) -> Words:
-    unit, size = ("(deg/s)/√Hz", math.radians(1)) if details.quantity == "angular_rate" else ("µg/√Hz", 9.80665e-6)
-    noise = f"{_number((details.noise or 0) / size)} {unit}"
-    times = details.times or 1.0
+    noise = f"{_number(math.degrees(details.noise or 0))} (deg/s)/√Hz"
     if details.evidence == "gravity":
         said = f"mean acceleration of {details.mean:.4g} m/s^2"
     elif details.evidence == "step":
         said = f"the resolution is {details.step:.3g} rad/s (1 LSB of sensors with {details.sensitivity:.6g} LSB per deg/s)"
-    elif details.evidence == "axes":
-        ratio = f"{_number(times)} times" if times > 1 else f"1/{_number(1 / times)} of"
-        said = f"white noise is {ratio} that of {axes_text(details.others)}"
     elif details.evidence == "bias":
         said = f"the noise is that of an optical gyro, but the mean is {_degrees_per_hour(details.mean or 0)} deg/h"
     else:
-        said = f"white noise of {noise}, {two_digits(times)} times that of the noisiest sensors"
-        if times < 1:
-            said = f"white noise of {noise}, 1/{two_digits(1 / times)} of that of the quietest sensors"
+        said = f"white noise of {noise}, {two_digits(details.times or 1.0)} times that of the noisiest gyros"
     looks = f"the unit is probably {details.likely}" if details.likely else "the values may be raw counts"
     if not details.likely:
         return Words(f"{said}; {looks}", "Run with --scale for raw counts")
     factor = finding.factors[0][1] if finding.factors else 1.0
     wrong = f"{_number(factor)} times too large" if factor > 1 else f"{_number(1 / factor)} times too small"
-    counts = ", or with --scale for raw counts" if details.counts else ""
-    return Words(f"{said}; {looks}", f"Run with {details.option}{counts}; all coefficients are now {wrong}")
+    return Words(f"{said}; {looks}", f"Run with {details.option}; all coefficients are now {wrong}")
 
 
 def _gravity(finding: Finding, details: Gravity) -> Words:
@@ -187,23 +167,6 @@ def _gravity(finding: Finding, details: Gravity) -> Words:
     return Words(said, "Check --unit, --scale and --channels")
 
 
-def _earth_rate(finding: Finding, details: EarthRate) -> Words:
-    allowed = f"± {math.degrees(details.tolerance) * 3600:.2g}"
-    mean = f"mean rate of {_degrees_per_hour(details.mean)} {allowed} deg/h"
-    earth = f"{math.degrees(details.earth_rate) * 3600:.4g} deg/h"
-    if details.agrees:
-        return Words(f"{mean} agrees with the Earth rate, {earth}: unit and scale are plausible")
-    if details.bias is None:
-        return Words(
-            f"{mean}: the mean or the Earth rate, {earth}, was subtracted; coefficients unchanged",
-            "Find the cause: a high-pass filter also removes slow noise",
-        )
-    return Words(
-        f"{mean} differs from the Earth rate, {earth}: wrong unit or scale, a larger bias, or motion",
-        "Check --unit and --scale",
-    )
-
-
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     Dropout: _dropout,
     StuckSamples: _stuck_samples,
@@ -211,8 +174,6 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     RepeatedSamples: _repeated_samples,
     Interpolated: _interpolated,
     CoarseResolution: _coarse_resolution,
-    QuantizationMismatch: _quantization_mismatch,
     ImplausibleUnit: _implausible_unit,
     Gravity: _gravity,
-    EarthRate: _earth_rate,
 }

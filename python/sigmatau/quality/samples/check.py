@@ -3,14 +3,13 @@
 from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.disturbances import NotStatic
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.disturbances import disturbances, masked_by
 from sigmatau.quality.samples.interpolation import interpolated
 from sigmatau.quality.samples.repeated_samples import repeated_samples
 from sigmatau.quality.samples.resolution import coarse_resolution
 from sigmatau.quality.samples.shocks_and_steps import not_static
-from sigmatau.quality.samples.units import earth_rate, gravity, implausible_unit
+from sigmatau.quality.samples.units import gravity, implausible_unit
 from sigmatau.record.streams import Stream
 
 __all__ = ["check"]
@@ -23,14 +22,7 @@ def check(stream: Stream) -> list[Finding]:
     unit = implausible_unit(still)
     shaken = masked_by(stream, (one for one in disturbed if one.cause not in ("shocks", "spikes")))
     moved = not_static(shaken, still=still)
-    earth = [] if unit or moved else earth_rate(still)  # else the mean is not that of a sensor at rest
-    if any(len(one.channels) != 1 or one.channels == stream.channels for one in unit):
-        moved = [one for one in moved if not _rotates(one)]  # the unit explains the mean
-    found = [*unit, *gravity(still), *earth, *moved, *repeated_samples(masked_by(without_dust(stream), disturbed))]
+    found = [*unit, *gravity(still), *moved, *repeated_samples(masked_by(without_dust(stream), disturbed))]
     found += [*interpolated(still), *coarse_resolution(still)]
     # Without its channels a finding of the gyros may equal one of the accelerometers.
     return [one if one.channels else replace(one, channels=stream.channels) for one in found]
-
-
-def _rotates(finding: Finding) -> bool:
-    return isinstance(finding.details, NotStatic) and finding.details.rotation is not None

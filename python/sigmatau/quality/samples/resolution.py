@@ -10,7 +10,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds.values import CoarseResolution, QuantizationMismatch
+from sigmatau.findings.kinds.values import CoarseResolution
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
@@ -21,8 +21,6 @@ __all__ = [
     "common_step",
     "equal_by_chance",
     "hides_noise",
-    "quantization_mismatch",
-    "quantization_step",
     "resolution",
     "rounded",
     "step_of",
@@ -47,9 +45,6 @@ _MIN_NOISE_STEPS = 0.54
 
 _MAX_NOISE_STEPS = 3.0  # noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most
 _MAX_FACTOR = 2.0  # beyond it, what rounding adds is not known
-
-# Largest ratio of a fitted quantization noise to S/√12, the paper's bound below eq. (13). Fits are right to some percent.
-_TOLERANCE = 1.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,30 +171,6 @@ def hides_noise(stream: Stream) -> bool:
     """Whether a channel has a step so coarse that the noise seen is that of the rounding, more or less than the sensor's."""
     found = (resolution(stream, channel) for channel in stream.channels)
     return any(one is not None and one.ratio < _MIN_NOISE_STEPS for one in found)
-
-
-def quantization_step(stream: Stream, channel: str) -> float | None:
-    """Step S of the increments, angle or velocity in a log, for Q against S/√12 [unit·s]; None for rates or no step."""
-    if stream.samples.transforms[stream.channels.index(channel)].kind == "rate":
-        return None
-    return step_of(stream, channel) * stream.grid.tau0 or None
-
-
-def quantization_mismatch(
-    stream: Stream, channel: str, quantization: float, *, low: float = 0.0, tolerance: float = _TOLERANCE
-) -> list[Finding]:
-    """A finding if a fitted quantization noise [unit·s] is larger than the step of the log can make; at most one info.
-
-    The lower end `low` of its interval, or without one the value itself, is compared with `tolerance` times S/√12.
-    """
-    step = quantization_step(stream, channel)
-    if step is None:
-        return []
-    limit = step / math.sqrt(12)
-    if (low or quantization) <= tolerance * limit:
-        return []
-    details = QuantizationMismatch(quantization=quantization, step=step, limit=limit, unit=stream.unit)
-    return [Finding(details=details, severity="info", channels=(channel,), size=quantization / limit)]
 
 
 def rounded(finding: Finding) -> bool:

@@ -1,4 +1,4 @@
-"""Motion of a sensor that should rest: shocks, vibration, rotation, and steps of the mean (tilt)."""
+"""Motion of a sensor that should rest: shocks, vibration, and steps of the mean (tilt)."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.findings.kinds.disturbances import LevelStep, MotionBurst, NotStatic, Rotation
+from sigmatau.findings.kinds.disturbances import LevelStep, MotionBurst, NotStatic
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import present
-from sigmatau.quality.samples.level_walk import added_walk, parts_without
 from sigmatau.quality.samples.light_shocks import light_shocks
 from sigmatau.quality.samples.masking import Found, in_seconds, mask_of, masked, without_steps
 from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
@@ -20,9 +19,6 @@ from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.record.streams import Stream
 
 __all__ = ["Movements", "between_steps", "level_finding", "movements", "not_static", "shocks"]
-
-LARGEST_BIAS = math.radians(20)
-"""Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]"""
 
 _SHOCK_WINDOWS = 3  # a burst of no more windows, of 1 s each, is a shock
 _BESIDE = 3  # windows of a step whose means before and after it are compared
@@ -40,15 +36,15 @@ def shocks(stream: Stream) -> list[Found]:
     light, alone = light_shocks(stream), spikes_missing(stream)
     seen = movements(alone)
     moved = [*seen.moved, *_not_in(light, seen.moved)]
-    if not moved or _rotating(stream, seen) is not None:
+    if not moved:
         return []
     margins = ((b, max(seen.window, b.stop - b.start) if b.away else seen.window) for b in moved)
     bad = mask_of(stream.grid.n, [(b.start - margin, b.stop + margin) for b, margin in margins])
     return [(_motion(stream, moved, seen.window), np.repeat(bad[:, None], len(stream.channels), axis=1))]
 
 
-def not_static(stream: Stream, *, still: Stream | None = None, largest_bias: float = LARGEST_BIAS) -> list[Finding]:
-    """Motion of a sensor that should rest and that is not left out: rotation, or steps of the mean (tilt), by channel.
+def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
+    """Motion of a sensor that should rest and that is not left out: steps of the mean (tilt), by channel.
 
     Parameters
     ----------
@@ -57,14 +53,10 @@ def not_static(stream: Stream, *, still: Stream | None = None, largest_bias: flo
         checked.
     still : Stream, optional
         The same without them, in which a step must be left.
-    largest_bias : float
-        A larger mean rate is a rotation. [rad/s]
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
     seen = movements(spikes_missing(stream))
-    if (rotating := _rotating(stream, seen, largest_bias)) is not None:
-        return [_rotation(stream, rotating, seen.rates[rotating])]
     found = []
     for channel, changes in seen.changed.items():
         if left := [one for one in changes if still is None or _is_left(summary(still, channel), one)]:
@@ -93,19 +85,12 @@ def between_steps(stream: Stream, found: Sequence[Finding]) -> Stream:
     return masked(stream, mask)
 
 
-def _rotating(stream: Stream, seen: Movements, largest_bias: float = LARGEST_BIAS) -> str | None:
-    """The channel of the largest mean rate, if that is a rotation."""
-    fastest = max(seen.rates, key=lambda channel: seen.rates[channel])
-    return fastest if stream.quantity == "angular_rate" and seen.rates[fastest] >= largest_bias else None
-
-
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Movements:
     """Motion of the channels of a stream."""
 
     moved: list[Burst]
     changed: dict[str, list[LevelChange]]  # steps of the mean, of the channels that have any
-    rates: dict[str, float]  # size of the mean, by channel
     window: int  # samples in a window
 
 
@@ -123,12 +108,10 @@ def movements(stream: Stream) -> Movements:
     """Bursts, excursions and steps of the mean of each channel."""
     moved: list[Burst] = []
     changed: dict[str, list[LevelChange]] = {}
-    rates: dict[str, float] = {}
     window = 0
     for channel in stream.channels:
         seen = summary(stream, channel)
         window = seen.window
-        rates[channel] = abs(seen.first + float(np.mean(present(seen.mean)))) if np.isfinite(seen.mean).any() else 0.0
         here = bursts(stream, seen)
         moved += here
         if here:  # the mean during motion is not used; across a shock it steps from the mean before to the mean after
@@ -147,7 +130,7 @@ def movements(stream: Stream) -> Movements:
         if changes:
             changed[channel] = changes
         moved += excursions(stream, seen, changes)
-    return Movements(moved=moved, changed=changed, rates=rates, window=window)
+    return Movements(moved=moved, changed=changed, window=window)
 
 
 def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
@@ -161,11 +144,6 @@ def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
     if not (len(before) and len(after)):
         return False
     return abs(float(np.median(after) - np.median(before))) < _RETURNED * abs(change.size)
-
-
-def _rotation(stream: Stream, channel: str, rate: float) -> Finding:
-    details = NotStatic(quantity=stream.quantity, unit=stream.unit, rotation=Rotation(rate=rate, stream=stream.name))
-    return Finding(details=details, severity="warning", channels=(channel,), size=rate, unit=stream.unit)
 
 
 def _motion(stream: Stream, moved: Sequence[Burst], window: int) -> Finding:
@@ -210,15 +188,9 @@ def level_finding(
 ) -> Finding:
     """Finding about one or more steps of the mean: when, how large, and what they add to the rate random walk."""
     largest = max(changes, key=lambda change: abs(change.size))
-    tau0, n = stream.grid.tau0, stream.grid.n
+    tau0 = stream.grid.tau0
     # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
-    added = sum(change.size**2 for change in changes) / stream.grid.duration
-    between = parts_without(
-        n,
-        [max(change.sample - change.around, 0) for change in changes],
-        [min(change.sample + change.around, n) for change in changes],
-    )
-    walk = added_walk(stream, channel, added, between)
+    added = math.sqrt(sum(change.size**2 for change in changes) / stream.grid.duration)
     leave_out, keep = without_steps(stream, [(c.sample, c.window, c.size) for c in changes])
     steps = tuple(
         LevelStep(
@@ -237,7 +209,7 @@ def level_finding(
             unit=stream.unit,
             steps=steps,
             beside_drift=beside_drift,
-            walk=walk,
+            added_walk=added,
             leave_out=leave_out,
             keep=keep,
         ),
@@ -246,5 +218,4 @@ def level_finding(
         spans=in_seconds(stream, [(change.sample, change.sample) for change in changes]),
         size=abs(largest.size),
         unit=stream.unit,
-        factors=walk.factors,
     )

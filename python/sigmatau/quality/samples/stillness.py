@@ -21,7 +21,6 @@ from sigmatau.findings.finding import Span
 from sigmatau.findings.kinds.rest import Motion
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.resolution import step_of
-from sigmatau.quality.samples.shocks_and_steps import LARGEST_BIAS
 from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
 
 Counts = NDArray[np.int64]
@@ -37,11 +36,14 @@ _LEAST = 5  # second differences that a level can be taken from
 
 # √τ times the deviation of means beyond which a sensor moves, and the rise over the noise at shorter times that goes with
 # it: beyond the noise of all sensors a small rise, beyond that of most a large one. Studied in studies/rest.py. The noise of
-# gyros for sale is up to 0.05 (deg/s)/√Hz, that of accelerometers up to 1 mg/√Hz, see `sensor_grades`. [SI unit/√Hz]
+# gyros for sale is up to 0.05 (deg/s)/√Hz, that of accelerometers up to 1 mg/√Hz, see `units`. [SI unit/√Hz]
 _LEVELS = {"angular_rate": (math.radians(0.05), math.radians(0.175)), "acceleration": (0.015, 0.03)}
 _RISE, _RISE_OF_HIGH = 8.0, 1.6
 _NORMAL_MEDIAN = 0.6745  # of absolute normal deviates
 _ERRORS = 3.0  # a level by the median of n differences is wrong by no more than so many times 1/√n
+
+# Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]
+_LARGEST_BIAS = math.radians(20)
 
 # Change of the mean from second to second, in standard deviations of one mean, of a sensor in someone's hands, and how much
 # more than its noise that is. Steps and knocks of a table are less. [SI unit]
@@ -246,7 +248,7 @@ def _seconds(found: _Means) -> Moved:
         at = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
         np.maximum.at(largest, at, beyond)
     turning = np.abs(np.nan_to_num(second)) if found.quantity == "angular_rate" else np.zeros(n)
-    turning[turning < max(LARGEST_BIAS, _HANDLED_RISE * found.floor / math.sqrt(size))] = 0.0
+    turning[turning < max(_LARGEST_BIAS, _HANDLED_RISE * found.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
     spans: list[Span] = []
     strongest: Motion | None = None
@@ -257,7 +259,7 @@ def _seconds(found: _Means) -> Moved:
         amount, rate = float(largest[a:b].max()), float(turning[a:b].max())
         times = amount * math.sqrt(size) / found.floor if found.floor > 0 else math.inf
         varies = found.motion("varies", amount, times, size)
-        motion = varies if amount > 0 else found.motion("turns", rate, rate / LARGEST_BIAS, (b - a) * size)
+        motion = varies if amount > 0 else found.motion("turns", rate, rate / _LARGEST_BIAS, (b - a) * size)
         strongest = motion if strongest is None or motion.times > strongest.times else strongest
     return Moved(tuple(spans), strongest)
 

@@ -1,40 +1,25 @@
-"""Units: mean acceleration against gravity, noise against that of existing sensors, steps known from datasheets."""
+"""Units: mean acceleration against gravity, noise and mean of gyros against those of existing ones, known steps."""
 
 from __future__ import annotations
 
 import math
 from typing import Literal
 
-import numpy as np
-
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds.values import EarthRate, Gravity, ImplausibleUnit
-from sigmatau.quality.samples.common import octaves, present
+from sigmatau.findings.kinds.values import Gravity, ImplausibleUnit
+from sigmatau.noise.terms import TERMS
+from sigmatau.quality.samples.common import octaves, pieces, present, sample_of, white_level
 from sigmatau.quality.samples.resolution import hides_noise, step_of
-from sigmatau.quality.samples.sensor_grades import (
-    DEGREE,
-    GRAVITY,
-    GRAVITY_TOLERANCE,
-    OPTICAL_NOISE,
-    grade,
-    largest_noise,
-    mean_vector,
-    mixed_units,
-    unit_finding,
-    white_noise,
-)
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
-__all__ = ["earth_rate", "gravity", "implausible_unit"]
+__all__ = ["gravity", "implausible_unit"]
 
-EARTH_RATE = 7.292115e-5  # sidereal rotation of the Earth [rad/s]
+DEGREE = math.pi / 180
 
-# Part of the Earth's rate below which the mean of gyros of an unknown bias has been removed: on three axes at once biases
-# would have to be what the Earth makes there with the other sign. Gaussian ones do so in 1.2 % at most, where their standard
-# deviation is 8.7 deg/h.
-_REMOVED = 1 / 3
+GRAVITY = 9.80665  # standard gravity [m/s^2]
 
-_MAX_SPREAD = 1 / 5  # part of the Earth's rate that noise and bias may allow for anything to be reported
+GRAVITY_TOLERANCE = 0.12
+"""What bias (100 mg) and scale errors (some percent) of consumer accelerometers change of gravity, as a part of it."""
 
 # Gravity on the ground: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL 40 (2013). [m/s^2]
 _ON_GROUND = (9.75, 9.85)
@@ -53,16 +38,22 @@ _MISTAKEN: tuple[tuple[float, str, str, str], ...] = (
     (GRAVITY / 0.3048, "m/s^2", "ft/s^2", "--unit accel=ft/s^2"),
 )
 
-# White noise of existing sensors, best and worst, and the factor beyond them that is implausible. Gyros: 1e-5 deg/√h
-# (hemispherical resonators) to 1 (deg/s)/√Hz; accelerometers: 1 ng/√Hz (seismic) to 10 mg/√Hz. [SI unit per √Hz]
-_NOISE = {"angular_rate": (1e-5 * DEGREE / 60, 1 * DEGREE), "acceleration": (1e-9 * GRAVITY, 0.01 * GRAVITY)}
-_BEYOND = 10.0
+# Gyros by the stated unit: the likely one, and the factor of all coefficients.
+_MISTAKES = {"rad/s": ("deg/s", 1 / DEGREE), "deg/s": ("rad/s", DEGREE)}
+_FACTORS = {"rad/s": 1.0, "deg/s": DEGREE}
+_SAME_FACTOR = 1e-6
 
-# What noise beyond the worst and below the best sensors may be due to: stated unit, likely unit, factor of all coefficients.
-_NOISE_MISTAKES = {
-    "angular_rate": (("rad/s", "deg/s", 1 / DEGREE), ("deg/s", "rad/s", DEGREE)),
-    "acceleration": (("m/s^2", "mg", 1000 / GRAVITY), ("m/s^2", "g", 1 / GRAVITY)),
-}
+# The noisiest gyros of datasheets have 0.1 (deg/s)/√Hz (first MEMS; consumer ones since have 0.004 to 0.03). [rad/s/√Hz]
+_NOISIEST_GYRO = 0.1 * DEGREE
+_TIMES_NOISIEST = 2.0
+
+# White noise that only optical gyros are below, whose bias is some deg/h at most: 0.01 deg/√h. [rad/s/√Hz]
+_OPTICAL_NOISE = 0.01 * DEGREE / 60
+
+# Least mean rate that is not a bias of gyros so quiet: three times the Earth's. MEMS have 100 to 10^5 deg/h. [rad/s]
+_MIN_MEMS_BIAS = 45 * DEGREE / 3600
+
+_LOOKED_AT = 1 << 17
 
 # Steps that sensors are known for, in deg/s, from datasheets: InvenSense MPU and ICM (131 to 16.4 LSB per deg/s), Bosch BMI
 # (262.144 to 16.384), ST LSM and L3G (4.375 to 70 mdps). Steps that a rounded decimal could be too are left out.
@@ -79,32 +70,22 @@ _SAME_STEP = 1e-4
 def implausible_unit(stream: Stream) -> list[Finding]:
     """Signs that the samples are in another unit than stated: at most one finding, whose factor is that of all terms.
 
-    An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. One axis may have 57.3 or 9.8 times
-    the noise of the other two, see `mixed_units`; gyros may be noisier than any gyro, or have a bias that gyros with so
-    little noise do not have, see `grade`. White noise more than ten times beyond that of the best and the worst sensors, or
-    a step of the numbers that is known from datasheets in the other unit, distinguishes deg/s from rad/s.
+    An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. Gyros are in deg/s, or are raw
+    counts, if they are noisier than any gyro; in rad/s, if they have a bias that gyros with so little noise do not have. A
+    step of the numbers that is known from datasheets in the other unit distinguishes the two as well.
     """
-    coarse = hides_noise(stream)
-    if not coarse and (mixed := mixed_units(stream)):
-        return mixed
     implausible_rate = not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
     if implausible_rate and stream.samples.transforms[0].kind != "rate":
         return []  # samples over an interval that is wrong are wrong by as much
     if stream.quantity == "acceleration" and len(stream.channels) == 3:
-        level = mean_vector(stream)
-        value, stated, likely, option = min(_MISTAKEN, key=lambda one: abs(level / one[0] - 1))
-        if abs(level / value - 1) < GRAVITY_TOLERANCE:
-            details = ImplausibleUnit(
-                evidence="gravity", quantity=stream.quantity, stated=stated, likely=likely, option=option, mean=level
-            )
-            return unit_finding(stream, details, factor=value / GRAVITY, size=level)
-    if stream.quantity not in _NOISE:
+        return _by_gravity(stream)
+    if stream.quantity != "angular_rate":
         return []
-    if stream.quantity == "angular_rate" and (found := _by_step(stream)):
+    if found := _by_step(stream):
         return found
-    if implausible_rate or coarse:
+    if implausible_rate or hides_noise(stream) or stream.grid.source == "simulated":
         return []  # a noise density is as wrong as the rate that it was computed with; rounding says nothing of noise
-    return grade(stream) or _by_noise(stream)
+    return _by_noise(stream)
 
 
 def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Finding]:
@@ -117,7 +98,7 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
         return []
     if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return []
-    level = mean_vector(stream)
+    level = _mean_vector(stream)
     low, high = _ON_GROUND
     if low <= level <= high or not math.isfinite(level):
         return []
@@ -132,48 +113,22 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
     return [Finding(details=details, severity=severity, channels=stream.channels, size=level, unit=stream.unit)]
 
 
-def earth_rate(stream: Stream, *, bias: float | None = None) -> list[Finding]:
-    """Whether the mean of a triad of orthogonal gyros can be the rotation of the Earth; at most one finding.
-
-    Empty if bias and noise together are larger than a fifth of the Earth's rate, so that nothing can be concluded.
-
-    Parameters
-    ----------
-    stream : Stream
-    bias : float, optional
-        Largest constant bias of each gyro, by its datasheet. Default: unknown. Then only gyros with white noise below
-        0.01 deg/√h, as only optical ones have, are judged, and only as information: whether their mean is the Earth's rate,
-        or so small that something has been removed. [rad/s]
-    """
-    if stream.quantity != "angular_rate" or len(stream.channels) != 3:
+def _by_gravity(stream: Stream) -> list[Finding]:
+    level = _mean_vector(stream)
+    value, stated, likely, option = min(_MISTAKEN, key=lambda one: abs(level / one[0] - 1))
+    if not abs(level / value - 1) < GRAVITY_TOLERANCE:
         return []
-    optical = (0 < white_noise(stream, channel) < OPTICAL_NOISE for channel in stream.channels)
-    if bias is None and (stream.grid.source == "simulated" or not all(optical)):
-        return []
-    means, variance = [], 0.0
-    for channel in stream.channels:
-        x = stream.column(channel)
-        means.append(float(np.mean(present(x))) if np.isfinite(x).any() else math.nan)
-        levels = [avar for _, avar, _ in octaves(x)]
-        # σ²(τ) at the longest τ is no less than the variance of the mean, for white noise; for slower noise it is near.
-        variance += levels[-1] if levels else math.inf
-    spread = 2 * math.sqrt(variance) + math.sqrt(3) * (bias or 0.0)
-    mean = math.hypot(*means)
-    if not spread < _MAX_SPREAD * EARTH_RATE:
-        return []
-    agrees = abs(mean - EARTH_RATE) <= spread
-    if bias is None and not agrees and mean > _REMOVED * EARTH_RATE:
-        return []  # a bias, or a part of the Earth's rate against one
-    details = EarthRate(mean=mean, earth_rate=EARTH_RATE, tolerance=spread, bias=bias, agrees=agrees)
-    severity: Severity = "info" if agrees or bias is None else "warning"
-    return [Finding(details=details, severity=severity, channels=stream.channels, size=mean, unit=stream.unit)]
+    details = ImplausibleUnit(
+        evidence="gravity", quantity=stream.quantity, stated=stated, likely=likely, option=option, mean=level
+    )
+    return _finding(stream, details, factor=value / GRAVITY, size=level)
 
 
 def _by_step(stream: Stream) -> list[Finding]:
     steps = [step for channel in stream.channels if (step := step_of(stream, channel))]
     if not steps:
         return []
-    for stated, likely, factor in _NOISE_MISTAKES["angular_rate"]:
+    for stated, (likely, factor) in _MISTAKES.items():
         known = [s for s in _STEPS_DPS if all(abs(step / (s * DEGREE * factor) - 1) < _SAME_STEP for step in steps)]
         if known:
             details = ImplausibleUnit(
@@ -185,30 +140,71 @@ def _by_step(stream: Stream) -> list[Finding]:
                 step=steps[0],
                 sensitivity=1 / known[0],
             )
-            return unit_finding(stream, details, factor=factor, size=steps[0])
+            return _finding(stream, details, factor=factor, size=steps[0])
     return []
 
 
 def _by_noise(stream: Stream) -> list[Finding]:
-    best, worst = _NOISE[stream.quantity]
+    """Whether the noise of gyros is larger than that of any gyro, or their mean too large for gyros with so little noise."""
     # White noise is no more than the least of τσ²(τ), and no less than the largest where a slow term hides it.
-    bounds = {channel: bound for channel in stream.channels if (bound := white_noise(stream, channel)) > 0}
-    if not bounds:
+    least = sorted(_levels(stream, channel)[0] for channel in stream.channels)
+    if not least[0] > 0:
         return []
-    least = float(np.median(list(bounds.values())))
-    most = float(np.median([largest_noise(stream, channel) for channel in bounds]))
-    if not (least > _BEYOND * worst or most < best / _BEYOND):
-        return []
-    noise, times = (least, least / worst) if least > _BEYOND * worst else (most, most / best)
-    stated, likely, factor = _NOISE_MISTAKES[stream.quantity][times < 1]
+    stated, middle, mean = _stated(stream), least[len(least) // 2], _mean_vector(stream)
+    evidence: Literal["noise", "bias"] = "noise"
+    if least[0] <= _TIMES_NOISIEST * _NOISIEST_GYRO:
+        evidence = "bias"
+        most = max(_levels(stream, channel)[1] for channel in stream.channels)
+        if stated != "deg/s" or not mean > _MIN_MEMS_BIAS or not most < _OPTICAL_NOISE:
+            return []
+    elif stated != "rad/s":
+        stated = ""
+    likely, factor = _MISTAKES.get(stated, ("", 1.0))
     details = ImplausibleUnit(
-        evidence="noise",
+        evidence=evidence,
         quantity=stream.quantity,
         stated=stated,
         likely=likely,
-        option=f"--unit {stream.name}={likely}",
-        counts=True,
-        noise=noise,
-        times=times,
+        option=f"--unit {stream.name}={likely}" if likely else "",
+        noise=middle,
+        mean=mean,
+        times=middle / _NOISIEST_GYRO if evidence == "noise" else None,
     )
-    return unit_finding(stream, details, factor=factor, size=noise)
+    return _finding(stream, details, factor=factor, size=middle)
+
+
+def _finding(stream: Stream, details: ImplausibleUnit, *, factor: float, size: float) -> list[Finding]:
+    """All coefficients of a stream are wrong by a factor."""
+    factors = tuple((term, factor) for term in TERMS)
+    channels, unit = stream.channels, stream.unit
+    return [Finding(details=details, severity="warning", channels=channels, size=size, unit=unit, factors=factors)]
+
+
+def _stated(stream: Stream) -> str:
+    """The unit that all channels of a gyro were read in; empty for another, or several."""
+    factors = [transform.factor for transform in stream.samples.transforms]
+    alike = (unit for unit, of in _FACTORS.items() if all(abs(f / of - 1) < _SAME_FACTOR for f in factors))
+    return next(alike, "")
+
+
+def _mean_vector(stream: Stream) -> float:
+    """Length of the mean of all channels. [unit of the stream]"""
+    return math.hypot(*(_mean_of(stream, channel) for channel in stream.channels))
+
+
+def _mean_of(stream: Stream, channel: str) -> float:
+    """Mean of the samples that are not missing; NaN if there are none."""
+    total, count = 0.0, 0
+    for _, x in pieces(stream, channel):
+        part = float(x.sum())
+        there = x if math.isfinite(part) else present(x)
+        total, count = total + float(there.sum()), count + len(there)
+    return total / count if count else math.nan
+
+
+def _levels(stream: Stream, channel: str, *, least_pairs: int = 200) -> tuple[float, float]:
+    """A lower and an upper bound of the white noise: the least and the largest of √τ·σ(τ). [unit of the stream/√Hz]"""
+    x, tau0 = sample_of(stream, channel, most=_LOOKED_AT), stream.grid.tau0
+    level, _ = white_level(x, tau0)
+    levels = [m * tau0 * avar for m, avar, pairs in octaves(x) if m < 64 or pairs > least_pairs]
+    return math.sqrt(max(level, 0.0)), math.sqrt(max(levels, default=0.0))

@@ -326,7 +326,7 @@ def analyze(
             curve, on = curves[channel], fitted_on[channel]
             found = fit_channel(record, channel, method=method, curve=on, tau_min=tau_min, threads=threads)
             with_freedom = curve.overlap == "full"
-            return found, replace(curve, edf=found.degrees_of_freedom(m=curve.m)) if with_freedom else curve
+            return found, _with_freedom(curve, found) if with_freedom else curve
 
         for channel, (fit_of_it, curve) in in_threads(fitted, tuple(curves), threads).items():
             fits[channel], curves[channel] = fit_of_it, curve
@@ -379,7 +379,7 @@ def of_curves(
         kept[channel] = curve
         if method != "read-off":
             fits[channel] = fit(curve)
-            kept[channel] = replace(curve, edf=fits[channel].degrees_of_freedom(m=curve.m))
+            kept[channel] = _with_freedom(curve, fits[channel])
             found += fit_findings(fits[channel])
     if kept:
         found += curve_checks.strided(kept)
@@ -393,6 +393,14 @@ def of_curves(
         read_off={channel: read_off(curve) for channel, curve in kept.items()},
         grids=dict(grids or {}),
     )
+
+
+def _with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
+    """The curve with degrees of freedom by the model; with missing samples in proportion to the pairs that are left."""
+    edf = fitted.degrees_of_freedom(m=curve.m)
+    if edf is not None and curve.gaps is not None:
+        edf = np.maximum(edf * curve.n_pairs / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
+    return replace(curve, edf=edf)
 
 
 def _maps(

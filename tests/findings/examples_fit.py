@@ -8,7 +8,7 @@ from sigmatau.findings.kinds.fit import (
     CheckedWithoutFit,
     CoarseValues,
     ConstantChannel,
-    IsolatedSamples,
+    IncompleteRecord,
     Misfit,
     NoAdequateModel,
     NoCovariance,
@@ -54,7 +54,7 @@ EXAMPLES = [
             (),
             (ShortTimesDeviate(cluster_size=1, ratio=0.41),),
             (ShortTimesDeviate(cluster_size=4, ratio=1.27),),
-            (IsolatedSamples(),),
+            (IncompleteRecord(missing=12, samples=5000),),
             (FILTER,),
         )
     ),

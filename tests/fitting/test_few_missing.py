@@ -8,9 +8,7 @@ from sigmatau import Record
 from sigmatau._native import kernels
 from sigmatau._native import likelihood as native
 from sigmatau.estimators.gaps import Gaps
-from sigmatau.fitting.components import components
 from sigmatau.fitting.likelihood import fit_samples
-from sigmatau.fitting.masked_components import components_with_gaps
 
 N = 100_000
 
@@ -64,21 +62,10 @@ def test_so_do_those_that_would_leak_into_a_low_density(monkeypatch):
         assert ends[0] <= truth <= ends[1]
 
 
-def test_a_few_change_neither_degrees_of_freedom_nor_readings():
-    """Up to 1e-3 and 1e-4 of the samples, what the mask does to them is not computed: 3 % of the freedom moves an end of an
-    interval by a hundredth of its width.
-    """
+def test_a_few_do_not_change_readings():
+    """Up to 1e-4 of the samples, what the mask does to them is not computed."""
     n = 50_000
-    rng = np.random.default_rng(seed_of("few missing, freedom"))
-    sizes = np.array([1, 4, 16, 64, 256, 1024, 4096])
-    for share, limit, term in ((1e-3, 0.03, None), (1e-4, 0.002, "random_walk")):
-        absent = np.zeros(n, dtype=bool)
-        absent[rng.choice(n, round(share * n), replace=False)] = True
-        gaps = Gaps.of(absent)
-        if term is not None:
-            np.testing.assert_allclose(gaps.ratio(term, sizes), 1.0, rtol=limit)
-            continue
-        theta = np.array([0.0, 1.0, 1e-4, 1e-8])
-        known = components_with_gaps(n, tuple(sizes.tolist()), gaps).degrees_of_freedom(theta, ramp=0.0)
-        complete = components(n, tuple(sizes.tolist())).degrees_of_freedom(theta, ramp=0.0)
-        np.testing.assert_allclose(complete, known, rtol=limit)
+    absent = np.zeros(n, dtype=bool)
+    absent[np.random.default_rng(seed_of("few missing, readings")).choice(n, 5, replace=False)] = True
+    ratios = Gaps.of(absent).ratio("random_walk", np.array([1, 4, 16, 64, 256, 1024, 4096]))
+    np.testing.assert_allclose(ratios, 1.0, rtol=0.002)

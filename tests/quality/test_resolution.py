@@ -10,10 +10,9 @@ from sigmatau import Record, allan, check
 from sigmatau.quality.samples.resolution import (
     coarse_resolution,
     common_step,
-    quantization_mismatch,
-    quantization_step,
     resolution,
     rounded,
+    step_of,
 )
 from sigmatau.quality.samples.spikes import find_spikes
 from sigmatau.record.streams import Columns, Grid, Stream, Transform
@@ -67,15 +66,6 @@ def test_noise_of_double_precision_has_none(n):
     assert [common_step(rng.normal(size=n)) for _ in range(200 if n < 5000 else 5)].count(None) in (200, 5)
 
 
-@pytest.mark.parametrize(("kind", "step"), [("rate", None), ("increments", 2.5e-5), ("accumulated", 2.5e-5)])
-def test_step_of_increments(kind, step):
-    """S is that of the angle, whatever the sample interval; a log of rates has none."""
-    k = counts("increments", 20)
-    raw = np.cumsum(k) if kind == "accumulated" else k
-    stream = stream_of(raw, kind=kind, scale=2.5e-5)
-    assert quantization_step(stream, "gyro_x") == (None if step is None else pytest.approx(step, rel=1e-9))
-
-
 @pytest.mark.parametrize("form", ["counts", "accumulated", "differenced"])
 @pytest.mark.parametrize(("noise", "mean"), [(0.27, -12.13), (0.29, 23.19), (0.38, 1.87), (0.4, -14.03), (1.0, 7.27)])
 def test_the_rounding_of_an_angle_is_no_step_of_its_counts(form, noise, mean):
@@ -84,24 +74,11 @@ def test_the_rounding_of_an_angle_is_no_step_of_its_counts(form, noise, mean):
     raw = {"counts": np.diff(angle) * 5e-7, "accumulated": angle * 5e-7, "differenced": np.diff(angle * 5e-7)}[form]
     record = Record.from_arrays(rate=100, gyro_x=raw, input="accumulated" if form == "accumulated" else "increments")
     stream = record.streams[0]
-    assert quantization_step(stream, "gyro_x") == pytest.approx(5e-7, rel=1e-6)
+    assert step_of(stream, "gyro_x") * 0.01 == pytest.approx(5e-7, rel=1e-6)
     assert not find_spikes(stream.column("gyro_x")).any()
-    assert quantization_mismatch(stream, "gyro_x", 5e-7 / math.sqrt(12)) == []
     found = check(record)
     assert {f.severity for f in found} == {"info"}
     assert found[0].code == "coarse_resolution"
-
-
-def test_fitted_quantization_against_the_step():
-    stream = stream_of(counts("fitted", 20), kind="increments", scale=2.5e-5)
-    most = 2.5e-5 / math.sqrt(12)
-    assert quantization_mismatch(stream, "gyro_x", most) == []
-    assert quantization_mismatch(stream, "gyro_x", 2 * most, low=1.1 * most) == []
-    (finding,) = quantization_mismatch(stream, "gyro_x", 2 * most, low=1.5 * most)
-    assert finding.severity == "info"
-    assert finding.size == pytest.approx(2.0)
-    assert (finding.details.step, finding.details.limit) == pytest.approx((2.5e-5, most))
-    assert quantization_mismatch(stream_of(counts("fitted", 20)), "gyro_x", 1.0) == []
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.7, 1.0, 2.0])

@@ -6,7 +6,6 @@
 //! samples has more white noise, and of quantization noise it loses the telescoping of its differences.
 
 mod counts;
-pub mod covariance;
 pub mod expected;
 mod exponential;
 

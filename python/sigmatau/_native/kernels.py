@@ -35,10 +35,8 @@ __all__ = [
     "deviations",
     "gauss_markov_avar",
     "gauss_markov_psd",
-    "masked_covariance",
     "masked_expectations",
     "masked_variances",
-    "masked_white_slopes",
     "quadratic_edf",
     "simulate",
     "sinusoid_avar",
@@ -203,55 +201,20 @@ def masked_variances(
         raise non_finite(error, [array], [name]) from None
 
 
-def masked_covariance(
-    there: NDArray[np.bool_], m: NDArray[np.int64], *, block: int, correlation_times: Sequence[float] = ()
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Covariance of the Allan variances at long times for a mask, from sums over blocks of samples.
-
-    Processes come in the order random walk, bias instability, rate random walk, Gauss-Markov processes.
-
-    Returns
-    -------
-    avar : ndarray, shape (n_processes, n_tau)
-        As the model of blocks has it.
-    noise : ndarray, shape (n_pairs, n_tau, n_tau)
-        For each pair p ≤ q of processes; an unequal pair comes in twice.
-    slopes : ndarray, shape (n_processes, n_tau, n_tau)
-        Covariance of the ramps.
-    """
-    times = [float(time) for time in correlation_times]
-    avar, noise, slopes = _core.masked_covariance(np.ascontiguousarray(there), whole_sizes(m), block, times)
-    k = len(m)
-    return avar.reshape(-1, k), noise.reshape(-1, k, k), slopes.reshape(-1, k, k)
-
-
 def masked_expectations(
     there: NDArray[np.bool_], m: NDArray[np.int64], *, threads: int | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> NDArray[np.float64]:
     """Expected Allan variances for a mask, unit coefficients, one sample interval being 1; see
     `sigmatau.estimators.gaps.Gaps`.
 
     Returns
     -------
-    columns : ndarray, shape (n_tau, 7)
+    ndarray, shape (n_tau, 7)
         Pairs, quantization, mean of m²/(m₁m₂), random walk, bias instability, rate random walk, mean square of the
         distance of the mean times.
-    times : ndarray, shape (n_times,)
-        Correlation times of Gauss-Markov processes. [samples]
-    ratios : ndarray, shape (n_tau, n_times)
-        Their variances over those where nothing is missing; NaN where the process is a random walk within the clusters.
     """
     check_threads(threads)
-    columns, times, ratios = _core.masked_expectations(np.ascontiguousarray(there), whole_sizes(m), threads or 0)
-    return columns.reshape(len(m), -1), times, ratios.reshape(len(m), -1)
-
-
-def masked_white_slopes(
-    there: NDArray[np.bool_], m: NDArray[np.int64], *, threads: int | None = None
-) -> NDArray[np.float64]:
-    """Variance of the ramp that white noise of variance 1 shows at each cluster size; exact for the mask."""
-    check_threads(threads)
-    return _core.masked_white_slopes(np.ascontiguousarray(there), whole_sizes(m), threads or 0)
+    return _core.masked_expectations(np.ascontiguousarray(there), whole_sizes(m), threads or 0).reshape(len(m), -1)
 
 
 def deviation_limits(kind: str, n: int) -> tuple[int, int, int]:

@@ -23,10 +23,9 @@ Floats = NDArray[np.float64]
 TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")  # Columns of `Expected.avar`
 
 # What the kernel gives, column by column: pairs, TERMS[0], telescoping, TERMS[1:], square distance.
-_PAIRS, _TELESCOPING, _DISTANCE = 0, 2, 6
+_PAIRS, _DISTANCE = 0, 6
 _OF_TERMS = [1, 3, 4, 5]
 _MOST_EXACT_SIZES = 100
-_NO_CORRELATION = 0.1  # Samples; e^(−10) is left of a process with this correlation time one sample on
 _known: WeakValueDictionary[bytes, Gaps] = WeakValueDictionary()
 
 
@@ -38,13 +37,8 @@ class Expected:
     # shape (n_tau,); pairs of clusters that are both at least half full. Of a size without one, all else is NaN.
     n_pairs: NDArray[np.int64]
     avar: Floats  # shape (n_tau, 4); of each of `TERMS`
-    # shape (n_tau,); the part of quantization noise that is as without gaps, over 3/m²; what else there is of it is
-    # white
-    telescoping: Floats
     # shape (n_tau,); mean square of the distance of the mean times of the two clusters; m² without gaps. [samples²]
     square_distance: Floats
-    times: Floats  # shape (n_times,); correlation times of Gauss-Markov processes. [samples]
-    ratios: Floats  # shape (n_tau, n_times); variance of each such process over that without gaps
 
 
 class Gaps:
@@ -52,14 +46,13 @@ class Gaps:
     samples share one object and its cached results.
     """
 
-    __slots__ = ("__weakref__", "_packed", "_rows", "_slopes", "missing", "n")
+    __slots__ = ("__weakref__", "_packed", "_rows", "missing", "n")
 
     def __init__(self, packed: NDArray[np.uint8], n: int) -> None:
         self._packed = packed
         self.n = n  # samples of the grid
         self.missing = n - int(self.there.sum())  # how many samples are missing
-        self._rows: dict[int, tuple[Floats, Floats]] = {}
-        self._slopes: dict[int, float] = {}
+        self._rows: dict[int, Floats] = {}
 
     @classmethod
     def of(cls, missing: NDArray[np.bool_]) -> Self:
@@ -93,48 +86,23 @@ class Gaps:
     def expected(self, m: ArrayLike, *, threads: int | None = None) -> Expected:
         """Expected Allan variance of each term at cluster sizes `m`, each at most n/2.
 
-        Exact for every pair that counts, but for flicker noise and Gauss-Markov processes: flicker noise is made of such
-        processes, which is good to 1e-4 of its variance, and clusters of 128 or more samples of them begin at every 64th
+        Exact for every pair that counts, but for flicker noise: it is made of Gauss-Markov processes, which is good to 1e-4
+        of its variance, and clusters of 128 or more samples of them begin at every 64th
         to 128th part of their length, good to 1e-3 of what the gaps change; shorter clusters of records of more than half a
         million samples are looked at in evenly spread stretches, good to 1e-4.
         """
         sizes = np.atleast_1d(np.asarray(m, dtype=np.int64))
         new = np.array(sorted({int(size) for size in sizes} - self._rows.keys()), dtype=np.int64)
         if len(new):
-            columns, times, ratios = kernels.masked_expectations(self.there, new, threads=threads)
-            for size, row, ratio in zip(new, columns, ratios, strict=True):
-                # Beyond the last that were computed they are random walks.
-                walk = row[_OF_TERMS[3]] * 6 * size / (2 * float(size) ** 2 + 1)
-                self._rows[int(size)] = row, np.vstack([times, np.where(np.isnan(ratio), walk, ratio)])
-        rows = np.array([self._rows[int(size)][0] for size in sizes])
+            columns = kernels.masked_expectations(self.there, new, threads=threads)
+            self._rows.update(zip(new.tolist(), columns, strict=True))
+        rows = np.array([self._rows[int(size)] for size in sizes])
         return Expected(
             m=sizes,
             n_pairs=rows[:, _PAIRS].astype(np.int64),
             avar=rows[:, _OF_TERMS],
-            telescoping=rows[:, _TELESCOPING],
             square_distance=rows[:, _DISTANCE],
-            times=self._rows[int(sizes[0])][1][0],
-            ratios=np.array([self._rows[int(size)][1][1] for size in sizes]),
         )
-
-    def white_slopes(self, m: ArrayLike) -> Floats:
-        """Variance of the ramp that white noise of variance 1 shows at cluster sizes `m`; exact for the mask."""
-        sizes = [int(size) for size in np.atleast_1d(np.asarray(m))]
-        new = np.array(sorted(set(sizes) - self._slopes.keys()), dtype=np.int64)
-        if len(new):
-            found = kernels.masked_white_slopes(self.there, new)
-            self._slopes.update(zip(new.tolist(), found.tolist(), strict=True))
-        return np.array([self._slopes[size] for size in sizes])
-
-    def gauss_markov_ratio(self, time: float, m: ArrayLike) -> Floats:
-        """Expected Allan variance of a Gauss-Markov process over that without gaps, interpolated in the correlation
-        time. `time`: correlation time [samples].
-        """
-        e = self.expected(m)
-        white = e.avar[:, 1] * e.m
-        log_times = np.log([_NO_CORRELATION, *e.times])
-        at = min(max(float(np.log(time)), log_times[0]), log_times[-1])
-        return monotone_cubic(log_times, np.column_stack([white, e.ratios]), at)
 
     def ratio(self, term: str, m: ArrayLike) -> Floats:
         """Expected Allan variance of one term, or of the ramp, over that without gaps; 1 at sizes without a pair. Of
@@ -151,30 +119,3 @@ class Gaps:
             values = e.avar[:, TERMS.index(term)] / kernels.term_avar(term, 1.0, grid, 1.0)
         values = np.where(e.n_pairs > 0, values, 1.0)
         return np.asarray(np.interp(np.log(sizes), np.log(grid), values))
-
-
-def monotone_cubic(x: Floats, y: Floats, at: float) -> Floats:
-    """Values at one point of the monotone piecewise cubics through the rows of `y`, as SciPy's `PchipInterpolator`.
-
-    Slopes are Fritsch and Butland's: a weighted harmonic mean of both sides, 0 at an extremum, and parabolic at the ends.
-    """
-    width, steep = np.diff(x), np.diff(y, axis=1) / np.diff(x)
-    before, after = 2 * width[1:] + width[:-1], width[1:] + 2 * width[:-1]
-    rising = steep[:, :-1] * steep[:, 1:] > 0
-    left, right = np.where(rising, steep[:, :-1], 1.0), np.where(rising, steep[:, 1:], 1.0)
-    inside = np.where(rising, (before + after) / (before / left + after / right), 0.0)
-    first, last = _end_slope(width[:2], steep[:, :2]), _end_slope(width[:-3:-1], steep[:, :-3:-1])
-    slopes = np.column_stack([first, inside, last])
-    k = int(np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(width) - 1))
-    t, h = (at - x[k]) / width[k], width[k]
-    rest = 1 - t
-    values = rest**2 * (1 + 2 * t) * y[:, k] + t**2 * (3 - 2 * t) * y[:, k + 1]
-    return np.asarray(values + h * t * rest * (rest * slopes[:, k] - t * slopes[:, k + 1]))
-
-
-def _end_slope(width: Floats, steep: Floats) -> Floats:
-    """Slope at the end of the first interval, from it and the next; of the same sign, and at most thrice as steep."""
-    near, far = steep[:, 0], steep[:, 1]
-    slope = ((2 * width[0] + width[1]) * near - width[0] * far) / (width[0] + width[1])
-    slope = np.where((near * far < 0) & (np.abs(slope) > 3 * np.abs(near)), 3 * near, slope)
-    return np.where(slope * near > 0, slope, 0.0)

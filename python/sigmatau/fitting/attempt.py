@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
-from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import ShortTimesDeviate
-from sigmatau.fitting.components import LINEAR, Components
+from sigmatau.fitting.components import LINEAR, Components, components
 from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.goodness import p_value
-from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.fitting.ramp import Ramp, estimate_ramp
 from sigmatau.frozen import frozen
 
@@ -38,7 +36,6 @@ class Data:
     candidates: tuple[int, ...]  # Indices in `LINEAR` of the terms that are fitted
     with_ramp: bool  # Whether a ramp is fitted
     first: int | None = None  # Index of the shortest averaging time, if that is given
-    gaps: Gaps | None = None  # Missing samples
 
     def at(self, indices: NDArray[np.int64]) -> Self:
         """The data at some of the averaging times."""
@@ -47,7 +44,7 @@ class Data:
 
     def parts(self, time: float | None = None) -> Components:
         """Components at all averaging times; `time`: correlation time of a Gauss-Markov process [samples]."""
-        return components_with_gaps(self.n, self.m, self.gaps, correlation_time=time)
+        return components(self.n, self.m, correlation_time=time)
 
     def gls(self, first: int, time: float | None = None) -> Gls:
         """The least squares problem from one averaging time on."""
@@ -60,9 +57,7 @@ class Data:
         sizes = np.array(self.m[first:])
 
         def avar(step: float) -> Floats:
-            moved = time * np.exp(step)
-            ratio = 1.0 if self.gaps is None else self.gaps.gauss_markov_ratio(moved, sizes)
-            return np.asarray(ratio * kernels.gauss_markov_avar(1.0, moved, sizes, 1.0))
+            return kernels.gauss_markov_avar(1.0, time * np.exp(step), sizes, 1.0)
 
         return np.asarray((avar(_STEP) - avar(-_STEP)) / (2 * _STEP))
 

@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
-from sigmatau.estimators.gaps import Gaps
 from sigmatau.frozen import frozen
 
 Floats = NDArray[np.float64]
@@ -36,10 +35,6 @@ _POWERS = {"quantization": 0, "random_walk": 1, "bias_instability": 2, "rate_ran
 
 _LOW_MODES = 512  # the lowest modes, which are all used
 _HIGH_MODES = 400  # modes that represent all higher ones
-
-_LEAST_EIGENVALUE = 1e-8  # of the correlations of a covariance with gaps
-
-_LEAST_REMAINDER = 1e-3  # share of a variance that is left after the removal of a ramp
 
 
 def power_of_interval(name: str) -> int:
@@ -63,14 +58,8 @@ class Components:
     spectra: Floats  # shape (n_terms, n_modes); power of a mode for θ = 1, over n
     gains: Floats  # shape (n_tau, n_modes)
     modes: Floats  # shape (n_modes,); number of modes that each represents
-    # shape (n_tau,); mean square of the distance of the two clusters of a pair, m² without gaps: twice the variance of
-    # a ramp of 1
-    squares: Floats
+    squares: Floats  # shape (n_tau,); m²: twice the variance of a ramp of 1
     ramp_weights: Floats | None = None  # shape (n_tau,); weights of the ramp that was removed, if any
-    gaps: Gaps | None = None  # Missing samples
-    # shape (n_terms, n_tau, n_modes); with gaps, gain times power for θ = 1: the share of a mode then depends on the
-    # averaging time
-    powers: Floats | None = None
 
     def from_index(self, first: int) -> Self:
         """The components without the `first` shortest averaging times."""
@@ -82,7 +71,6 @@ class Components:
             slopes=self.slopes[:, first:, first:],
             gains=self.gains[first:],
             squares=self.squares[first:],
-            powers=None if self.powers is None else self.powers[:, first:],
         )
 
     def without_ramp(self, weights: Floats) -> Self:
@@ -103,8 +91,6 @@ class Components:
         # Not @, which may start threads for such a small product.
         flat = np.einsum("k,kj->j", theta[first] * theta[second], self.noise.reshape(len(first), -1))
         total = np.asarray(flat.reshape(len(self.m), len(self.m)))
-        if self.gaps is not None:
-            total = _positive_definite(total)
         if self.ramp_weights is None:
             return total
         slopes = np.einsum("p,pij->ij", theta, self.slopes)
@@ -112,14 +98,14 @@ class Components:
         v = float(self.ramp_weights @ c)
         if v <= 0:
             return total
-        squares, without = self.squares, total
+        squares = self.squares
         beta = c / v
         remainder = slopes - np.outer(c, c) / v
         for sign, share in ((-1.0, squares * beta), (1.0, squares * (beta - 1))):
             both = np.outer(share, share)
             ends = np.outer(beta if sign < 0 else beta - 1, beta if sign < 0 else beta - 1)
             total = total + sign * both * v * (0.5 * v * ends + remainder)
-        return total if self.gaps is None else _covariance_with(total, without)
+        return total
 
     def remove_ramp(self, avar: Floats, ramps: Floats, ramp: float) -> Floats:
         """Allan variances without a `ramp`: means of the squares of z − ramp·m² in place of z."""
@@ -138,10 +124,7 @@ class Components:
 
     def skewness(self, weights: Floats, theta: Floats) -> tuple[float, float]:
         """Skewness and variance of Σ weights·AVAR, computed from independent modes."""
-        if self.powers is None:
-            parts = np.einsum("j,jk->k", weights, self.gains) * np.einsum("p,pk->k", theta, self.spectra)
-        else:
-            parts = np.einsum("j,jk->k", weights, np.einsum("p,pjk->jk", theta, self.powers))
+        parts = np.einsum("j,jk->k", weights, self.gains) * np.einsum("p,pk->k", theta, self.spectra)
         squares = self.modes * parts * parts
         variance = 2 * float(squares.sum())
         return 8 * float(squares @ parts) / variance**1.5, variance
@@ -225,36 +208,7 @@ def with_sinusoid(linear: Components, frequency: float) -> Components:
         noise=np.array(noise),
         slopes=np.concatenate([linear.slopes, zero[None]]),
         spectra=np.vstack([linear.spectra, np.zeros_like(linear.spectra[:1])]),
-        powers=None if linear.powers is None else np.concatenate([linear.powers, np.zeros_like(linear.powers[:1])]),
     )
-
-
-def _positive_definite(matrix: Floats) -> Floats:
-    """The matrix, with the smallest eigenvalues of its correlations raised if it is not positive definite. With gaps,
-    the covariance of a term at two averaging times is approximate, which matters if one term dominates.
-    """
-    root = np.sqrt(np.diag(matrix))
-    correlation = matrix / np.outer(root, root)
-    try:
-        np.linalg.cholesky(correlation - _LEAST_EIGENVALUE * np.eye(len(root)))
-    except np.linalg.LinAlgError:
-        values, vectors = np.linalg.eigh(correlation)
-        raised = (vectors * np.maximum(values, 2 * _LEAST_EIGENVALUE)) @ vectors.T
-        root = root / np.sqrt(np.diag(raised))
-        return np.asarray(raised * np.outer(root, root))
-    return matrix
-
-
-def _covariance_with(matrix: Floats, other: Floats) -> Floats:
-    """The matrix, or its variances with the correlations of another matrix if it is not positive definite. With gaps,
-    the effect of the removal of a ramp is approximate, which matters for trial values far from the fit.
-    """
-    try:
-        np.linalg.cholesky(matrix / np.sqrt(np.outer(np.diag(other), np.diag(other))))
-    except np.linalg.LinAlgError:
-        share = np.sqrt(np.clip(np.diag(matrix) / np.diag(other), _LEAST_REMAINDER, None))
-        return np.asarray(other * np.outer(share, share))
-    return matrix
 
 
 def pairs_of_terms(terms: int) -> list[tuple[int, int]]:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.estimators.gaps import Gaps
-from sigmatau.findings.kinds.fit import IsolatedSamples, NoCovariance, TooFewTimes, ZeroVariance
+from sigmatau.findings.kinds.fit import IncompleteRecord, NoCovariance, TooFewTimes, ZeroVariance
 from sigmatau.fitting.attempt import LONGEST_SHARE, Data
 from sigmatau.fitting.components import LINEAR, half_octaves
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -21,9 +19,6 @@ from sigmatau.fitting.statement import descriptive, no_fit, stated
 from sigmatau.noise.terms import TERMS
 
 _PER_OCTAVE = 8  # averaging times, at most
-_LEAST_CONSECUTIVE = 1e-3  # share of the samples with a predecessor, below which all samples count as isolated
-_LEAST_PAIRS = 0.5
-"""Smallest number of pairs over the cluster size, with missing samples; it is 1 for a third of a complete record."""
 
 
 def fit(
@@ -39,9 +34,8 @@ def fit(
     Parameters
     ----------
     curve : DeviationCurve
-        Made by `sigmatau.allan` if samples are missing: the expected variances then account for the gaps, see
-        `sigmatau.estimators.gaps`, and the covariance is an approximation. On half octaves, or on up to eight averaging
-        times per octave; of more, half octaves are used if the curve has them, otherwise eight per octave.
+        Of a record without missing samples; others are fitted by `sigmatau.analyze`. On half octaves, or on up to eight
+        averaging times per octave; of more, half octaves are used if the curve has them, otherwise eight per octave.
     terms : iterable of str, optional
         Terms to fit, keys of `sigmatau.noise.terms.TERMS`. Default: all five. A term that is left out is assumed to be
         absent; if it is not, the others are wrong.
@@ -80,9 +74,8 @@ def fit(
         raise OptionError(
             f"{{option}} must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
         )
-    isolated = curve.gaps is not None and wanted & set(LINEAR) != {"quantization"} and _isolated(curve.gaps)
-    if isolated:
-        wanted.discard("quantization")
+    if curve.gaps is not None:
+        return no_fit(curve, level, IncompleteRecord(missing=curve.gaps.missing, samples=curve.n))
     n = curve.n if curve.counting == "standard" else curve.n - 1
     chosen = _thinned(curve, n)
     if len(chosen) < LEAST_TIMES:
@@ -104,7 +97,6 @@ def fit(
         candidates=tuple(p for p, name in enumerate(LINEAR) if name in wanted),
         with_ramp="rate_ramp" in wanted,
         first=first,
-        gaps=curve.gaps,
     )
     # A division by zero makes an attempt fail; it is not a warning.
     with np.errstate(divide="raise", invalid="raise"):
@@ -112,28 +104,18 @@ def fit(
         if found is None:
             return descriptive(curve, data, nearest, scale, level)
         try:
-            result = stated(curve, data, found, scale, level)
-            return replace(result, reasons=(*result.reasons, IsolatedSamples())) if isolated else result
+            return stated(curve, data, found, scale, level)
         except (FloatingPointError, np.linalg.LinAlgError):
             # Trial values far from the fit may have no positive definite covariance, because of rounding.
             return descriptive(curve, data, found, scale, level, reason=NoCovariance())
 
 
-def _isolated(gaps: Gaps) -> bool:
-    """Whether hardly any sample has a predecessor: quantization noise is then white, as a random walk is."""
-    there = gaps.there
-    return int(np.count_nonzero(there[1:] & there[:-1])) < _LEAST_CONSECUTIVE * int(np.count_nonzero(there))
-
-
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
     """Indices of at most eight cluster sizes per octave, up to a third of the record; of more, half octaves if
-    possible. With missing samples, the sizes end where too few pairs are left.
+    possible.
     """
     chosen: list[int] = []
     longest = n // LONGEST_SHARE
-    if curve.gaps is not None:
-        few = curve.m[curve.n_pairs < curve.m * _LEAST_PAIRS]
-        longest = min(longest, int(few[0]) - 1) if len(few) else longest
     usable = curve.m[curve.m <= longest]
     for k, size in enumerate(usable):
         if not chosen or size >= usable[chosen[-1]] * 2 ** (0.6 / _PER_OCTAVE):

@@ -7,13 +7,11 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 from sigmatau.fitting.components import LINEAR, densities, power_of_interval
-from sigmatau.fitting.masked_components import components_with_gaps
 from sigmatau.fitting.noise_fit import NoiseFit
 
 Floats = NDArray[np.float64]
 Sizes = NDArray[np.int64]
 
-_FEW_MISSING = 1e-3  # share of missing samples that changes degrees of freedom by less than 3 %
 _MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others are interpolated
 
 
@@ -25,8 +23,7 @@ def degrees_of_freedom(fitted: NoiseFit, sizes: Sizes) -> Floats | None:
     theta = [fitted.model.get(name, 0.0) ** 2 * fitted.tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
     if not any(theta) and not fitted.gauss_markov:  # a line alone has no scatter
         return None
-    few = fitted.gaps is None or fitted.gaps.missing <= _FEW_MISSING * fitted.n
-    edf = (_complete if few else _with_gaps)(fitted, grid, theta)
+    edf = _complete(fitted, grid, theta)
     return np.asarray(np.exp(np.interp(np.log(sizes), np.log(grid), np.log(edf))))
 
 
@@ -48,20 +45,3 @@ def _complete(fitted: NoiseFit, m: Sizes, theta: list[float]) -> Floats:
         variances = variances + 8 / fitted.n * density * line.amplitude.value**2 * shape**2
         avar = avar + line.amplitude.value**2 * shape
     return 2 * avar**2 / variances
-
-
-def _with_gaps(fitted: NoiseFit, m: Sizes, theta: list[float]) -> Floats:
-    """The same with missing samples, for the first process, or for the first line without one."""
-    process = fitted.gauss_markov[0] if fitted.gauss_markov else None
-    line = fitted.sinusoid[0] if fitted.sinusoid and process is None else None
-    parts = components_with_gaps(
-        fitted.n,
-        tuple(m.tolist()),
-        fitted.gaps,
-        correlation_time=None if process is None else process.time.value / fitted.tau0,
-        frequency=None if line is None else line.frequency.value * fitted.tau0,
-    )
-    last = [] if process is None else [process.sigma.value**2]
-    last += [] if line is None else [line.amplitude.value**2]
-    ramp = fitted.model.get("rate_ramp", 0.0) * fitted.tau0
-    return parts.degrees_of_freedom(np.array([*theta, *last]), ramp=ramp)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
-from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import BandsOff, Reason
 from sigmatau.findings.wording.fit import filter_text, reasons_text
 from sigmatau.fitting.response import FittedFilter
@@ -173,8 +172,6 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     level : float
         Of the intervals and limits.
     method : str
-    gaps : Gaps or None
-        Missing samples of the record; `avar` and `degrees_of_freedom` take account of them.
     """
 
     channel: str
@@ -203,7 +200,6 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
     covariance: tuple[tuple[str, ...], NDArray[np.float64]] = ((), np.empty((0, 0)))
     level: float = 0.95
     method: str = "gls"
-    gaps: Gaps | None = None
 
     def __getitem__(self, term: str) -> FittedTerm:
         try:
@@ -232,12 +228,10 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         sizes = np.atleast_1d(np.asarray(m))
         total = np.zeros(sizes.shape)
         for name, value in self.model.items():
-            ratio = 1.0 if self.gaps is None else self.gaps.ratio(name, sizes)
-            total += ratio * terms.avar(name, value, m=sizes, tau0=self.tau0)
+            total += terms.avar(name, value, m=sizes, tau0=self.tau0)
         for process in self.gauss_markov:
             sigma, time = process.sigma.value, process.time.value
-            ratio = 1.0 if self.gaps is None else self.gaps.gauss_markov_ratio(time / self.tau0, sizes)
-            total += ratio * kernels.gauss_markov_avar(sigma, time, sizes, self.tau0)
+            total += kernels.gauss_markov_avar(sigma, time, sizes, self.tau0)
         for one in self.resonance:
             total += resonance_avar(one.sigma.value, one.frequency.value, one.width.value, sizes, self.tau0)
         if self.response is not None:

@@ -97,7 +97,6 @@ def stated(curve: DeviationCurve, data: Data, best: Attempt, scale: float, level
         p_value=best.p_value,
         covariance=covariance,
         level=level,
-        gaps=curve.gaps,
     )
 
 
@@ -156,7 +155,6 @@ def descriptive(
         tau_min=data.m[first] * curve.tau0,
         tau_max=data.m[-1] * curve.tau0,
         level=level,
-        gaps=curve.gaps,
     )
 
 
@@ -185,7 +183,6 @@ def no_fit(curve: DeviationCurve, level: float, reason: Reason) -> NoiseFit:
         verdict="too_short",
         reasons=(reason,),
         level=level,
-        gaps=curve.gaps,
     )
 
 

@@ -144,42 +144,6 @@ impl Counts {
         let from = start as i64;
         (c - b - from * counts[1]) as f64 * r[1] - (b - a - from * counts[0]) as f64 * r[0]
     }
-
-    /// Variance of the ramp Σ z·d / Σ d² that white noise of variance 1 shows; NaN without a pair.
-    ///
-    /// The weight of a sample is Σ d/m₂ over the pairs that have it in their second cluster, less Σ d/m₁ over those that
-    /// have it in their first: sums over the last `m` starts, and over the `m` before them.
-    pub(super) fn white_slope(&self, there: &[bool], m: usize) -> f64 {
-        let least = m as i64;
-        let starts = self.starts(m);
-        // d/m₁ and d/m₂ of the last 2m starts.
-        let mut levers = vec![[0.0; 2]; 2 * m];
-        let (mut last, mut before) = (0.0, 0.0);
-        let (mut total, mut squares) = (Sum::default(), Sum::default());
-        let (mut at, mut half) = (0, m);
-        for (k, &there) in there.iter().enumerate() {
-            let mut new = [0.0; 2];
-            if k < starts {
-                let [a, b, c] = [k, k + m, k + 2 * m].map(|k| self.valid[k]);
-                let counts = [b - a, c - b];
-                if 2 * counts[0] >= least && 2 * counts[1] >= least {
-                    let r = counts.map(|count| 1.0 / count as f64);
-                    let distance = self.distance(k, m, counts, r);
-                    squares.add(distance * distance);
-                    new = r.map(|r| distance * r);
-                }
-            }
-            last += new[0] - levers[half][0];
-            before += levers[half][1] - levers[at][1];
-            levers[at] = new;
-            if there {
-                total.add((before - last) * (before - last));
-            }
-            at = if at + 1 == 2 * m { 0 } else { at + 1 };
-            half = if half + 1 == 2 * m { 0 } else { half + 1 };
-        }
-        total.value() / (squares.value() * squares.value())
-    }
 }
 
 #[cfg(test)]
@@ -188,30 +152,6 @@ mod tests {
 
     fn mask(n: usize) -> Vec<bool> {
         (0..n).map(|k| k % 7 != 3 && k * k % 11 != 4 && !(n / 2..n / 2 + n / 8).contains(&k)).collect()
-    }
-
-    #[test]
-    fn white_noise_makes_the_ramp_that_its_weights_say() {
-        let there = mask(200);
-        let counts = Counts::of(&there);
-        for m in [1, 2, 5, 24, 60] {
-            let mut weights = vec![0.0; there.len()];
-            let mut squares = 0.0;
-            for start in 0..counts.starts(m) {
-                let Some((m1, m2)) = counts.pair(start, m) else { continue };
-                let mean = |first: usize, number: i64| {
-                    let sum: f64 = (first..first + m).filter(|&k| there[k]).map(|k| k as f64).sum();
-                    sum / number as f64
-                };
-                let distance = mean(start + m, m2) - mean(start, m1);
-                squares += distance * distance;
-                (start..start + m).for_each(|k| weights[k] -= distance / m1 as f64);
-                (start + m..start + 2 * m).for_each(|k| weights[k] += distance / m2 as f64);
-            }
-            let sum: f64 = weights.iter().zip(&there).filter(|(_, there)| **there).map(|(w, _)| w * w).sum();
-            let got = counts.white_slope(&there, m);
-            assert!((got / (sum / squares / squares) - 1.0).abs() < 1e-10, "{m}: {got}");
-        }
     }
 
     #[test]

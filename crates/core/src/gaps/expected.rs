@@ -47,15 +47,6 @@ pub struct Expected {
     pub rate_random_walk: f64,
     /// Mean square of the distance of the mean times of two clusters; n² where nothing is missing.
     pub square_distance: f64,
-    /// Of Gauss-Markov processes with the correlation times of [`nodes`], as many as are well below a random walk, over
-    /// what they show where nothing is missing.
-    pub ratios: Vec<f64>,
-}
-
-/// Correlation times of the processes that flicker noise is made of, in samples, as many as a size may need.
-#[must_use]
-pub fn nodes(largest: usize) -> Vec<f64> {
-    (1..=nodes_for(largest)).map(|k| 1.0 / rate_of(k)).collect()
 }
 
 /// Expected Allan variances of the mask `there` at the cluster sizes `m`, each with at least one pair of samples.
@@ -96,17 +87,6 @@ pub fn gauss_markov(
     on_threads(threads, || m.par_iter().map(of_size).collect())
 }
 
-/// Variance of the ramp that white noise of variance 1 shows at each size; the ramp of [`super::allan_variance`].
-///
-/// # Errors
-///
-/// Those of [`expected`].
-pub fn white_slopes(there: &[bool], m: &[usize], threads: Option<usize>) -> Result<Vec<f64>, Error> {
-    check(there, m)?;
-    let counts = Counts::of(there);
-    on_threads(threads, || m.par_iter().map(|&m| counts.white_slope(there, m)).collect())
-}
-
 fn check(there: &[bool], m: &[usize]) -> Result<(), Error> {
     let largest = there.len() / 2;
     match m.iter().find(|&&m| m == 0 || m > largest) {
@@ -140,7 +120,6 @@ impl Counts {
             bias_instability: flicker(m, &rates, &ratios, exact.random_walk, exact.rate_random_walk),
             rate_random_walk: exact.rate_random_walk,
             square_distance: exact.square_distance,
-            ratios,
         }
     }
 

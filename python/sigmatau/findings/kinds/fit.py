@@ -54,10 +54,12 @@ class ShortTimesDeviate:
 
 
 @frozen
-class IsolatedSamples:
-    """Missing samples leave no two consecutive ones: quantization noise looks like a random walk and is part of it."""
+class IncompleteRecord:
+    """Not fitted: samples are missing, and least squares needs all."""
 
-    kind: str = field(default="isolated_samples", init=False)
+    kind: str = field(default="incomplete_record", init=False)
+    missing: int
+    samples: int
 
 
 @frozen
@@ -90,7 +92,7 @@ Reason = (
     | Misfit
     | NoCovariance
     | ShortTimesDeviate
-    | IsolatedSamples
+    | IncompleteRecord
     | CoarseValues
     | BandLeftOut
     | BandsOff

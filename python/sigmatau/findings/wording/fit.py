@@ -25,7 +25,7 @@ _REASONS: dict[type, Callable[[Any], str]] = {
         f"σ at {r.cluster_size} sample{'s' if r.cluster_size > 1 else ''} is {_off(r.ratio)} the model,"
         f" {'as after a low-pass filter' if r.ratio < 1 else 'because of other noise or a disturbance'}"
     ),
-    kinds.IsolatedSamples: lambda r: "without consecutive samples the random walk includes quantization noise",
+    kinds.IncompleteRecord: lambda r: f"{r.missing} of {r.samples} samples are missing, and least squares needs all",
     kinds.CoarseValues: lambda r: "the resolution is too coarse for the noise, so the rounding error is unknown",
     kinds.BandLeftOut: lambda r: f"the spectrum from {r.highest:.3g} Hz on fits no model and is left out",
     kinds.BandsOff: lambda r: f"the density near {r.frequency:.2g} Hz is {_off(r.ratio)} the best model",

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from studies.bandwidth import BANDWIDTH, RATES, filtered_white
+from studies.selection_bias import selection_bias
 
 from sigmatau import NoiseModel, Record, allan, analyze, predict, simulate, verify
 from sigmatau._native import kernels
@@ -14,7 +15,6 @@ from sigmatau.estimators.stability import dynamic_allan
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, aliasing_inflation, avar
-from sigmatau.quality.selection.selection_bias import selection_bias
 from sigmatau.spectrum.estimate import psd
 from sigmatau.statespace.flicker import flicker_poles
 from sigmatau.statespace.state_space import state_space

@@ -10,9 +10,9 @@ import numpy as np
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.gls import Gls
-from sigmatau.quality.selection.selection_bias import selection_bias
 from sigmatau.quality.selection.window import most_stable
 from studies.runner import run
+from studies.selection_bias import selection_bias
 
 HOURS, WINDOW = 4, 2
 RATE = 0.2
@@ -107,7 +107,7 @@ _HEAD = """# Bias of the most stable two hours of four
 
 Made by `make study` (studies/selection.py). The records are four hours of stationary noise. The window is the two hours
 whose 60 s means have the smallest standard deviation. The table gives the mean Allan variance of this window divided by
-the expected one, from three sources: `sigmatau.quality.selection.selection_bias.selection_bias` with {draws} simulated
+the expected one, from three sources: `studies.selection_bias.selection_bias` with {draws} simulated
 sets of block means; {records} records of samples at 0.2 Hz with windows by `most_stable`; and the values stated before
 (two digits, unknown number of draws, taken as a hundred). N = 0.005, B = 0.0028, K = 1e-4 (the weaker one 5e-5; with N
 alone 4e-5).

@@ -38,7 +38,6 @@ from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
 from sigmatau.quality.selection.rest import Rest, at_rest_only
 from sigmatau.quality.selection.rest import rest as rest_of
-from sigmatau.quality.selection.selection_bias import bias_finding
 from sigmatau.quality.selection.window import choose
 from sigmatau.record import memory
 from sigmatau.record.record import Provenance, Record
@@ -293,7 +292,6 @@ def analyze(
     if leave_out is not None:
         record, left = leave_out_of(record, leave_out)
         findings += left
-    whole = record
     if window is not None:
         record, chosen = choose(record, window)
         findings += chosen
@@ -335,8 +333,6 @@ def analyze(
                 fits[channel] = allowing_for_rounding(fits[channel], step=steps.step, noise=steps.noise)
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings)
         findings = [*without_consequences(findings, fits), *of_fits]
-        if window is not None:
-            findings += bias_finding(whole, window, fits)
     maps: Mapping[str, DynamicAllan] = {}
     if stability:
         maps, without_map = _maps(record, tuple(curves), threads)

@@ -3,13 +3,11 @@
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import (
     ChosenWindow,
-    HiddenWalk,
     LeftOut,
     LeftOutOfStream,
     LevelStep,
     MotionBurst,
     NotStatic,
-    SelectionBias,
     Spikes,
     StartTransient,
     WindowChosen,
@@ -91,23 +89,6 @@ def chosen(*windows):
     )
 
 
-def biased(factors, *, hidden=None):
-    return Finding(
-        details=SelectionBias(
-            quantity="angular_rate",
-            record=14_400.0,
-            window=7200.0,
-            ratios=((300.0, 0.88), (600.0, 0.75), (1200.0, 0.55), (1800.0, 0.412)),
-            draws=1000,
-            hidden_walk=hidden,
-        ),
-        severity="warning",
-        channels=("gyro_x",),
-        size=0.412,
-        factors=factors,
-    )
-
-
 def transient(channels, left):
     return Finding(
         details=StartTransient(settled=1.1),
@@ -143,6 +124,4 @@ EXAMPLES = [
     chosen(("gyro", 5280.0, "own", "gyro")),
     chosen(("gyro", 1200.0, "other", "accel"), ("accel", 9000.0, "other", "gyro")),
     chosen(("gyro", 5400.0, "temperature", "temperature"), ("mag", 60.0, "temperature", "temperature")),
-    biased((("bias_instability", 0.93), ("rate_random_walk", 0.62))),
-    biased((), hidden=HiddenWalk(limit=5.7e-8, factor=0.9)),
 ]

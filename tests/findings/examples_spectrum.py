@@ -12,7 +12,6 @@ from sigmatau.findings.kinds.spectrum import (
     Line,
     LowPassFilter,
     Mains,
-    Resampled,
     Resonance,
     SpectralLines,
 )
@@ -36,14 +35,6 @@ ALIASING = Finding(
     channels=("gyro_x", "gyro_y", "gyro_z"),
     size=1.131,
     factors=(("random_walk", 1.131),),
-)
-RESAMPLED = Finding(
-    details=Resampled(kind="held", rate=63.0, log_rate=200.0, sigma_one_sample=0.16, right_from=0.635, depth=1.3),
-    severity="warning",
-    channels=("gyro_x",),
-    size=63.0,
-    unit="Hz",
-    factors=(("random_walk", 0.16),),
 )
 SLOW = (
     AxisPair(first="gyro_x", second="gyro_y", coefficient=-0.42, mean_length=64.0),
@@ -69,7 +60,6 @@ EXAMPLES = [
     found(Resonance(quantity="acceleration", frequency=10.18, width=0.42), 4.7e-3, "m/s^2"),
     ALIASING,
     replace(ALIASING, details=replace(STATED, order=2, second_order=None), severity="info"),
-    RESAMPLED,
     CORRELATED,
     replace(CORRELATED, details=CorrelatedAxes(pairs=(replace(SLOW[0], mean_length=0.0),), only_slow=False)),
     replace(CORRELATED, severity="info"),

@@ -17,7 +17,6 @@ from sigmatau.findings.wording.phrases import keep_option, leave_out_option
 
 HERE = Path(__file__).parent
 LONGEST = 120  # characters of a sentence, see CONTRIBUTING
-SHARED = {"interpolated"}  # seen in the samples, or in the spectrum
 PUNS = re.compile(r"\b(so many|of which|is no |are no |there is none|none of the|of its own|seen to|see to|on end)\b")
 
 
@@ -58,7 +57,7 @@ def test_sentences_are_short_and_plain(subject):
 
 def test_codes_are_unique():
     codes = [one.code for subject in SUBJECTS for one in kinds_of(subject)]
-    assert {code for code in codes if codes.count(code) > 1} <= SHARED
+    assert {code for code in codes if codes.count(code) > 1} == set()
 
 
 def test_options_leave_out_the_whole_of_a_fault():

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from studies.selection_bias import autocovariance
 
 from known import seed_of
 from sigmatau import Record
 from sigmatau._native import kernels
 from sigmatau.fitting.block_temperature import between_steps, smoothed
 from sigmatau.fitting.components import LINEAR
-from sigmatau.quality.drift.block_means import autocovariance, block_means
+from sigmatau.quality.drift.block_means import block_means
 
 
 @pytest.mark.parametrize("term", LINEAR)

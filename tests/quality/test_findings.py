@@ -173,17 +173,15 @@ class TestTraps:
 
 
 class TestOptions:
-    def test_window_and_its_bias(self):
+    def test_windows(self):
         x = sensor("window", {"random_walk": N, "rate_random_walk": 3e-4}, n=4 * 3600 * 5, rate=5.0)
         record = Record.from_arrays(rate=5.0, gyro_x=x)
         part = analyze(record, window="10min:100min")
         assert part.curves["gyro_x"].n == 90 * 60 * 5
         calm = analyze(record, window="most-stable=2h")
-        assert told(calm.findings, "window_chosen")
-        (bias,) = told(calm.findings, "selection_bias")
+        (chosen,) = told(calm.findings, "window_chosen")
         assert calm.curves["gyro_x"].n == 2 * 3600 * 5
-        assert bias.severity == "warning"
-        assert bias.size < 0.95
+        assert chosen.severity == "warning"  # by its own noise: there is nothing else in the record
 
     def test_spikes_are_left_out(self):
         x = sensor("spikes", {"random_walk": N})

@@ -5,15 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from studies.selection_bias import selection_bias
 
 from known import seed_of
-from sigmatau import NoiseModel, OptionError, Record, allan, analyze, simulate
+from sigmatau import NoiseModel, OptionError, Record, allan, simulate
 from sigmatau._native import kernels
 from sigmatau.fitting.components import components
-from sigmatau.fitting.fit import fit
 from sigmatau.fitting.gls import Gls
 from sigmatau.noise.terms import avar
-from sigmatau.quality.selection.selection_bias import bias_finding, selection_bias
 from sigmatau.quality.selection.window import choose, criterion, cut, most_stable, scatter
 from sigmatau.record.record import make_stream
 
@@ -252,76 +251,3 @@ class TestSelectionBias:
     def test_refused(self, models, options, words):
         with pytest.raises(ValueError, match=words):
             selection_bias(models, **{"n": 3600, "window": 1800, "tau0": 1.0, **options})
-
-
-class TestBiasFinding:
-    def test_stated_for_the_noise_before_the_choice(self):
-        """Fits of windows whose K is too small: the factor stated undoes that, on average."""
-        rng = np.random.default_rng(seed_of("undone"))
-        model = NoiseModel(channels={"gyro_x": {"random_walk": 0.005, "rate_random_walk": 2e-4}})
-        raw, stated = [], []
-        for _ in range(10):
-            record = simulate(model, duration=14_400, rate=0.2, rng=rng)
-            chosen, _ = choose(record, "most-stable=2h")
-            fits = {"gyro_x": fit(allan(chosen)["gyro_x"])}
-            (finding,) = bias_finding(record, "most-stable=2h", fits)
-            assert (finding.code, finding.channel) == ("selection_bias", "gyro_x")
-            assert finding.details.ratios[-1][0] == 1800.0
-            assert 0.3 < finding.size < 0.7
-            if "rate_random_walk" not in fits["gyro_x"].model:
-                continue  # in this window it was not seen, and nothing is stated of it
-            value = fits["gyro_x"].model["rate_random_walk"] / 2e-4
-            raw.append(value)
-            stated.append(dict(finding.factors).get("rate_random_walk", 1.0))
-        assert len(raw) >= 7
-        undone = np.array(raw) / np.array(stated)
-        # K² has its scatter in the windows, 15 % of K here: 5 % of the mean of 10.
-        assert np.mean(undone) == pytest.approx(1.0, abs=3 * np.std(undone) / math.sqrt(len(raw)) + 0.03)
-
-    def test_what_was_fitted_is_undone(self):
-        """Exactly what the choice leaves of a known noise, given back as a fit: the factor stated is that of the noise."""
-        truth = {"random_walk": 0.005, "bias_instability": 5e-4, "rate_random_walk": 2e-5}
-        bias = selection_bias({"gyro_x": truth}, n=2880, window=1440, tau0=5.0, draws=4000)["gyro_x"]
-        left = {term: value * bias.factors[term] for term, value in truth.items()}
-        record = Record.from_arrays(rate=0.2, gyro_x=np.random.default_rng(seed_of("undo")).standard_normal(2880))
-        fitted = replace(fit(allan(record)["gyro_x"]), model=left, n=1440)
-        (finding,) = bias_finding(record, "most-stable=2h", {"gyro_x": fitted})
-        assert bias.factors["rate_random_walk"] < 0.8
-        # The ratio at the long times is known to some 2 % from 1000 draws.
-        assert dict(finding.factors)["rate_random_walk"] == pytest.approx(bias.factors["rate_random_walk"], abs=0.05)
-
-    def test_only_where_the_choice_looked_at_the_noise(self):
-        record = simulate(
-            NoiseModel(channels=dict.fromkeys(("gyro_x", "accel_x"), MODELS["K"])), duration=7200, rate=0.5, rng=3
-        )
-        fits = {channel: fit(curve) for channel, curve in allan(record).items()}
-        assert bias_finding(record, "most-stable=1h", fits) == []
-        alone = replace(record, streams=record.streams[:1])
-        (finding,) = bias_finding(alone, "most-stable=1h", fits)
-        assert finding.severity == "warning"
-        assert bias_finding(alone, "0s:1h", fits) == []
-        assert bias_finding(alone, "most-stable=2h", fits) == []
-        assert bias_finding(alone, "most-stable=1h", {}) == []
-
-
-def test_a_walk_that_the_choice_hides():
-    """Its limit is told to be too low, by the factor that the choice makes of a walk that shows as much afterwards."""
-    told = 0
-    for k in range(4):
-        rng = np.random.default_rng(seed_of(f"hidden walk {k}"))
-        rates = 1e-4 * rng.normal(size=14_400) + np.cumsum(3e-7 * rng.normal(size=14_400))
-        analysis = analyze(Record.from_arrays(rate=1.0, gyro_x=rates), window="most-stable=2h", threads=1)
-        fitted = analysis.fits["gyro_x"]
-        (finding,) = (f for f in analysis.findings if f.code == "selection_bias")
-        limit = fitted["rate_random_walk"].upper_limit
-        if limit is None or "rate_random_walk" in fitted.model:
-            continue
-        hidden = finding.details.hidden_walk
-        factor = 0.975 if hidden is None else hidden.factor  # what is not said is less than 5 %
-        model = {**fitted.model, "rate_random_walk": limit / factor}
-        bias = selection_bias({"x": model}, n=14_400, window=7200, tau0=1.0, rng=seed_of(f"again {k}"))["x"]
-        assert bias.factors["rate_random_walk"] == pytest.approx(factor, abs=0.05)
-        if hidden is not None:
-            assert hidden.limit == limit
-            told += 1
-    assert told

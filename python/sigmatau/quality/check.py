@@ -24,7 +24,6 @@ from sigmatau.quality.samples.masking import bridged, mask_of, masked
 from sigmatau.quality.samples.shocks_and_steps import between_steps
 from sigmatau.quality.spectrum.aliasing import aliasing
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
-from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
@@ -199,13 +198,9 @@ def check_fits(
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
     still = bridged(masked_by(stream, disturbances(stream)))
-    at_rest = bridged(between_steps(still, found))
-    told = {finding.channel for finding in found if finding.code in ("interpolated", "repeated_samples")}
-    if None not in told:  # else it was said of several axes at once
-        found += [finding for finding in upsampled(at_rest) if finding.channel not in told]
     for name, stated in (bandwidth or {}).items():
         found += aliasing(still if name == stream.name else replace(still.only(name), name=name), stated)
-    found += cross_axis(at_rest)
+    found += cross_axis(bridged(between_steps(still, found)))
     return found
 
 

@@ -106,24 +106,3 @@ class WindowChosen(Details, code="window_chosen"):
 
     length: float
     windows: tuple[ChosenWindow, ...]
-
-
-@frozen
-class HiddenWalk:
-    """A rate random walk that a window chosen by its own noise does not show."""
-
-    limit: float  # upper limit that the window shows [unit of the stream/√s]
-    factor: float  # the limit over that of a window that was not chosen, on average
-
-
-@frozen
-class SelectionBias(Details, code="selection_bias"):
-    """Noise that is too small because its window was chosen by its own scatter."""
-
-    quantity: str  # of the channel
-    record: float  # lengths [s]
-    window: float
-    # averaging times [s], and the mean Allan variance of chosen windows over that of the noise
-    ratios: tuple[tuple[float, float], ...]
-    draws: int  # simulated choices
-    hidden_walk: HiddenWalk | None

@@ -83,22 +83,6 @@ class Aliasing(Details, code="aliasing"):
 
 
 @frozen
-class Resampled(Details, code="interpolated"):
-    """A channel that was interpolated from samples at a lower rate, as its spectrum shows."""
-
-    # "held": values repeated; "linear": lines between samples; "smooth": another interpolation; "empty": spectrum empty
-    # above half the true rate
-    kind: str
-    rate: float  # probable rate of the true samples [Hz]
-    log_rate: float  # sampling rate of the record [Hz]
-    sigma_one_sample: float  # σ at one sample over what the random walk makes there
-    right_from: float  # averaging time from which σ is within 1 % of what the random walk makes [s]
-    # amplitude of the squared differences at the true rate over their mean; of an empty band, its density over that
-    # beside it
-    depth: float
-
-
-@frozen
 class AxisPair:
     """Correlation of two axes."""
 

@@ -13,7 +13,6 @@ from sigmatau.findings.kinds.disturbances import (
     LevelStep,
     MotionBurst,
     NotStatic,
-    SelectionBias,
     Spikes,
     StartTransient,
     WindowChosen,
@@ -23,7 +22,6 @@ from sigmatau.findings.wording.phrases import (
     Words,
     axes_text,
     clock,
-    factor_text,
     keep_option,
     leave_out_option,
     number,
@@ -134,23 +132,10 @@ def _window(window: ChosenWindow) -> str:
     return f"{window.stream} from {seconds(window.start)} s (chosen by {by})"
 
 
-def _selection_bias(finding: Finding, details: SelectionBias) -> Words:
-    effects = [factor_text(term, factor, quantity=details.quantity) for term, factor in finding.factors]
-    if details.hidden_walk is not None:
-        label = TERMS[_WALK].label(details.quantity)
-        effects.append(f"upper limit of the {label} {number(1 / details.hidden_walk.factor)} times too small")
-    if details.ratios:
-        tau, ratio = min(details.ratios, key=lambda one: one[1])
-        effects.append(f"Allan variance at τ = {duration_text(tau)} is {percent(ratio)} of the sensor's")
-    message = while_short("window chosen by its noise", effects)
-    return Words(message, "Analyse the whole record, or choose a window by time: --window 600s:7800s")
-
-
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     NotStatic: _not_static,
     Spikes: _spikes,
     StartTransient: _start_transient,
     LeftOut: _left_out,
     WindowChosen: _window_chosen,
-    SelectionBias: _selection_bias,
 }

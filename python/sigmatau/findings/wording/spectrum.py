@@ -13,24 +13,17 @@ from sigmatau.findings.kinds.spectrum import (
     GaussMarkovProcess,
     Line,
     LowPassFilter,
-    Resampled,
     Resonance,
     SpectralLines,
 )
 from sigmatau.findings.wording.fit import filter_text
 from sigmatau.findings.wording.phrases import Words, factor_text
 from sigmatau.noise.terms import display_units
-from sigmatau.results import duration_text, seconds, two_digits
+from sigmatau.results import duration_text, two_digits
 
 __all__ = ["WORDS"]
 
 _QUANTITIES = {"rad/s": "angular_rate", "m/s^2": "acceleration"}
-_INTERPOLATION = {
-    "held": " by repeating each sample",
-    "linear": " by linear interpolation",
-    "smooth": " by smooth interpolation",
-    "empty": ", no noise above half that rate",
-}
 
 
 def _mains(line: Line) -> str:
@@ -94,14 +87,6 @@ def _aliasing(finding: Finding, details: Aliasing) -> Words:
     return Words(message, action if finding.severity != "info" else "")
 
 
-def _resampled(_: Finding, details: Resampled) -> Words:
-    return Words(
-        f"resampled from about {details.rate:.4g} Hz{_INTERPOLATION[details.kind]};"
-        f" {factor_text(f'σ({seconds(1 / details.log_rate)} s)', details.sigma_one_sample)}",
-        f"Record the samples of the sensor, or use only averaging times from {seconds(details.right_from)} s",
-    )
-
-
 def _correlated_axes(finding: Finding, details: CorrelatedAxes) -> Words:
     strongest = details.pairs[0]
     of = f"means over {duration_text(strongest.mean_length)}" if strongest.mean_length else "sample-to-sample changes"
@@ -119,7 +104,6 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     CorrelatedAxes: _correlated_axes,
     GaussMarkovProcess: _gauss_markov,
     LowPassFilter: _low_pass_filter,
-    Resampled: _resampled,
     Resonance: _resonance,
     SpectralLines: _spectral_lines,
 }

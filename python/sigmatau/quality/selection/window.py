@@ -1,9 +1,9 @@
 """Part of a record by time, or the most stable part.
 
 The paper analyses the best two hours of four. A window chosen by the least scatter of the noise that is then measured shows
-less of that noise, see `sigmatau.quality.selection.selection_bias`. So the criterion is independent of the noise where
-possible: the temperature; else for gyros the accelerometers, and for accelerometers the gyros. Their noise is independent,
-and what disturbs both (motion, temperature, supply) still shows.
+less of that noise: of a rate random walk, half of its Allan variance at a quarter of the window (docs/study/selection.md).
+So the criterion is independent of the noise where possible: the temperature; else for gyros the accelerometers, and for
+accelerometers the gyros. Their noise is independent, and what disturbs both (motion, temperature, supply) still shows.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.disturbances import ChosenWindow, WindowChosen
 from sigmatau.quality.drift.block_means import block_means
 from sigmatau.quality.selection.time_text import time_of
@@ -44,9 +44,7 @@ class Criterion:
 
 
 def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
-    """The part of a record that ``--window`` names, and the finding ``"window_chosen"``, an info, of `most_stable`.
-
-    The effect of a choice by the noise itself needs fits, see `sigmatau.quality.selection.selection_bias.bias_finding`.
+    """The part of a record that ``--window`` names, and the finding ``"window_chosen"`` of `most_stable`.
 
     Parameters
     ----------
@@ -135,7 +133,8 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
     chosen = _with_streams(record, streams, f"most stable window of {seconds(length)} s")
     spans = tuple(dict.fromkeys((one.start, one.start + length) for one in told))
     details = WindowChosen(length=length, windows=tuple(told))
-    return chosen, [Finding(details=details, severity="info", spans=spans, size=length, unit="s")]
+    severity: Severity = "warning" if any(one.criterion == "own" for one in told) else "info"
+    return chosen, [Finding(details=details, severity=severity, spans=spans, size=length, unit="s")]
 
 
 def criterion(record: Record, stream: Stream) -> Criterion:

@@ -18,32 +18,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sigmatau._native.distributions import digamma
 from sigmatau.arrays import Floats, Ints
-from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds import disturbances as kinds
 from sigmatau.fitting.components import LINEAR, components, power_of_interval
 from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS, avar
-from sigmatau.quality.drift.block_means import autocovariance
-from sigmatau.quality.selection.window import block_length, criterion, scatter, wanted_length
-from sigmatau.record.record import Record
-from sigmatau.record.streams import Stream
+from sigmatau.quality.selection.window import block_length, scatter
 
-__all__ = ["SelectionBias", "bias_finding", "selection_bias"]
+__all__ = ["SelectionBias", "autocovariance", "selection_bias"]
 
 Models = Mapping[str, Mapping[str, float]]
 
 SEED = 952  # default seed of the simulated records
 DRAWS = 1000  # default number of simulated records
-WARN_BIAS = 0.05  # relative change of a coefficient from which on the finding is a warning; a convention
-_ROUGH_DRAWS = 250  # in all iterations but the last
-_ITERATIONS = 4  # of the noise that shows, after the choice, what was fitted
-_LEAST_FACTOR = 0.2  # a smaller factor is that of a term which the window does not show
-_SLOWEST = "rate_random_walk"
 _WINDOW_PER_TAU = 3  # averaging times up to a third of the window, as in a fit
-_LEAST_RATIO = 0.8  # a warning below: Allan variance over that of the noise
-_TOLD_TAUS = (300.0, 600.0, 1200.0, 1800.0)  # at which the finding states the ratio [s]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -125,116 +113,6 @@ def selection_bias(
     return result
 
 
-def bias_finding(
-    record: Record,
-    text: str,
-    fits: Mapping[str, NoiseFit],
-    *,
-    rng: int | np.random.Generator = SEED,
-    warn_bias: float = WARN_BIAS,
-) -> list[Finding]:
-    """Bias of the coefficients that were fitted to the most stable window, as ``"most-stable=2h"`` chose it.
-
-    One ``"selection_bias"`` for each channel of the streams whose window was chosen by their own scatter: a warning if a
-    coefficient is more than 5 % too small or too large, or the Allan variance more than 20 % too small. The fitted noise is
-    itself too small: the bias stated is that of the noise which, after the choice, shows on average what was fitted; the
-    simulation is iterated four times. A term that is not observed in the window is taken as absent.
-
-    Parameters
-    ----------
-    record : Record
-        The whole one, before `sigmatau.quality.selection.window.choose`.
-    text : str
-        The option; any other than ``"most-stable=…"`` gives no finding.
-    fits : mapping of str to NoiseFit
-        Of the channels in the window.
-    rng : int or numpy.random.Generator
-        Seed of the simulated choices, or a generator.
-    warn_bias : float
-        Relative change of a coefficient from which on the finding is a warning.
-    """
-    length = wanted_length(text)
-    if length is None:
-        return []
-    findings = []
-    for stream in record.streams:
-        if criterion(record, stream).kind != "own" or stream.quantity == "temperature":
-            continue
-        seen = {c: _noise_of(fits[c]) for c in stream.channels if c in fits and any(_noise_of(fits[c]).values())}
-        window = round(length / stream.grid.tau0)
-        if not seen or window // block_length(length, stream.grid.tau0) < 10 or window >= stream.grid.n:
-            continue
-        found = _undone(seen, stream, window, rng)
-        hidden = _hidden_walks(seen, fits, stream, window, rng, warn_bias)
-        findings += [_finding(stream, one, hidden[channel], warn_bias) for channel, one in found.items()]
-    return findings
-
-
-def _hidden_walks(
-    seen: Models,
-    fits: Mapping[str, NoiseFit],
-    stream: Stream,
-    window: int,
-    rng: int | np.random.Generator,
-    warn_bias: float,
-) -> dict[str, kinds.HiddenWalk | None]:
-    """By channel, the limit of a rate random walk that the window does not show, and the bias of such a walk; else None."""
-    limits = {
-        channel: limit
-        for channel, model in seen.items()
-        if _SLOWEST not in model and _SLOWEST in fits[channel] and (limit := fits[channel][_SLOWEST].upper_limit)
-    }
-    result: dict[str, kinds.HiddenWalk | None] = dict.fromkeys(seen)
-    if not limits:
-        return result
-    models = {c: {**model, **({_SLOWEST: limits[c]} if c in limits else {})} for c, model in seen.items()}
-    found = _undone(models, stream, window, rng)
-    for channel, limit in limits.items():
-        factor = max(found[channel].factors.get(_SLOWEST, 1.0), _LEAST_FACTOR)
-        if factor < 1 - warn_bias:
-            result[channel] = kinds.HiddenWalk(limit=limit, factor=factor)
-    return result
-
-
-def _noise_of(fitted: NoiseFit) -> dict[str, float]:
-    return {term: value for term, value in fitted.model.items() if value}
-
-
-def _undone(seen: Models, stream: Stream, window: int, rng: int | np.random.Generator) -> dict[str, SelectionBias]:
-    """The bias of the noise that shows, after the choice, what was seen."""
-    seed = int(rng.integers(1 << 62)) if isinstance(rng, np.random.Generator) else rng
-    models = {channel: dict(model) for channel, model in seen.items()}
-    found: dict[str, SelectionBias] = {}
-    for step in range(_ITERATIONS):
-        draws = DRAWS if step == _ITERATIONS - 1 else _ROUGH_DRAWS
-        found = selection_bias(models, n=stream.grid.n, window=window, tau0=stream.grid.tau0, draws=draws, rng=seed)
-        for channel, model in models.items():
-            for term, factor in found[channel].factors.items():
-                # Half a step in the logarithm: a whole one may swing.
-                model[term] = math.sqrt(model[term] * seen[channel][term] / max(factor, _LEAST_FACTOR))
-    return found
-
-
-def _finding(stream: Stream, bias: SelectionBias, hidden: kinds.HiddenWalk | None, warn_bias: float) -> Finding:
-    taus = [tau for tau in _TOLD_TAUS if bias.tau[0] <= tau <= bias.window / 4 * 1.001]
-    if not taus:
-        taus = [float(tau) for tau in bias.tau[bias.tau <= bias.window / 4][-3:]]
-    ratios = tuple((tau, bias.at(tau)) for tau in taus)
-    least = min((ratio for _, ratio in ratios), default=1.0)
-    known = ((term, max(factor, _LEAST_FACTOR)) for term, factor in bias.factors.items())
-    factors = tuple((term, factor) for term, factor in known if abs(factor - 1) > warn_bias)
-    details = kinds.SelectionBias(
-        quantity=stream.quantity,
-        record=bias.record,
-        window=bias.window,
-        ratios=ratios,
-        draws=bias.draws,
-        hidden_walk=hidden,
-    )
-    severity: Severity = "warning" if factors or least < _LEAST_RATIO else "info"
-    return Finding(details=details, severity=severity, channels=(bias.channel,), size=least, factors=factors)
-
-
 def _draw(
     model: Mapping[str, float], blocks: int, block: int, tau0: float, draws: int, generator: np.random.Generator
 ) -> Floats:
@@ -304,3 +182,39 @@ def _factors(model: Mapping[str, float], window: int, tau0: float, m: Ints, rati
     except FloatingPointError:
         return {}
     return {LINEAR[p]: math.sqrt(found[p] / theta[p]) for p in terms}
+
+
+def autocovariance(term: str, lags: int, length: int) -> Floats:
+    """Covariance of differences of neighbouring block means at lags 0 … `lags` − 1, for a squared coefficient of 1.
+
+    The fourth difference, at strides of a block of `length` samples, of the phase autocovariance s(l) of the term (one of
+    `sigmatau.fitting.components.LINEAR`), over length²; the sample interval is 1. Shape (lags,).
+    """
+    known = {
+        "quantization": [6.0, -4.0, 1.0],
+        "random_walk": [2.0 * length, -1.0 * length],
+        # (|l|³ − |l|)/12 at strides of a block.
+        "rate_random_walk": [(4 * length**3 + 2 * length) / 6, (length**3 - length) / 6],
+    }.get(term)
+    if known is None:
+        return _flicker(lags, length)
+    return np.array([*known, *[0.0] * lags][:lags]) / length**2
+
+
+def _flicker(lags: int, length: int) -> Floats:
+    """Fourth differences of −J(l)/2π, with J from the closed form of the Allan variance of flicker noise.
+
+    J grows as l² ln l, whose fourth differences lose digits: beyond 64 blocks two terms of the fourth derivative's series
+    are used.
+    """
+    exact = min(lags, 64)
+    stride = np.abs(np.arange(-2, exact + 2, dtype=float)) * length
+    h = np.where(stride >= 1, (digamma(np.maximum(stride, 1) - 0.5) + np.euler_gamma + 2 * math.log(2)) / 2, 0.0)
+    j = -(4 * stride**2 - 1) / 2 * h + 2 * stride * (stride - 1) - (stride - 1) ** 2 / 2
+    j[stride < 1] = 0.0
+    s = -j / (2 * math.pi)
+    result = np.empty(lags)
+    result[:exact] = (s[4:] - 4 * s[3:-1] + 6 * s[2:-2] - 4 * s[1:-3] + s[:-4]) / length**2
+    far = np.arange(exact, lags, dtype=float)
+    result[exact:] = -(1 + 1 / far**2) / (math.pi * far**2)
+    return result

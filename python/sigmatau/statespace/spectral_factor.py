@@ -1,9 +1,9 @@
-"""Spectral factor of a sum of sampled processes, in decimal arithmetic of sufficient precision.
+"""Spectral factor of a sum of sampled processes, in arithmetic of sufficient precision.
 
 With w = 2 − z − 1/z = 4·sin²(πf·dt) the spectrum is c + q·w + k/w + Σ aⱼ(w)/dⱼ(w), real polynomials of degree 2 at most.
 With a sharp filter whose corner is far below the rate, the terms cancel to 1e-30 of their size, which double precision
-cannot represent. Sum, roots and innovation variance are therefore computed in decimal numbers, and rounded once at the
-end. A root w of the numerator gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w.
+cannot represent. Sum, roots and innovation variance are therefore computed by mpmath, and rounded once at the end. A root w
+of the numerator gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w.
 """
 
 from __future__ import annotations
@@ -12,25 +12,23 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal, localcontext
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from mpmath import mp, mpc, mpf
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.model.processes import LowPass, Resonance
 
 Floats = NDArray[np.float64]
-Exact = NDArray[np.object_]
+Number = Any  # of mpmath, which has no types
 
 _DIGITS = 60  # Digits left after the expected cancellation
 _LEAST_DIGITS = 25  # Correct digits that a spectrum must have; otherwise `DataError`
-_NEGLIGIBLE = Decimal("1e-14")  # Correlation of neighbouring samples below which a process counts as white
+_NEGLIGIBLE = 1e-14  # Correlation of neighbouring samples below which a process counts as white
 _ITERATIONS = 300
-# Relative step at which the iteration of a root ends; its square root bounds the imaginary part of a real root
-_ROOT_TOLERANCE = Decimal("1e-20")
-_ZERO, _ONE, _TWO = Decimal(0), Decimal(1), Decimal(2)
+_REAL = 1e-10  # largest imaginary part of a real root, over its size
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,17 +48,17 @@ class Roots:
 class _Part:
     """The ratio above/below of two polynomials in w, coefficients from the constant on."""
 
-    above: tuple[Decimal, ...]
-    below: tuple[Decimal, ...]
+    above: list[Number]
+    below: list[Number]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Spectrum:
     """The spectrum white + quantization·w + walk/w + the parts."""
 
-    white: Decimal
-    quantization: Decimal
-    walk: Decimal
+    white: Number
+    quantization: Number
+    walk: Number
     parts: tuple[_Part, ...]
     poles: Roots  # Of the parts
     digits: int  # Of the arithmetic
@@ -88,38 +86,43 @@ class Spectrum:
             digits += 2 * filtered[1].order * math.ceil(max(1.0, -pace))
         for one in resonances:  # between the least of its damping and half the rate, as a filter of second order
             digits += 4 * math.ceil(max(1.0, -math.log10(one.damping) - math.log10(dt)))
-        with localcontext() as context:
-            context.prec = digits
-            step = Decimal(dt)
-            spread = Decimal(white) ** 2 / step
+        with mp.workdps(digits):
+            step = mpf(dt)
+            spread = mpf(white) ** 2 / step
             parts: list[_Part] = []
             real: list[float] = []
-            by_time: dict[float, Decimal] = {}
+            by_time: dict[float, Number] = {}
             for sigma, time in processes:
-                by_time[time] = by_time.get(time, _ZERO) + Decimal(sigma) ** 2
+                by_time[time] = by_time.get(time, mpf(0)) + mpf(sigma) ** 2
             for time, power in by_time.items():
-                phi = (-step / Decimal(time)).exp()
+                phi = mp.exp(-step / mpf(time))
                 if phi < _NEGLIGIBLE:
                     spread += power
                 else:
-                    parts.append(_Part((power * (1 - phi * phi),), ((1 - phi) ** 2, phi)))
+                    parts.append(_single(power, phi))
                     real.append(float(phi))
             pairs: list[complex] = []
-            if filtered:
-                more, left, single, double = _filter(*filtered, step)
-                parts += more
-                spread += left
-                real += single
-                pairs += double
-            for one in resonances:
-                more, left, double = _resonance(one, step)
-                parts += more
-                spread += left
-                pairs += double
+            for rho, phi in [
+                *(_filter(*filtered, step) if filtered else ()),
+                *(_resonance(r, step) for r in resonances),
+            ]:
+                twice = 1 if isinstance(phi, mpf) else 2
+                if abs(phi) < _NEGLIGIBLE:
+                    spread += twice * rho.real
+                elif twice == 1:
+                    parts.append(_single(rho, phi))
+                    real.append(float(phi))
+                else:
+                    parts.append(_pair(rho, phi))
+                    root = complex(float(phi.real), abs(float(phi.imag)))
+                    if root.imag:
+                        pairs.append(root)
+                    else:
+                        real += [root.real, root.real]
             return cls(
                 white=spread,
-                quantization=(Decimal(quantization) / step) ** 2,
-                walk=Decimal(walk) ** 2 * step,
+                quantization=(mpf(quantization) / step) ** 2,
+                walk=mpf(walk) ** 2 * step,
                 parts=tuple(parts),
                 poles=Roots(tuple(real), tuple(pairs)),
                 digits=digits,
@@ -128,32 +131,31 @@ class Spectrum:
     def at(self, w: Floats) -> Floats:
         """The spectrum at w from 0 to 4; w = 0 is excluded with a walk."""
         result = []
-        with localcontext() as context:
-            context.prec = self.digits
-            for x in map(Decimal, w.tolist()):
-                terms = [self.white, self.quantization * x, self.walk / x if self.walk else _ZERO]
-                terms += [_value(part.above, x) / _value(part.below, x) for part in self.parts]
-                total = sum(terms, _ZERO)
-                if total <= max(map(abs, terms)).scaleb(_LEAST_DIGITS - self.digits):
+        with mp.workdps(self.digits):
+            for x in map(mpf, w.tolist()):
+                terms = [self.white, self.quantization * x, self.walk / x if self.walk else mpf(0)]
+                terms += [
+                    mp.polyval(part.above, x, asc=True) / mp.polyval(part.below, x, asc=True) for part in self.parts
+                ]
+                total = mp.fsum(terms)
+                if total <= max(map(abs, terms)) * mpf(10) ** (_LEAST_DIGITS - self.digits):
                     raise DataError("the spectrum of this model falls too far below its peak to have a moving average")
                 result.append(float(total))
         return np.array(result)
 
     def factor(self) -> tuple[Roots, float]:
         """Roots of the moving average, and the variance of its innovations; a walk is one difference."""
-        with localcontext() as context:
-            context.prec = self.digits
-            above: list[Decimal] = [self.white, self.quantization]
-            below = [_ONE]
+        with mp.workdps(self.digits):
+            above, below = [self.white, self.quantization], [mpf(1)]
             if self.walk:
-                above, below = [self.walk, *above], [_ZERO, _ONE]
+                above, below = [self.walk, *above], [mpf(0), mpf(1)]
             for part in self.parts:
                 above = _sum(_product(above, part.below), _product(part.above, below))
                 below = _product(below, part.below)
             while len(above) > 1 and above[-1] == 0:
                 above.pop()
             real, pairs = _roots(above)
-            ma = Roots(tuple(_inside(x, _ZERO)[0] for x in real), tuple(complex(*_inside(*pair)) for pair in pairs))
+            ma = Roots(tuple(_inside(x).real for x in real), tuple(map(_inside, pairs)))
             return ma, self._variance(ma)
 
     def _variance(self, ma: Roots) -> float:
@@ -163,168 +165,81 @@ class Spectrum:
         return top * gains[0] / gains[1]
 
 
-def _value(coefficients: Sequence[Decimal], x: Decimal) -> Decimal:
-    total = _ZERO
-    for c in reversed(coefficients):
-        total = total * x + c
-    return total
-
-
-def _product(a: Sequence[Decimal], b: Sequence[Decimal]) -> list[Decimal]:
-    result = [_ZERO] * (len(a) + len(b) - 1)
+def _product(a: Sequence[Number], b: Sequence[Number]) -> list[Number]:
+    result = [mpf(0)] * (len(a) + len(b) - 1)
     for i, x in enumerate(a):
         for j, y in enumerate(b):
             result[i + j] += x * y
     return result
 
 
-def _sum(a: Sequence[Decimal], b: Sequence[Decimal]) -> list[Decimal]:
-    size = max(len(a), len(b))
-    return [(a[k] if k < len(a) else _ZERO) + (b[k] if k < len(b) else _ZERO) for k in range(size)]
+def _sum(a: Sequence[Number], b: Sequence[Number]) -> list[Number]:
+    return [x + y for x, y in itertools.zip_longest(a, b, fillvalue=mpf(0))]
 
 
-def _filter(n: float, bandwidth: LowPass, step: Decimal) -> tuple[list[_Part], Decimal, list[float], list[complex]]:
-    """Sampled Butterworth noise: its parts, its white share, and its poles: real ones, and one of each complex pair.
+def _filter(n: float, bandwidth: LowPass, step: Number) -> list[tuple[Number, Number]]:
+    """Sampled Butterworth noise: variance and decay of each part; of a complex pair, those of one.
+
     r(t) = −N²ω/(2n)·Σ p·exp(p·ω·t), the poles p on the unit circle's left half.
     """
     order = bandwidth.order
-    pi = _pi()
-    omega = _TWO * pi * Decimal(bandwidth.corner)
-    size = Decimal(n) ** 2 * omega / (2 * order)
-    parts: list[_Part] = []
-    white = _ZERO
-    real: list[float] = []
-    pairs: list[complex] = []
-    for k in range((order + 1) // 2):
-        turn = pi * (2 * k + order + 1) / (2 * order)
-        single = 2 * k + 1 == order  # the pole −1
-        p = (-_ONE, _ZERO) if single else _turned(turn)
-        kept = (p[0] * omega * step).exp()
-        rho = (-p[0] * size, -p[1] * size)
-        if kept < _NEGLIGIBLE:
-            white += rho[0] if single else 2 * rho[0]
-            continue
-        if single:
-            parts.append(_Part((rho[0] * (1 - kept * kept),), ((1 - kept) ** 2, kept)))
-            real.append(float(kept))
-            continue
-        part, root = _pair(rho, kept, p[1] * omega * step)
-        parts.append(part)
-        if root.imag:
-            pairs.append(root)
-        else:
-            real += [root.real, root.real]
-    return parts, white, real, pairs
+    omega = 2 * mp.pi * mpf(bandwidth.corner)
+    size = mpf(n) ** 2 * omega / (2 * order)
+    poles = [mp.expjpi(mpf(2 * k + order + 1) / (2 * order)) for k in range(order // 2)]
+    poles += [mpf(-1)] if order % 2 else []
+    return [(-p * size, mp.exp(p * omega * step)) for p in poles]
 
 
-def _resonance(one: Resonance, step: Decimal) -> tuple[list[_Part], Decimal, list[complex]]:
-    """A sampled resonance: its part, its white share, and its pole. r(t) = σ²·Re[(1 + iγ/ω)·exp((iω − γ)t)]."""
-    turn = _TWO * _pi() * step
-    loss = turn * Decimal(one.width)
-    swing = ((turn * Decimal(one.frequency)) ** 2 - loss**2).sqrt()
-    kept = (-loss).exp()
-    half = Decimal(one.sigma) ** 2 / 2
-    if kept < _NEGLIGIBLE:
-        return [], 2 * half, []
-    part, root = _pair((half, half * loss / swing), kept, swing)
-    return [part], _ZERO, [root]
+def _resonance(one: Resonance, step: Number) -> tuple[Number, Number]:
+    """A sampled resonance: variance and decay of one of its pair. r(t) = σ²·Re[(1 + iγ/ω)·exp((iω − γ)t)]."""
+    turn = 2 * mp.pi * step
+    loss = turn * mpf(one.width)
+    swing = mp.sqrt((turn * mpf(one.frequency)) ** 2 - loss**2)
+    half = mpf(one.sigma) ** 2 / 2
+    return mpc(half, half * loss / swing), mp.exp(mpc(-loss, swing))
 
 
-def _pair(rho: tuple[Decimal, Decimal], kept: Decimal, angle: Decimal) -> tuple[_Part, complex]:
-    """The part with the autocovariance ρ·φˡ and its conjugate, φ = kept·exp(i·angle); and φ, above the real line."""
-    c, s = _turned(angle)
-    phi = (kept * c, kept * s)
-    beside = _times((1 - phi[0], -phi[1]), (1 - phi[0], -phi[1]))
-    squared = _times(phi, phi)
-    height = _times(rho, (1 - squared[0], -squared[1]))
-    # ρ(1 − φ²)/((1 − φ)² + φ·w) and its conjugate over one denominator.
-    mixed = _times(beside, (phi[0], -phi[1]))[0]
-    above = (2 * (height[0] * beside[0] + height[1] * beside[1]), 2 * (height[0] * phi[0] + height[1] * phi[1]))
-    part = _Part(above, (beside[0] ** 2 + beside[1] ** 2, 2 * mixed, phi[0] ** 2 + phi[1] ** 2))
-    return part, complex(float(phi[0]), abs(float(phi[1])))
+def _single(rho: Number, phi: Number) -> _Part:
+    """The part with the autocovariance ρ·φˡ."""
+    return _Part([rho * (1 - phi * phi)], [(1 - phi) ** 2, phi])
 
 
-def _times(a: tuple[Decimal, Decimal], b: tuple[Decimal, Decimal]) -> tuple[Decimal, Decimal]:
-    return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
+def _pair(rho: Number, phi: Number) -> _Part:
+    """The same and its conjugate over one denominator: ρ(1 − φ²)/((1 − φ)² + φ·w)."""
+    beside, height = (1 - phi) ** 2, rho * (1 - phi**2)
+
+    def product(a: Number, b: Number) -> Number:
+        return 2 * (a * b.conjugate()).real
+
+    below = [product(beside, beside) / 2, product(beside, phi), product(phi, phi) / 2]
+    return _Part([product(height, beside), product(height, phi)], below)
 
 
-def _pi() -> Decimal:
-    """Machin's formula, π/4 = 4·atan(1/5) − atan(1/239)."""
-
-    def atan(n: int) -> Decimal:
-        power = total = _ONE / n
-        k = 1
-        while abs(power) > abs(total) * _least():
-            power /= -n * n
-            k += 2
-            total += power / k
-        return total
-
-    return 16 * atan(5) - 4 * atan(239)
-
-
-def _least() -> Decimal:
-    """A number below the last digit of 1."""
-    return (_ONE.next_plus() - 1) / 10
-
-
-def _turned(angle: Decimal) -> tuple[Decimal, Decimal]:
-    """Cosine and sine: by the power series of a small part of the angle, squared repeatedly."""
-    halvings = max(angle.adjusted() + 4, 4) * 4
-    x = angle / 2**halvings
-    re, im, term = _ONE, _ZERO, _ONE
-    k = 0
-    while abs(term) > _least() * abs(x) and term:
-        k += 1
-        term = term * x / k
-        sign = -1 if k % 4 >= 2 else 1
-        if k % 2:
-            im += sign * term
-        else:
-            re += sign * term
-    for _ in range(halvings):
-        re, im = re * re - im * im, 2 * re * im
-    return re, im
-
-
-def _roots(coefficients: list[Decimal]) -> tuple[list[Decimal], list[tuple[Decimal, Decimal]]]:
-    """Roots of a real polynomial, real ones and one of each pair, by Aberth's method from the Newton polygon's radii."""
+def _roots(coefficients: list[Number]) -> tuple[list[Number], list[Number]]:
+    """Roots of a real polynomial, real ones and one of each pair, from the Newton polygon's radii."""
     zeros = 0
     while len(coefficients) > 1 and coefficients[0] == 0:  # a root at 0 is one, to the last digit
         coefficients, zeros = coefficients[1:], zeros + 1
     degree = len(coefficients) - 1
     if degree == 0:
-        return [_ZERO] * zeros, []
-    re, im = _starts(coefficients)
-    for _ in range(_ITERATIONS):
-        value, slope = _horner(coefficients, re, im)
-        # 1/(N′/N − Σ 1/(x − xⱼ)), written without a division by N, which may be 0.
-        apart = re[:, None] - re, im[:, None] - im
-        size = apart[0] ** 2 + apart[1] ** 2
-        size[np.arange(degree), np.arange(degree)] = _ONE
-        others = (apart[0] / size).sum(axis=1), (-apart[1] / size).sum(axis=1)
-        below = (
-            slope[0] - (value[0] * others[0] - value[1] * others[1]),
-            slope[1] - (value[0] * others[1] + value[1] * others[0]),
-        )
-        size = below[0] ** 2 + below[1] ** 2
-        size[size == 0] = _ONE
-        step = (value[0] * below[0] + value[1] * below[1]) / size, (value[1] * below[0] - value[0] * below[1]) / size
-        re, im = re - step[0], im - step[1]
-        if (step[0] ** 2 + step[1] ** 2 <= _ROOT_TOLERANCE**2 * (re**2 + im**2)).all():
-            break
-    else:
-        raise DataError("the moving average of this model was not found: two of its roots are too close to each other")
-    real = np.array([abs(y) <= _ROOT_TOLERANCE.sqrt() * abs(x) for x, y in zip(re, im, strict=True)])
-    pairs = [(x, y) for x, y in zip(re[~real], im[~real], strict=True) if y > 0]
-    if 2 * len(pairs) != degree - int(real.sum()):
+        return [mpf(0)] * zeros, []
+    options = {"maxsteps": _ITERATIONS, "cleanup": False, "extraprec": 2 * mp.prec, "roots_init": _starts(coefficients)}
+    try:
+        found = mp.polyroots(coefficients, asc=True, **options)
+    except mp.NoConvergence:
+        raise DataError(
+            "the moving average of this model was not found: two of its roots are too close to each other"
+        ) from None
+    real = [x.real for x in found if abs(x.imag) <= _REAL * abs(x)]
+    pairs = [x for x in found if x.imag > _REAL * abs(x)]
+    if 2 * len(pairs) != degree - len(real):
         raise DataError("the moving average of this model was not found: its complex roots are no pairs")
-    return [_ZERO] * zeros + list(re[real]), pairs
+    return [mpf(0)] * zeros + real, pairs
 
 
-def _starts(coefficients: list[Decimal]) -> tuple[Exact, Exact]:
+def _starts(coefficients: list[Number]) -> list[Number]:
     """Start values of the roots: on circles whose radii and numbers of roots follow from the Newton polygon."""
-    logs = [float(abs(c).log10()) if c else -math.inf for c in coefficients]
+    logs = [float(mp.log10(abs(c))) if c else -math.inf for c in coefficients]
     hull: list[int] = []
     for k, height in enumerate(logs):
         if height == -math.inf:
@@ -335,43 +250,18 @@ def _starts(coefficients: list[Decimal]) -> tuple[Exact, Exact]:
                 break
             hull.pop()
         hull.append(k)
-    re: list[Decimal] = []
-    im: list[Decimal] = []
+    starts = []
     for i, j in itertools.pairwise(hull):
-        radius = Decimal(10) ** Decimal((logs[i] - logs[j]) / (j - i))
-        for k in range(j - i):
-            # Off the real line, none the conjugate of another.
-            angle = math.pi + 2 * math.pi * (k + 0.3) / (j - i) + 0.1 * len(hull) + 0.05 * i
-            re.append(radius * Decimal(math.cos(angle)))
-            im.append(radius * Decimal(math.sin(angle)))
-    return np.array(re, dtype=object), np.array(im, dtype=object)
+        radius = mpf(10) ** mpf((logs[i] - logs[j]) / (j - i))
+        # Off the real line, none the conjugate of another.
+        angles = (math.pi + 2 * math.pi * (k + 0.3) / (j - i) + 0.1 * len(hull) + 0.05 * i for k in range(j - i))
+        starts += [radius * mp.expj(angle) for angle in angles]
+    return starts
 
 
-def _horner(coefficients: list[Decimal], re: Exact, im: Exact) -> tuple[tuple[Exact, Exact], tuple[Exact, Exact]]:
-    """Polynomial and derivative at complex points."""
-    zero = np.full(re.shape, _ZERO, dtype=object)
-    value, slope = (zero + coefficients[-1], zero), (zero, zero)
-    for c in reversed(coefficients[:-1]):
-        slope = slope[0] * re - slope[1] * im + value[0], slope[0] * im + slope[1] * re + value[1]
-        value = value[0] * re - value[1] * im + c, value[0] * im + value[1] * re
-    return value, slope
-
-
-def _inside(re: Decimal, im: Decimal) -> tuple[float, float]:
+def _inside(w: Number) -> complex:
     """The ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w; its imaginary part is not negative."""
-    x = -re, -im
-    half = _root(_times(x, (1 + x[0] / 4, x[1] / 4)))
-    outside = [(1 + x[0] / 2 + sign * half[0], x[1] / 2 + sign * half[1]) for sign in (1, -1)]
-    a, b = max(outside, key=lambda root: root[0] ** 2 + root[1] ** 2)
-    size = a * a + b * b
-    return float(a / size), abs(float(b / size))
-
-
-def _root(x: tuple[Decimal, Decimal]) -> tuple[Decimal, Decimal]:
-    """Square root of a complex number, without cancellation."""
-    size = (x[0] ** 2 + x[1] ** 2).sqrt()
-    larger = ((size + abs(x[0])) / 2).sqrt()
-    if not larger:
-        return _ZERO, _ZERO
-    smaller = x[1] / (2 * larger)
-    return (larger, smaller) if x[0] >= 0 else (abs(smaller), larger.copy_sign(x[1] or _ONE))
+    half = mp.sqrt(mpc(-w) * (1 - w / 4))
+    outside = max((1 - w / 2 + half, 1 - w / 2 - half), key=abs)
+    found = 1 / outside
+    return complex(float(found.real), abs(float(found.imag)))

@@ -11,6 +11,7 @@ from .estimators.stability import dynamic_allan
 from .exporting.choices import Choices
 from .exporting.export import export
 from .findings.finding import Finding
+from .fitting.channel import fit_channel
 from .fitting.fit import fit
 from .fitting.noise_fit import NoiseFit
 from .fitting.planning import Plan, plan
@@ -78,6 +79,7 @@ __all__ = [
     "dynamic_allan",
     "export",
     "fit",
+    "fit_channel",
     "from_frame",
     "inspect",
     "list_datasheets",

@@ -52,21 +52,50 @@ def fit_channel(
     level: float = 0.95,
     threads: int | None = None,
 ) -> NoiseFit:
-    """Fit the noise of a channel.
+    """Fit the noise of a channel, with a model of your own choice if `analyze` does not choose the right one.
 
     Parameters
     ----------
     record : Record
-        Its thermometer, if there is one, is a regressor of the likelihood as far as the channel follows it.
+        At rest, and without disturbances: nothing is left out here. Its thermometer, if there is one, is a regressor of the
+        likelihood as far as the channel follows it.
     channel : str
     method : {"likelihood", "gls"}
         A channel with very few samples is fitted by least squares.
     curve : DeviationCurve, optional
         Overlapped Allan deviations that are there, for least squares.
-    tau_min, terms, level
-        See `sigmatau.fit`.
-    processes, regressors
-        See `sigmatau.fitting.likelihood.fit_samples`.
+    tau_min : float, optional
+        Of least squares, see `sigmatau.fit`. [s]
+    terms : sequence of str, optional
+        Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all.
+    processes : sequence of float, optional
+        Correlation times at which to start Gauss-Markov processes; no other process or resonance is then added. [s]
+    regressors : mapping of str to array_like, shape (n,), optional
+        Curves at the samples that the mean may follow, by name: a supply voltage, another thermometer.
+    level : float
+        Confidence level of intervals and limits.
+
+    Returns
+    -------
+    NoiseFit
+
+    Raises
+    ------
+    OptionError
+        For an unknown method, term or channel, a correlation time that is not positive, a regressor of another length, that
+        is not finite or never changes, or a level outside 0.5 … 0.999.
+
+    See Also
+    --------
+    analyze : all channels, without what disturbs them.
+
+    Examples
+    --------
+    >>> from sigmatau import NoiseModel, fit_channel, simulate
+    >>> model = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = simulate(model, duration=100, rate=100, rng=1)
+    >>> fit_channel(record, "gyro_x", terms=["random_walk", "rate_random_walk"], processes=[])["random_walk"].observed
+    True
     """
     if method not in get_args(FitMethod):
         raise OptionError(

@@ -16,7 +16,6 @@ from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.quality.samples.check import check as check_samples
-from sigmatau.quality.spectrum.upsampling import upsampled
 from sigmatau.spectrum.estimate import psd
 
 
@@ -26,15 +25,10 @@ def measure(settings: Settings) -> dict[str, Any]:
     rng = np.random.default_rng(1)
     gyro, accel = (1e-3 * rng.standard_normal((n, 3)) for _ in range(2))
     record = sigmatau.Record.from_arrays(rate=100, gyro=gyro, accel=accel + np.array([0, 0, 9.8]))
-    spectra = psd(record)
-
-    def each(of_stream: Callable[..., Any], **more: Any) -> Callable[[], Any]:
-        return lambda: [of_stream(stream, **more) for stream in record.streams]
 
     calls = {
-        "samples": each(check_samples),
+        "samples": lambda: [check_samples(stream) for stream in record.streams],
         "spectra": lambda: [spectrum.binned() for spectrum in psd(record).values()],
-        "interpolation, from given spectra": each(upsampled, spectra=spectra),
         "fits": lambda: [fit_samples(stream, channel) for stream in record.streams for channel in stream.channels],
         "all checks: `sigmatau.check`": lambda: sigmatau.check(record),
     }

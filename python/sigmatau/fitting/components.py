@@ -9,8 +9,6 @@ The expected Allan variance is Σ θ(p) D(p), its covariance Σ θ(p) θ(q) Γ(p
 modes of the discrete cosine transform were independent, which is exact for white noise plus a random walk: with the
 spectrum θ·S(k) at mode k and its gain g(k, n) in the variance at n, the cumulant of order r of Σ h(n) AVAR(n) is
 2^(r−1) (r−1)! Σ_k (Σ_n h(n) g(k, n) θ·S(k))^r.
-
-`sigmatau.fitting.masked_components` has the components with missing samples.
 """
 
 from __future__ import annotations

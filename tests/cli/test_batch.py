@@ -5,6 +5,7 @@ import os
 import signal
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -39,6 +40,44 @@ def run(*argv, capsys):
     return code, *capsys.readouterr()
 
 
+@pytest.fixture
+def in_process(monkeypatch):
+    """Logs analysed here, one after the other, where it is not the processes that are tested: each takes a second to start."""
+
+    def run(logs, work, *, jobs):
+        for log in logs:
+            outcomes = []
+            batch._one(log, work, SimpleNamespace(send=outcomes.append))
+            yield from outcomes
+
+    monkeypatch.setattr(batch.signal, "signal", lambda *_: None)
+    monkeypatch.setattr(batch, "run", run)
+
+
+@pytest.mark.usefixtures("in_process")
+class TestSummary:
+    def test_read_off_and_order(self, folder, capsys):
+        logs = [folder / "b.csv", folder / "a.csv"]
+        code, out, _ = run("analyze", *logs, "--method", "read-off", "-q", capsys=capsys)
+        assert code == 0
+        assert out.index("b.csv") < out.index("a.csv")
+        assert out.count("read off") == 2
+        assert " ± " in out
+
+    def test_length_rate_and_damage(self, tmp_path, capsys):
+        for name, seed in (("a.csv", "a"), ("b.csv", "b")):
+            write(tmp_path / name, seed)
+        text = (tmp_path / "b.csv").read_text().rpartition(",")[0]
+        (tmp_path / "b.csv").write_text(text)  # broken off
+        code, out, _ = run("analyze", tmp_path, "-q", "--method", "read-off", capsys=capsys)
+        assert code == 4
+        whole, broken = (next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv"))
+        assert "20 s" in whole
+        assert "100 Hz" in whole
+        assert "DAMAGED" not in whole
+        assert broken.endswith("DAMAGED")
+
+
 class TestCommand:
     def test_a_folder(self, folder, tmp_path, capsys):
         results, plots = tmp_path / "r", tmp_path / "p"
@@ -56,14 +95,6 @@ class TestCommand:
         assert sorted(f.name for f in plots.iterdir()) == ["a.csv.png", "b.csv.png"]
         alone = st.analyze(st.read(folder / "a.csv"), method="read-off").to_dict()
         assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
-
-    def test_read_off_and_order(self, folder, capsys):
-        logs = [folder / "b.csv", folder / "a.csv"]
-        code, out, _ = run("analyze", *logs, "--method", "read-off", "-q", capsys=capsys)
-        assert code == 0
-        assert out.index("b.csv") < out.index("a.csv")
-        assert out.count("read off") == 2
-        assert " ± " in out
 
     def test_a_damaged_one(self, folder, tmp_path, capsys, monkeypatch):
         damaged = st.Finding(details=BrokenOff(what="file"), severity="error")
@@ -167,20 +198,6 @@ class TestNames:
         assert batch.names([Path("/d/1/a"), Path("/d/1_a"), Path("/d/1_a-1"), Path("/e/b")])[:2] != ["", ""]
         found = batch.names([Path("/d/x/1/a"), Path("/d/x/1_a"), Path("/d/x/2/a")])
         assert found == ["1_a-1", "1_a-2", "2_a"]
-
-
-def test_the_summary_says_length_rate_and_damage(tmp_path, capsys):
-    for name, seed in (("a.csv", "a"), ("b.csv", "b")):
-        write(tmp_path / name, seed)
-    text = (tmp_path / "b.csv").read_text().rpartition(",")[0]
-    (tmp_path / "b.csv").write_text(text)  # broken off
-    code, out, _ = run("analyze", tmp_path, "-q", "--method", "read-off", capsys=capsys)
-    assert code == 4
-    whole, broken = (next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv"))
-    assert "20 s" in whole
-    assert "100 Hz" in whole
-    assert "DAMAGED" not in whole
-    assert broken.endswith("DAMAGED")
 
 
 def test_a_term_that_may_be_nothing_shows_its_interval(folder):

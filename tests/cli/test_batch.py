@@ -42,7 +42,7 @@ def run(*argv, capsys):
 
 @pytest.fixture
 def in_process(monkeypatch):
-    """Logs analysed here, one after the other, where it is not the processes that are tested: each takes a second to start."""
+    """Logs analysed here, one after the other, where the processes are not what is tested: each takes a second to start."""
 
     def run(logs, work, *, jobs):
         for log in logs:
@@ -71,7 +71,9 @@ class TestSummary:
         (tmp_path / "b.csv").write_text(text)  # broken off
         code, out, _ = run("analyze", tmp_path, "-q", "--method", "read-off", capsys=capsys)
         assert code == 4
-        whole, broken = (next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv"))
+        whole, broken = (
+            next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv")
+        )
         assert "20 s" in whole
         assert "100 Hz" in whole
         assert "DAMAGED" not in whole

@@ -1,14 +1,13 @@
 """analyze with several logs: one process, one JSON each; a summary; an exit code that says if any failed."""
 
 import json
-import os
-import signal
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from doomed import ended, killed, refused
 
 import known
 import sigmatau as st
@@ -56,10 +55,11 @@ def in_process(monkeypatch):
 
 @pytest.mark.usefixtures("in_process")
 class TestSummary:
-    def test_read_off_and_order(self, folder, capsys):
+    def test_read_off_order_and_figures(self, folder, tmp_path, capsys):
         logs = [folder / "b.csv", folder / "a.csv"]
-        code, out, _ = run("analyze", *logs, "--method", "read-off", "-q", capsys=capsys)
+        code, out, _ = run("analyze", *logs, "--plot", tmp_path / "p", "--method", "read-off", "-q", capsys=capsys)
         assert code == 0
+        assert sorted(f.name for f in (tmp_path / "p").iterdir()) == ["a.csv.png", "b.csv.png"]
         assert out.index("b.csv") < out.index("a.csv")
         assert out.count("read off") == 2
         assert " ± " in out
@@ -82,10 +82,8 @@ class TestSummary:
 
 class TestCommand:
     def test_a_folder(self, folder, tmp_path, capsys):
-        results, plots = tmp_path / "r", tmp_path / "p"
-        code, out, err = run(
-            "analyze", folder, "--jobs", 2, "--json", results, "--plot", plots, "--method", "read-off", capsys=capsys
-        )
+        results = tmp_path / "r"
+        code, out, err = run("analyze", folder, "--jobs", 2, "--json", results, "--method", "read-off", capsys=capsys)
         assert code == 1
         assert [line.split()[0] for line in out.splitlines() if line and line[0] != " "] == [
             "log", "a.csv", "b.csv", "bad.csv", "2",
@@ -94,7 +92,6 @@ class TestCommand:
         assert "bad.csv, line 3: column time [s] has 'x'" in err
         assert f"skipped, not a log: {folder / 'notes.md'}" in err
         assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json"]
-        assert sorted(f.name for f in plots.iterdir()) == ["a.csv.png", "b.csv.png"]
         alone = st.analyze(st.read(folder / "a.csv"), method="read-off").to_dict()
         assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
 
@@ -132,18 +129,6 @@ class TestCommand:
         code, _, err = run("analyze", tmp_path, capsys=capsys)
         assert code == 1
         assert "no log in this folder" in err
-
-
-def killed(log):
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def ended(log):
-    os._exit(7)
-
-
-def refused(log):
-    raise OptionError("no such unit", option="unit")
 
 
 class TestProcesses:

@@ -80,7 +80,8 @@ class TestStatistics:
         found = [verify(model, curve) for curve in simulated(model, f"verify bandwidth {order}", records=50)]
         assert_uniform([v.p_value for v in found])
         inside = np.mean([~v.outside[v.used] for v in found], axis=0)
-        assert inside.min() >= 0.95 - 4 * np.sqrt(0.05 * 0.95 / len(found))  # 4: the least of eleven octaves
+        # The least of eleven octaves, of few records: the quantile of the binomial law.
+        assert len(found) * inside.min() >= stats.binom.ppf(1e-3 / len(inside), len(found), 0.95)
 
     def test_sinusoid(self):
         rng = np.random.default_rng(seed_of("verify sinusoid"))

@@ -146,7 +146,9 @@ fn exact(kind: Kind, phase: &[i128], m: usize) -> f64 {
 }
 
 fn assert_exact(kind: Kind, n: usize, sizes: &[usize], tolerance: f64) {
-    CASES.iter().for_each(|case| assert_case(case, kind, n, sizes, tolerance));
+    for case in &CASES {
+        assert_case(case, kind, n, sizes, tolerance);
+    }
 }
 
 fn assert_case(case: &Case, kind: Kind, n: usize, sizes: &[usize], tolerance: f64) {
@@ -203,7 +205,9 @@ fn lengths_round_the_borders_of_blocks() {
             }
             // Few terms share their roundings, which are largest for sums of the phase of a random walk.
             let tolerance = if kind == Kind::Modified { 1e-10 } else { 1e-11 };
-            CASES[2..4].iter().for_each(|case| assert_case(case, kind, n, &sizes, tolerance));
+            for case in &CASES[2..4] {
+                assert_case(case, kind, n, &sizes, tolerance);
+            }
         }
     }
 }

@@ -65,16 +65,14 @@ find_python() {
 
 # quietly "what is being done" COMMAND…: one line on the terminal; what the command says goes to the log, shown if it fails
 quietly() {
-    local what=$1 start=$SECONDS
+    local what=$1 TIMEFORMAT="   ${1%% (*}: %0R s, CPU %0U + %0S s"
     shift
     mkdir -p "$(dirname "$LOG")"
     printf '%s …\n' "$what" >&2
     printf '\n$ %s\n' "$*" >>"$LOG"
     local from
     from=$(($(wc -l <"$LOG") + 1))
-    if "$@" >>"$LOG" 2>&1 </dev/null; then
-        printf '   %s: %d s\n' "${what%% (*}" $((SECONDS - start)) >&2
-    else
+    if ! time "$@" >>"$LOG" 2>&1 </dev/null; then
         printf '%s: failed:\n\n' "$what" >&2
         tail -n +"$from" "$LOG" | tail -n 80 >&2
         printf '\n(all of it: %s)\n' "$LOG" >&2

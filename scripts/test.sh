@@ -33,16 +33,17 @@ run() {
 }
 
 run_all() {
-    local step start status
+    local step status
     for step in "$@"; do
         printf '── %s\n' "$step"
-        start=$SECONDS status=0
-        run "$step" || status=$?
+        status=0
+        TIMEFORMAT="── $step: %0R s, CPU %0U + %0S s"
+        time run "$step" || status=$?
         if ((status)); then
-            printf '── %s FAILED after %d s (again, alone: make test STEPS=%s)\n' "$step" $((SECONDS - start)) "$step"
+            printf '── %s FAILED (again, alone: make test STEPS=%s)\n' "$step" "$step"
             return "$status"
         fi
-        printf '── %s passed, %d s\n\n' "$step" $((SECONDS - start))
+        printf '── %s passed\n\n' "$step"
     done
 }
 

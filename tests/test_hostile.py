@@ -104,10 +104,7 @@ class TestShrinking:
 class TestBombs:
     def test_rows_by_the_hundred_million(self, tmp_path):
         path = tmp_path / "log.csv.gz"
-        with gzip.open(path, "wb", compresslevel=9) as log:
-            log.write(b"gyro_x [deg/s]\n")
-            for _ in range(375):
-                log.write(b"0\n" * (1 << 20))
+        path.write_bytes(gzip.compress(b"gyro_x [deg/s]\n") + gzip.compress(b"0\n" * (1 << 20)) * 375)
         code, said, memory, seconds = command("analyze", path, "--rate", 100)
         assert code == 1
         assert "--max-expansion" in said
@@ -159,9 +156,9 @@ class TestMemory:
         space = 700 << 20
         path = tmp_path / "log.npy"
         array = np.lib.format.open_memmap(path, "w+", "f4", (20_000_000, 6))
-        rng = np.random.default_rng(5)
-        for start in range(0, len(array), 1 << 20):
-            array[start : start + (1 << 20)] = rng.standard_normal((min(1 << 20, len(array) - start), 6), np.float32)
+        some = np.random.default_rng(5).standard_normal((1 << 20, 6), np.float32)
+        for start in range(0, len(array), len(some)):
+            array[start : start + len(some)] = some[: len(array) - start]
         del array
         options = ("-v", "--rate", 1000, "--channels", "gyro=1:3", "--unit", "gyro=deg/h")
         code, said, memory, _ = command("analyze", path, *options, space=space, seconds=500)
@@ -170,7 +167,7 @@ class TestMemory:
         assert memory < space
 
     @linux
-    @pytest.mark.parametrize("space", [300, 350, 450])
+    @pytest.mark.parametrize("space", [300, 450])
     def test_a_table_that_does_not_fit_is_refused(self, tmp_path, space):
         path = tmp_path / "log.csv"
         path.write_bytes(

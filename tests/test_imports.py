@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import sigmatau
+from known import seed_of
 
 HEAVY = {"numpy", "scipy", "matplotlib", "pandas", "rich", "cyclopts"}
 
@@ -60,22 +61,28 @@ NOT_OF_AN_ANALYSIS = (
 )
 
 
-@pytest.mark.parametrize("method", ["likelihood", "gls"])
-@pytest.mark.parametrize("lost", [range(0), range(700, 720)], ids=["complete", "missing"])
-def test_an_analysis_imports_only_what_it_uses(tmp_path, method, lost):
-    rng = np.random.default_rng(len(method) + len(lost))
+def test_an_analysis_imports_only_what_it_uses(tmp_path):
+    """By either method, complete or with missing samples; all in one process, since each takes a second to start."""
+    rng = np.random.default_rng(seed_of("imports of an analysis"))
     white = rng.normal(size=(4000, 6)) * ([0.01] * 3 + [0.02] * 3) + [0, 0, 0, 0, 0, 9.81]
-    log = tmp_path / "log.csv"
     names = [f"{sensor}_{axis} [{unit}]" for sensor, unit in (("gyro", "rad/s"), ("accel", "m/s^2")) for axis in "xyz"]
-    rows = [f"{i / 100},{','.join(map(repr, row.tolist()))}" for i, row in enumerate(white) if i not in lost]
-    log.write_text("\n".join([",".join(["time [s]", *names]), *rows, ""]))
-    arguments = ["analyze", str(log), "--method", method, "--json", str(tmp_path / "result.json")]
-    code = f"from sigmatau.cli import main; code = main({arguments!r}); import sys; print(); print(code, *sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    exit_code, *modules = done.stdout.splitlines()[-1].split()
-    assert exit_code == "0"
-    assert "random walk" in done.stdout
-    assert len(json.loads((tmp_path / "result.json").read_text())["channels"]) == 6
+    rows = [f"{i / 100},{','.join(map(repr, row.tolist()))}" for i, row in enumerate(white)]
+    (tmp_path / "complete.csv").write_text("\n".join([",".join(["time [s]", *names]), *rows, ""]))
+    (tmp_path / "missing.csv").write_text("\n".join([",".join(["time [s]", *names]), *rows[:700], *rows[720:], ""]))
+    ways = [(kind, method) for kind in ("complete", "missing") for method in ("likelihood", "gls")]
+    result = "{}-{}.json"
+    code = (
+        "import sys; from sigmatau.cli import main\n"
+        f"for kind, method in {ways}:\n"
+        f"    main(['analyze', f'{{kind}}.csv', '--method', method, '--json', {result!r}.format(kind, method)])\n"
+        "print(); print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    modules = done.stdout.splitlines()[-1].split()
+    for way in ways:
+        found = json.loads((tmp_path / result.format(*way)).read_text())
+        assert [channel["fit"]["method"] for channel in found["channels"].values()] == [way[1]] * 6
+        assert any(one["code"] == "gaps" for one in found["findings"]) == (way[0] == "missing")
     assert "sigmatau.analysis" in modules
     needless = [m for m in modules if f"{m}.".startswith(tuple(f"{name}." for name in NOT_OF_AN_ANALYSIS))]
     assert needless == []

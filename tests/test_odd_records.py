@@ -12,7 +12,7 @@ import pytest
 import known
 from sigmatau.cli import main
 
-RECORDS = int(os.environ.get("SIGMATAU_ODD_RECORDS", "12"))  # `make fuzz` takes 3000
+RECORDS = int(os.environ.get("SIGMATAU_ODD_RECORDS", "8"))  # `make fuzz` takes 3000
 CODES = range(9)
 LENGTHS = (4, 5, 7, 30, 64, 257, 1000, 3000)
 RATES = ("100", "100", "100", "1", "2000", "1e-6", "1e9", "0.01")

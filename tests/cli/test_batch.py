@@ -1,13 +1,13 @@
 """analyze with several logs: one process, one JSON each; a summary; an exit code that says if any failed."""
 
 import json
-import os
-import signal
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from doomed import ended, killed, refused
 
 import known
 import sigmatau as st
@@ -39,12 +39,51 @@ def run(*argv, capsys):
     return code, *capsys.readouterr()
 
 
+@pytest.fixture
+def in_process(monkeypatch):
+    """Logs analysed here, one after the other, where the processes are not what is tested: each takes a second to start."""
+
+    def run(logs, work, *, jobs):
+        for log in logs:
+            outcomes = []
+            batch._one(log, work, SimpleNamespace(send=outcomes.append))
+            yield from outcomes
+
+    monkeypatch.setattr(batch.signal, "signal", lambda *_: None)
+    monkeypatch.setattr(batch, "run", run)
+
+
+@pytest.mark.usefixtures("in_process")
+class TestSummary:
+    def test_read_off_order_and_figures(self, folder, tmp_path, capsys):
+        logs = [folder / "b.csv", folder / "a.csv"]
+        code, out, _ = run("analyze", *logs, "--plot", tmp_path / "p", "--method", "read-off", "-q", capsys=capsys)
+        assert code == 0
+        assert sorted(f.name for f in (tmp_path / "p").iterdir()) == ["a.csv.png", "b.csv.png"]
+        assert out.index("b.csv") < out.index("a.csv")
+        assert out.count("read off") == 2
+        assert " ± " in out
+
+    def test_length_rate_and_damage(self, tmp_path, capsys):
+        for name, seed in (("a.csv", "a"), ("b.csv", "b")):
+            write(tmp_path / name, seed)
+        text = (tmp_path / "b.csv").read_text().rpartition(",")[0]
+        (tmp_path / "b.csv").write_text(text)  # broken off
+        code, out, _ = run("analyze", tmp_path, "-q", "--method", "read-off", capsys=capsys)
+        assert code == 4
+        whole, broken = (
+            next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv")
+        )
+        assert "20 s" in whole
+        assert "100 Hz" in whole
+        assert "DAMAGED" not in whole
+        assert broken.endswith("DAMAGED")
+
+
 class TestCommand:
     def test_a_folder(self, folder, tmp_path, capsys):
-        results, plots = tmp_path / "r", tmp_path / "p"
-        code, out, err = run(
-            "analyze", folder, "--jobs", 2, "--json", results, "--plot", plots, "--method", "read-off", capsys=capsys
-        )
+        results = tmp_path / "r"
+        code, out, err = run("analyze", folder, "--jobs", 2, "--json", results, "--method", "read-off", capsys=capsys)
         assert code == 1
         assert [line.split()[0] for line in out.splitlines() if line and line[0] != " "] == [
             "log", "a.csv", "b.csv", "bad.csv", "2",
@@ -53,17 +92,8 @@ class TestCommand:
         assert "bad.csv, line 3: column time [s] has 'x'" in err
         assert f"skipped, not a log: {folder / 'notes.md'}" in err
         assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json"]
-        assert sorted(f.name for f in plots.iterdir()) == ["a.csv.png", "b.csv.png"]
         alone = st.analyze(st.read(folder / "a.csv"), method="read-off").to_dict()
         assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
-
-    def test_read_off_and_order(self, folder, capsys):
-        logs = [folder / "b.csv", folder / "a.csv"]
-        code, out, _ = run("analyze", *logs, "--method", "read-off", "-q", capsys=capsys)
-        assert code == 0
-        assert out.index("b.csv") < out.index("a.csv")
-        assert out.count("read off") == 2
-        assert " ± " in out
 
     def test_a_damaged_one(self, folder, tmp_path, capsys, monkeypatch):
         damaged = st.Finding(details=BrokenOff(what="file"), severity="error")
@@ -99,18 +129,6 @@ class TestCommand:
         code, _, err = run("analyze", tmp_path, capsys=capsys)
         assert code == 1
         assert "no log in this folder" in err
-
-
-def killed(log):
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def ended(log):
-    os._exit(7)
-
-
-def refused(log):
-    raise OptionError("no such unit", option="unit")
 
 
 class TestProcesses:
@@ -167,20 +185,6 @@ class TestNames:
         assert batch.names([Path("/d/1/a"), Path("/d/1_a"), Path("/d/1_a-1"), Path("/e/b")])[:2] != ["", ""]
         found = batch.names([Path("/d/x/1/a"), Path("/d/x/1_a"), Path("/d/x/2/a")])
         assert found == ["1_a-1", "1_a-2", "2_a"]
-
-
-def test_the_summary_says_length_rate_and_damage(tmp_path, capsys):
-    for name, seed in (("a.csv", "a"), ("b.csv", "b")):
-        write(tmp_path / name, seed)
-    text = (tmp_path / "b.csv").read_text().rpartition(",")[0]
-    (tmp_path / "b.csv").write_text(text)  # broken off
-    code, out, _ = run("analyze", tmp_path, "-q", "--method", "read-off", capsys=capsys)
-    assert code == 4
-    whole, broken = (next(line for line in out.splitlines() if line.startswith(name)) for name in ("a.csv", "b.csv"))
-    assert "20 s" in whole
-    assert "100 Hz" in whole
-    assert "DAMAGED" not in whole
-    assert broken.endswith("DAMAGED")
 
 
 def test_a_term_that_may_be_nothing_shows_its_interval(folder):

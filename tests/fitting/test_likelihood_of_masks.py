@@ -10,7 +10,7 @@ from sigmatau._native import kernels
 from sigmatau._native.likelihood import summarize, summarize_masked
 from sigmatau.fitting import likelihood
 
-RECORDS = 5
+RECORDS = 3
 MIXTURES_HERE = ("N B K", "Q N")
 KINDS = ("5 % at random", "50 % at random", "20 % in blocks", "50 % in blocks", "every second", "4 gaps of 5 %")
 

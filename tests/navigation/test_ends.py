@@ -1,5 +1,6 @@
 """What becomes of a file whose disk is full, or whose process is told to end: an error in words, and nothing left."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from known import interruptible
 from sigmatau.io.write import RECORD_ENDINGS
 from sigmatau.io.writers import _Patient
 
-resource = pytest.importorskip("resource")
+pytest.importorskip("resource")
 
 MODEL = '[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\n[channels.accel_x]\nrandom_walk = "0.1 m/s/sqrt(h)"\n'
 SIMULATE = (sys.executable, "-m", "sigmatau", "simulate", "m.toml", "--rate", "100", "-q")
@@ -27,28 +28,50 @@ def ending(request, tmp_path):
     return request.param
 
 
+FULL = """
+import contextlib, io, json, pathlib, resource, sys
+from sigmatau.cli import main
+for folder, ending, kib in json.loads(sys.argv[1]):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (kib * 1024, resource.RLIM_INFINITY))
+    argv = ["simulate", "m.toml", "--rate", "100", "-q", "--hours", "0.2" if kib < 2400 else "2", "-o", f"x{ending}"]
+    with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()) as out:
+        with contextlib.redirect_stderr(io.StringIO()) as err:
+            code = main(argv)
+    print(json.dumps([code, out.getvalue(), err.getvalue()]))
+"""
 # In the middle; of the format that is not written straight through, also from a disk that is full at the first piece, and
 # at the end, when what was held back is written.
-@pytest.mark.parametrize(
-    ("ending", "kib"), [*((ending, 200) for ending in RECORD_ENDINGS), (".h5", 4), (".h5", 2400)], indirect=["ending"]
-)
-def test_a_full_disk_is_an_error_in_words(tmp_path, ending, kib):
-    def small():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (kib * 1024, kib * 1024))
-
-    argv = [*SIMULATE, "--hours", "0.2" if kib < 2400 else "2", "-o", f"x{ending}"]
-    ended = subprocess.run(argv, cwd=tmp_path, preexec_fn=small, capture_output=True, text=True, check=False)
-    assert (ended.returncode, ended.stdout) == (1, "")
-    assert ended.stderr.startswith(f"sigmatau: x{ending}: cannot be written: ")
-    assert ended.stderr.endswith("File too large\n")
-    assert ended.stderr.count("\n") == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["m.toml"]
+DISKS = [*((ending, 200) for ending in RECORD_ENDINGS), (".h5", 4), (".h5", 2400)]
 
 
-# Both signals take the same way out: the second one for the format that is not written straight through.
+@pytest.fixture(scope="module")
+def full(tmp_path_factory):
+    """What the command says of each full disk, and its folder; in one process, since each takes a second to start."""
+    folders = [tmp_path_factory.mktemp("full") for _ in DISKS]
+    for folder in folders:
+        (folder / "m.toml").write_text(MODEL)
+    asked = json.dumps([[str(folder), *disk] for folder, disk in zip(folders, DISKS, strict=True)])
+    done = subprocess.run([sys.executable, "-c", FULL, asked], capture_output=True, text=True, check=True)
+    answers = map(json.loads, done.stdout.splitlines())
+    return {disk: (folder, *answer) for disk, folder, answer in zip(DISKS, folders, answers, strict=True)}
+
+
+@pytest.mark.parametrize(("ending", "kib"), DISKS)
+def test_a_full_disk_is_an_error_in_words(full, ending, kib):
+    if ending in needs:
+        pytest.importorskip(needs[ending])
+    folder, code, out, said = full[ending, kib]
+    assert (code, out) == (1, "")
+    assert said.startswith(f"sigmatau: x{ending}: cannot be written: ")
+    assert said.endswith("File too large\n")
+    assert said.count("\n") == 1
+    assert [path.name for path in folder.iterdir()] == ["m.toml"]
+
+
+# Both signals take the same way out, of a format written straight through, one in parts, and those of libraries.
 @pytest.mark.parametrize(
     ("ending", "number"),
-    [*((ending, signal.SIGTERM) for ending in RECORD_ENDINGS), (".h5", signal.SIGINT)],
+    [*((ending, signal.SIGTERM) for ending in (".csv", ".npz", ".parquet")), (".h5", signal.SIGINT)],
     indirect=["ending"],
 )
 def test_a_signal_leaves_nothing_behind(tmp_path, ending, number):

@@ -68,10 +68,10 @@ class TestFilters:
         assert named >= 31
 
     def test_white_noise_has_nothing_beside_it(self):
-        """200 channels of 2^15 samples: one in 500 is widened, by design; here none is."""
+        """80 channels of 2^15 samples: one in 500 is widened, by design; here none is."""
         said = [
             f.code
-            for k in range(200)
+            for k in range(80)
             for f in fit_findings(fit_channel(record_of(white(f"clean {k}", 2**15)), "gyro_x"))
         ]
         assert said == []
@@ -152,9 +152,9 @@ class TestWarmUp:
         assert fit["rate_random_walk"].value == pytest.approx(before["rate_random_walk"].value, abs=half)
 
     def test_none_in_clean_records(self):
-        """200 channels of N + B + K."""
+        """80 channels of N + B + K."""
         said = 0
-        for k in range(200):
+        for k in range(80):
             x = noise(
                 f"no warm-up {k}",
                 duration=4096,
@@ -218,20 +218,20 @@ class TestTemperature:
         assert finding.size == pytest.approx(self.PER_KELVIN, rel=0.05)
 
     def test_of_a_temperature_that_has_nothing_to_do_with_it(self):
-        """One of 40 records is found at 3.3 standard errors with a chance of 4 %, two with one of 8e-4."""
+        """One of 15 records is found at 3.3 standard errors with a chance of 1.5 %, two with one of 1e-4."""
         said = 0
-        for k in range(40):
+        for k in range(15):
             found = analyze(self.record(f"no temperature {k}", per_kelvin=0.0)).findings
             said += any(f.code == "temperature_drift" for f in found)
         assert said <= 1
 
 
 def test_a_drift_with_temperature_is_no_walk_and_hides_none():
-    """5 deg/h/K over 15 K beside K = 20 deg/h/√h: K in its interval, or below its limit, on 45 axes."""
+    """5 deg/h/K over 15 K beside K = 20 deg/h/√h: K in its interval, or below its limit, on 24 axes."""
     from studies.disturbances import WARM_UP, record
 
     truth, held = 20 * DEG_H / 60, []
-    for k in range(15):
+    for k in range(8):
         found = record(np.random.default_rng(seed_of(f"a drift and a walk {k}")), WARM_UP)
         for axis in "xyz":
             walk = fit_channel(found, f"gyro_{axis}")["rate_random_walk"]

@@ -23,10 +23,9 @@ def of(analysis, kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("k", range(2))
-def test_moving_records(kind, k):
-    """Of 204 in the study none is at rest; two of each kind here."""
-    assert verdict(moving(seed_of(f"moving {kind} {k}"), kind)).verdict == "not_at_rest"
+def test_moving_records(kind):
+    """Of 204 in the study none is at rest; one of each kind here."""
+    assert verdict(moving(seed_of(f"moving {kind} 0"), kind)).verdict == "not_at_rest"
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "drone"])
@@ -234,7 +233,7 @@ def test_observed_terms_have_sound_intervals(field_data, name, channel):
     sound(st.analyze(record, at_rest=True).fits[channel])
 
 
-@pytest.mark.parametrize("kind", ["car", "drone", "hand"])
+@pytest.mark.parametrize("kind", ["car", "hand"])
 def test_observed_terms_of_least_squares_have_sound_intervals(kind):
     """Terms at 0 were called observed."""
     record = choose(moving(seed_of(f"odd {kind}0"), kind), ":60s")[0]

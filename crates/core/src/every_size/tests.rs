@@ -60,7 +60,7 @@ fn records(samples: usize) -> Vec<(&'static str, Vec<f64>)> {
 /// Sizes in every octave, both ends of it among them, and around the borders of groups and blocks.
 fn sampled(largest: usize) -> Vec<usize> {
     let mut sizes: Vec<usize> = (0..=largest.ilog2())
-        .flat_map(|octave| (0..12).map(move |k| (1 << octave) + ((k << octave) / 12)))
+        .flat_map(|octave| (0..5).map(move |k| (1 << octave) + ((k << octave) / 5)))
         .chain([1023, 1025, 4095, 4097, largest - 256, largest - 1, largest])
         .filter(|&m| m <= largest)
         .collect();
@@ -77,29 +77,27 @@ fn every_size(phase: &Phase, counting: Counting) -> Vec<Estimate> {
 
 #[test]
 fn agrees_with_the_direct_sums() {
-    for samples in [60_000, 131_071] {
+    for (samples, counting) in [(60_000, Counting::Paper), (131_071, Counting::Standard)] {
         for (name, rate) in records(samples) {
             let phase = Phase::from_rate(&rate).unwrap();
             let height = phase.values.iter().fold(0.0, |height: f64, value| height.max(value.abs()));
-            for counting in [Counting::Standard, Counting::Paper] {
-                let all = every_size(&phase, counting);
-                let direct = allan_variance(&phase, &sampled(all.len()), Overlap::Full, counting).unwrap();
-                for expected in direct {
-                    let got = all[expected.m - 1];
-                    assert_eq!((got.m, got.pairs), (expected.m, expected.pairs));
-                    // The promise of this module.
-                    let error = (got.avar - expected.avar).abs();
-                    assert!(error <= 1e-9 * expected.avar, "{name}, {samples}, {}: {error:e}", got.m);
-                    // One by one, 1024 points of the phase are summed plainly: as many roundings, at the height of the sum.
-                    let sums = f64::EPSILON * 1024.0 * 1024.0 * height;
-                    let rounding = sums / (got.m as f64).powi(2) / got.pairs as f64;
-                    let ramp = (got.ramp - expected.ramp).abs();
-                    assert!(
-                        ramp <= 1e-15 * expected.ramp.abs() + rounding,
-                        "{name}, {samples}, {}: {ramp:e}",
-                        got.m
-                    );
-                }
+            let all = every_size(&phase, counting);
+            let direct = allan_variance(&phase, &sampled(all.len()), Overlap::Full, counting).unwrap();
+            for expected in direct {
+                let got = all[expected.m - 1];
+                assert_eq!((got.m, got.pairs), (expected.m, expected.pairs));
+                // The promise of this module.
+                let error = (got.avar - expected.avar).abs();
+                assert!(error <= 1e-9 * expected.avar, "{name}, {samples}, {}: {error:e}", got.m);
+                // One by one, 1024 points of the phase are summed plainly: as many roundings, at the height of the sum.
+                let sums = f64::EPSILON * 1024.0 * 1024.0 * height;
+                let rounding = sums / (got.m as f64).powi(2) / got.pairs as f64;
+                let ramp = (got.ramp - expected.ramp).abs();
+                assert!(
+                    ramp <= 1e-15 * expected.ramp.abs() + rounding,
+                    "{name}, {samples}, {}: {ramp:e}",
+                    got.m
+                );
             }
         }
     }

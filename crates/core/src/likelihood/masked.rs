@@ -150,6 +150,7 @@ mod tests {
     use crate::error::Error;
     use crate::likelihood::bins::{Bins, usable};
     use crate::likelihood::pass::hann;
+    use std::ops::Range;
     use std::sync::Arc;
 
     const N: usize = 1200;
@@ -178,11 +179,26 @@ mod tests {
         pass.finish().unwrap()
     }
 
-    /// Σ a(s) a(t) R(|s − t|).
-    fn variance(a: &[f64], lags: &[f64]) -> f64 {
-        let at: Vec<usize> = (0..a.len()).filter(|&t| a[t] != 0.0).collect();
-        let row = |s: usize| at.iter().map(|&t| a[t] * lags[s.abs_diff(t)]).sum::<f64>();
-        at.iter().map(|&s| a[s] * row(s)).sum()
+    /// Adds `scale` times c, Σ a(s) a(t) R(|s − t|) = Σ c(l) R(l) for every R.
+    fn add_products(c: &mut [f64], a: &[f64], scale: f64) {
+        for lag in 0..a.len() {
+            let products = a.iter().zip(&a[lag..]).map(|(s, t)| s * t).sum::<f64>();
+            c[lag] += scale * if lag == 0 { 1.0 } else { 2.0 } * products;
+        }
+    }
+
+    /// Expected power of samples whose products are `c`, autocovariance R(l).
+    fn variance(c: &[f64], lags: &[f64]) -> f64 {
+        c.iter().zip(lags).map(|(c, r)| c * r).sum()
+    }
+
+    /// Products of the weights of the samples in some modes, summed.
+    fn in_modes(record: &Summary, modes: Range<usize>, present: &[bool], taper: f64) -> Vec<f64> {
+        let mut products = vec![0.0; N];
+        for k in modes {
+            add_products(&mut products, &in_mode(record, k, present, taper), 1.0);
+        }
+        products
     }
 
     /// Weights of the samples in a mode.
@@ -201,11 +217,11 @@ mod tests {
             .collect()
     }
 
-    /// Expected density k from its definition: the power of each segment without its level.
-    fn of_density(record: &Summary, k: usize, present: &[bool], taper: f64, lags: &[f64]) -> f64 {
+    /// Products of the weights in the mean of some densities, from their definition: each segment without its level.
+    fn in_densities(record: &Summary, (from, to): (usize, usize), present: &[bool], taper: f64) -> Vec<f64> {
         let (length, h) = (record.segment, hann(record.segment));
         let count = (4 * N).div_ceil(length);
-        let (mut power, mut total) = (0.0, 0.0);
+        let (mut products, mut total) = (vec![0.0; N], 0.0);
         for i in 0..count {
             let start = ((i as f64 + 0.5) * N as f64 / count as f64) as isize - (length / 2) as isize;
             let mut m = vec![0.0; length];
@@ -216,14 +232,14 @@ mod tests {
             let w: Vec<f64> = m.iter().zip(&h).map(|(m, h)| m * h).collect();
             let sum: f64 = w.iter().sum();
             total += w.iter().map(|w| w * w).sum::<f64>();
-            for phase in [0.0, 0.5 * PI] {
+            for (k, phase) in (from..to).flat_map(|k| [(k, 0.0), (k, 0.5 * PI)]) {
                 let wave = |t: usize| (2.0 * PI * (k * t % length) as f64 / length as f64 + phase).cos();
                 let mean = (0..length).map(|t| w[t] * wave(t)).sum::<f64>() / sum;
                 let a: Vec<f64> = (0..length).map(|t| w[t] * (wave(t) - mean)).collect();
-                power += TAU0 * variance(&a, lags);
+                add_products(&mut products, &a, TAU0 / (to - from) as f64);
             }
         }
-        power / total
+        products.iter().map(|c| c / total).collect()
     }
 
     fn lags_of(part: Part) -> Vec<f64> {
@@ -248,24 +264,24 @@ mod tests {
                 let bins = Bins::new(&record, Arc::new(usable(&record)), Arc::new(Vec::new()));
                 let runs = present.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(present[0]);
                 let high = taper.min(0.125 * masked.present as f64 / runs as f64).min(32.0);
+                let in_modes: Vec<(usize, Vec<f64>)> = [0, 1, 2, 5, 11, 23, record.modes.len().min(48) - 1]
+                    .into_iter()
+                    .filter(|&k| k < record.modes.len())
+                    .map(|k| (k, in_modes(&record, k..k + 1, &present, taper)))
+                    .collect();
+                let in_bins: Vec<(usize, Vec<f64>)> = (0..bins.ranges.len())
+                    .step_by(5)
+                    .chain([bins.ranges.len() - 1])
+                    .map(|i| (bins.low + i, in_densities(&record, bins.ranges[i], &present, high)))
+                    .collect();
                 for part in TERMS.into_iter().chain(shapes) {
                     let column = bins.unit(part);
                     let lags = lags_of(part);
-                    let mut worst = [0.0_f64; 2];
-                    let checked = [0, 1, 2, 5, 11, 23, record.modes.len().min(48) - 1];
-                    let checked: Vec<usize> =
-                        checked.into_iter().filter(|&k| k < record.modes.len()).collect();
-                    for k in checked {
-                        let exact = variance(&in_mode(&record, k, &present, taper), &lags);
-                        worst[0] = worst[0].max((column[k] / exact - 1.0).abs());
-                    }
-                    for i in (0..bins.ranges.len()).step_by(5).chain([bins.ranges.len() - 1]) {
-                        let (a, b) = bins.ranges[i];
-                        let exact: Vec<f64> =
-                            (a..b).map(|k| of_density(&record, k, &present, high, &lags)).collect();
-                        let exact = exact.iter().sum::<f64>() / exact.len() as f64;
-                        worst[1] = worst[1].max((column[bins.low + i] / exact - 1.0).abs());
-                    }
+                    let worst = [&in_modes, &in_bins].map(|checked| {
+                        let errors =
+                            checked.iter().map(|(k, c)| (column[*k] / variance(c, &lags) - 1.0).abs());
+                        errors.fold(0.0, f64::max)
+                    });
                     // The level of a segment is right in all frequencies together, not in each.
                     let [modes, densities] = match part {
                         Part::RandomWalk => [1e-9, 0.05],
@@ -307,22 +323,23 @@ mod tests {
             let at = bins.column(Part::RandomWalk);
             let cells = bins.cosines_high[0].iter().map(|c| (a * c).exp()).collect();
             let low = bins.cosines_low[0].iter().map(|c| (a * c).exp()).collect();
+            let shown = (0..bins.ranges.len()).step_by(7);
+            let in_bins: Vec<(usize, Vec<f64>)> =
+                shown.map(|i| (i, in_densities(&record, bins.ranges[i], &present, 0.0))).collect();
+            let count = record.modes.len();
+            let in_modes = in_modes(&record, 0..count, &present, 0.0);
             for (what, got, lags) in [
                 ("filter", bins.means(&at, Some(&(low, cells))), &filtered),
                 ("resonance", bins.unit(resonance), &narrow),
             ] {
                 let usual = lags[0] * TAU0;
-                for i in (0..bins.ranges.len()).step_by(7) {
-                    let (a, b) = bins.ranges[i];
-                    let exact: f64 = (a..b).map(|k| of_density(&record, k, &present, 0.0, lags)).sum::<f64>()
-                        / (b - a) as f64;
-                    let error = (got[bins.low + i] - exact) / exact.max(0.1 * usual);
-                    assert!(error.abs() < 0.1, "{name}, {what}, bin {i}: {} for {exact}", got[bins.low + i]);
+                for (i, products) in &in_bins {
+                    let (got, exact) = (got[bins.low + i], variance(products, lags));
+                    let error = (got - exact) / exact.max(0.1 * usual);
+                    assert!(error.abs() < 0.1, "{name}, {what}, bin {i}: {got} for {exact}");
                 }
                 // What leaks into one mode depends on the mask between two nodes, whose mean is known.
-                let count = record.modes.len();
-                let exact: f64 =
-                    (0..count).map(|k| variance(&in_mode(&record, k, &present, 0.0), lags)).sum();
+                let exact = variance(&in_modes, lags);
                 let error = (got[..count].iter().sum::<f64>() - exact) / exact.max(usual * count as f64);
                 assert!(error.abs() < 0.2, "{name}, {what}, modes: {error}");
             }

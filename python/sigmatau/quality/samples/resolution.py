@@ -114,7 +114,11 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
 # usual change.
 _LATTICE, _LEAST_STEP, _LARGEST_STEP, _STEPS_TRIED = 0.8, 1 / 6, 2.0, 400
 _CHANGES = 4096
-_FIRST, _LATTICE_OF_FIRST = 256, 0.6  # changes that most steps are refused by: 0.8 less four standard errors
+_STAGES = (
+    (64, 0.4),
+    (256, 0.6),
+    (_CHANGES, _LATTICE),
+)  # most steps are refused by few changes: 0.8 less four standard errors
 _SAME_STEP = 0.8  # steps no smaller than this part of the largest are about the same one
 
 
@@ -131,13 +135,14 @@ def step_of_changes(changes: Floats) -> float:
     usual = float(np.median(size))
     size = size[size > usual / 4] / usual  # less is the compensation
     steps = np.geomspace(_LARGEST_STEP, _LEAST_STEP, _STEPS_TRIED)
-    for some, least in ((size[:_FIRST], _LATTICE_OF_FIRST), (size, _LATTICE)):
-        whole = np.array([np.cos(2 * np.pi / step * some).mean() for step in steps.tolist()])
-        steps = steps[whole > least]
+    whole = steps
+    for count, least in _STAGES:
+        whole = np.cos(np.multiply.outer(2 * np.pi / steps, size[:count])).mean(axis=1)
+        steps, whole = steps[whole > least], whole[whole > least]
         if len(steps) == 0:
             return 0.0
     near = steps > steps[0] * _SAME_STEP
-    return usual * float(steps[near][np.argmax(whole[whole > _LATTICE][near])])
+    return usual * float(steps[near][np.argmax(whole[near])])
 
 
 _FAR, _BLOCKS = 251, 32  # samples between two that are compared, beyond any hold; blocks that the median is taken of

@@ -1,0 +1,18 @@
+"""Work on a log that comes to an end of its own, for processes that are started; imports no more than it needs."""
+
+import os
+import signal
+
+from sigmatau.errors import OptionError
+
+
+def killed(log):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def ended(log):
+    os._exit(7)
+
+
+def refused(log):
+    raise OptionError("no such unit", option="unit")

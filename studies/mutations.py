@@ -273,10 +273,10 @@ MUTATIONS = (
     ),
     Mutation(
         "jitter-factor",
-        "effect of jitter on the quantization noise squared",
+        "quantization noise by jitter of the smallest mean",
         f"{_SRC}/io/read/time/timing.py",
-        '("quantization", 1 / math.sqrt(own))',
-        '("quantization", 1 / own)',
+        "np.max(means)",
+        "np.min(means)",
         ("tests/io/test_stamp_jitter.py",),
     ),
     Mutation(

@@ -52,12 +52,12 @@ class TestValues:
         assert record.streams[0].grid.n == 10
         assert np.isnan(degrees(record)[0])
         record = read(log(tmp_path, rows({0: "nan,nan"})))
-        assert [f.code for f in record.findings] == ["missing_stamps"]
+        assert [f.code for f in record.findings] == ["bad_stamps"]
         assert record.streams[0].grid.n == 9
 
     def test_tabs(self, tmp_path):
         record = read(log(tmp_path, rows({4: "0.04\t", 6: "\t"}, separator="\t")))
-        assert [f.code for f in record.findings] == ["missing_stamps", "gaps", "missing_values"]
+        assert [f.code for f in record.findings] == ["bad_stamps", "gaps", "missing_values"]
         assert np.flatnonzero(np.isnan(degrees(record))).tolist() == [4, 6]
 
     def test_one_finding_for_several_axes(self, tmp_path):
@@ -122,11 +122,11 @@ class TestValues:
         record = read(log(tmp_path, rows() + end))
         assert record.streams[0].grid.n == kept
         if end == "0.10,":
-            assert [(f.code, f.severity) for f in record.findings] == [("broken_off", "error")]
+            assert [(f.code, f.severity) for f in record.findings] == [("skipped_lines", "info")]
 
     def test_a_delimiter_at_the_end_of_every_line(self, tmp_path):
         text = "\n".join(f"{line}," for line in rows().splitlines())
-        assert read(log(tmp_path, text)).streams[0].grid.n == 10
+        assert read(log(tmp_path, f"{text}\n")).streams[0].grid.n == 10
 
     def test_accumulated(self):
         """A missing angle costs the rates on both sides."""

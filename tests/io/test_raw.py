@@ -64,7 +64,7 @@ def test_cut(tmp_path, part):
     record = read(path, layout=LAYOUT)
     check(record, cut // 28)
     (finding,) = record.findings
-    assert (finding.code, finding.severity) == ("broken_off", "error")
+    assert (finding.code, finding.severity) == ("damaged", "error")
     assert (finding.details.got, finding.details.expected, finding.details.kept) == (5, 28, cut // 28)
 
 

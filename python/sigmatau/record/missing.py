@@ -62,7 +62,6 @@ def missing_values(
         runs=len(lengths),
         longest=longest,
         longest_place=where(start),
-        interval=tau0,
         unit=unit,
     )
     return (

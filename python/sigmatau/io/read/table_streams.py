@@ -14,7 +14,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import GravityOnGyro, NeverWritten
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.columns import Choice, Thermometer, not_read
+from sigmatau.io.read.columns import Choice, Thermometer
 from sigmatau.io.read.names import gravity_on_gyro, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
@@ -166,7 +166,6 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *empty.values(),
             *(finding for timing in times for finding in timing.findings),
             *said,
-            *not_read(table, choice, options, used),
         ),
     )
 
@@ -276,7 +275,7 @@ def without_unwritten(
     if together >= n:  # other checks report a log of nothing but zeros
         return kept, ()
     if time is not None and 0 < zeros[time] < n and kept[time][n - zeros[time] - 1] > 0:
-        return _cut(kept, n - zeros[time], labels[time], is_time=True)
+        return _cut(kept, n - zeros[time], labels[time])
     if together >= _MIN_ROWS and together > _RUN_RATIO * _longest(kept, n - together):
         return _cut(kept, n - together)
     for index, run in zeros.items():
@@ -286,10 +285,10 @@ def without_unwritten(
 
 
 def _cut(
-    columns: Mapping[int, NDArray[Any]], rows: int, column: str = "", *, is_time: bool = False
+    columns: Mapping[int, NDArray[Any]], rows: int, column: str = ""
 ) -> tuple[dict[int, NDArray[Any]], tuple[Finding, ...]]:
     n = min(map(len, columns.values()))
-    details = NeverWritten(rows=n, zeros=n - rows, kept=rows - 1, column=column, is_time=is_time)
+    details = NeverWritten(rows=n, zeros=n - rows, kept=rows - 1, column=column)
     kept = {index: array[: rows - 1] for index, array in columns.items()}
     return kept, (Finding(details=details, severity="error"),)
 

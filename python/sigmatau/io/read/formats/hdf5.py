@@ -21,7 +21,6 @@ from sigmatau.io.read.table import Head, Table, need
 _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
-_NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale")
 _MAX_OBJECTS = 10_000  # in a file; a log has far fewer
 _MAX_DEPTH = 32  # of nested groups
 
@@ -40,14 +39,12 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         try:
             for names, dataset in walk(file):
                 leaves.extend(_leaves(path, names, dataset))
-                notes.extend(_noted(names, dataset))
                 if (scale := _scale(dataset)) != (1.0, 0.0):
                     name = "/".join(names)
                     notes.append(
                         f"{name}: stored * {scale[0]:g} + {scale[1]:g}, as its scale_factor and add_offset say"
                     )
                 checked.add(bool(dataset.fletcher32))
-            notes.extend(_noted((), file))
         except DataError:
             raise
         except Exception as error:
@@ -233,15 +230,6 @@ def word(item: Any, key: str) -> str | None:  # noqa: ANN401
     value = _attribute(item, key) if key in item.attrs else None
     found = None if value is None else value.item()
     return found.decode("utf-8", "replace") if isinstance(found, bytes) else found if isinstance(found, str) else None
-
-
-def _noted(names: tuple[str, ...], item: Any) -> Iterator[str]:  # noqa: ANN401
-    """Notes of attributes that may state the rate or a scale; their meaning is not certain, so they are not used."""
-    for key in list(item.attrs)[:WIDEST]:
-        if key.lower() in _NOTED:
-            value = _attribute(item, key)
-            if value is not None and value.dtype.kind in "iuf":
-                yield f"attribute {key} of {'/'.join(names) or 'the file'} is {value.item():g}: noted, not used"
 
 
 def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401

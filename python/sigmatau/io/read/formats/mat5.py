@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place
+from sigmatau.findings.kinds.reading import Place
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
+from sigmatau.io.read.formats.damage import fault
 from sigmatau.record.on_disk import file_bytes
 
 TABLES = ("table", "timetable", "duration", "datetime")  # Classes that mat-io converts to data frames and times
@@ -34,7 +35,6 @@ _HEADER_OF_VARIABLE = 1 << 12  # enough for the header of a variable [bytes]
 _BEST_COMPRESSION = 1100  # the largest ratio that deflate reaches is 1032
 _DEEPEST = 16  # structs within structs
 _MOST_STRUCTS = 16  # in an array of structs
-_RATES = ("rate", "sample_rate", "samplerate", "sampling_rate", "fs", "freq", "frequency", "dt", "ts")
 
 
 class _BrokenError(Exception):
@@ -61,8 +61,6 @@ class Found:
         """Add an array of numbers if it has the shape of columns; `load` returns it in the shape `dims`."""
         label = ".".join(names)
         if dims == (1, 1):
-            if names[-1].lower() in _RATES:
-                self.notes.append(f"{label} = {load().reshape(-1)[0]:g}: noted, not used")
             return
         found = squeezed(dims, lying=True)
         if found is None:
@@ -77,10 +75,6 @@ class Found:
             return (array.T if transposed else array).reshape(shape)
 
         self.leaves.append(Leaf(group=names[:-1], name=names[-1], shape=shape, load=turned))
-
-    def lost(self, details: Damage) -> None:
-        """Add a finding of severity error."""
-        self.findings.append(Finding(details=details, severity="error"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,21 +135,21 @@ def walk(path: Path, head: bytes, found: Found) -> None:
     (subsystem,) = struct.unpack_from(f"{order}Q", data.data, 116)  # contains the data of tables; not a variable
     while at < size:
         if at + 8 <= size and (kind := struct.unpack_from(f"{order}I", data.data, at)[0]) not in (_MATRIX, _COMPRESSED):
-            found.lost(Damaged(place=Place("byte", at), reason=f"type {kind} where a variable should begin"))
+            found.findings.append(fault(place=Place("byte", at), reason=f"type {kind} where a variable should begin"))
             return
         try:
             kind, element, following = file.element(at)
         except _BrokenError as error:
             what = _label(data[at:], order) or "file"
-            place = Place("byte", size)
-            found.lost(BrokenOff(what=what, place=place, reason=error.reason, got=error.got, expected=error.expected))
+            cut = {"truncated": True, "got": error.got, "expected": error.expected}
+            found.findings.append(fault(what=what, place=Place("byte", size), reason=error.reason, **cut))
             return
         if at != subsystem:
             try:
                 _variable(path, element, compressed=kind == _COMPRESSED, found=found)
             except (_BrokenError, zlib.error, struct.error) as error:
                 what = _label(data[at : at + 8 + len(element.data)], order) or "variable"
-                found.lost(Damaged(what=what, place=Place("byte", at), reason=str(error)))
+                found.findings.append(fault(what=what, place=Place("byte", at), reason=str(error)))
         at = following
 
 

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats import hdf5, mat5
 from sigmatau.io.read.formats.arrays import Leaf, gather
-from sigmatau.io.read.formats.damage import behind
+from sigmatau.io.read.formats.damage import behind, fault
 from sigmatau.io.read.table import Head, Table, need
 
 _HDF5_AT = 512
@@ -105,7 +104,7 @@ def _tables(path: Path, found: mat5.Found) -> None:
         raise
     except Exception as error:
         reason = str(error).split("\n")[0] or type(error).__name__
-        found.lost(Damaged(what=f"variable {', '.join(found.opaque)}", reason=reason))
+        found.findings.append(fault(what=f"variable {', '.join(found.opaque)}", reason=reason))
         return
     for name in found.opaque:
         value = held.get(name)

@@ -19,9 +19,6 @@ from sigmatau.errors import DataError
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
 _CHUNK = 1 << 20  # [bytes]
 _MIN_NOT_ASCII = 16  # bytes beyond ASCII in a damaged line; they are also at least half of it
-_TAIL = 1 << 14  # [bytes]
-_SHAPE = re.compile(r"[+-]?\d+(?:\.(\d*))?(?:[eE][+-]?(\d*))?")
-_COMPARED = 32  # lines before the last one whose decimals are compared with it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,46 +118,3 @@ def damaged(line: bytes, encoding: str) -> bool:
     except UnicodeDecodeError:
         return True
     return False
-
-
-def cut_number(source: Path | bytes, encoding: str, delimiter: str | None, *, open_end: bool) -> bool | None:
-    """Whether the last number of a text without a final line end was cut; None if that is not known, False with a line
-    end. It was cut if it has fewer decimals than the last column has in all rows before. A compressed file is read
-    again to its end if `open_end` is true: the text may have been cut before it was compressed.
-    """
-    if isinstance(source, bytes):
-        tail = source[-_TAIL:]
-    else:
-        with source.open("rb") as stream:
-            compressed = stream.read(2) == b"\x1f\x8b"
-            if compressed and not open_end:
-                return False
-            if not compressed:
-                size = stream.seek(0, 2)
-                stream.seek(max(0, size - _TAIL) // 2 * 2)
-                tail = stream.read()
-        if compressed:
-            with gzip.open(source, "rb") as stream:
-                tail, block = b"", b""
-                for next_block in iter(lambda: stream.read(_CHUNK), b""):
-                    tail, block = block, next_block
-            tail = (tail + block)[-(_TAIL + len(tail + block) % 2) :]
-    text = tail.decode("latin-1" if encoding == "ascii" else encoding, errors="replace")
-    if delimiter is not None and text.endswith(delimiter):  # the last field is missing, unless all lines end so
-        whole = text.split("\n")[-2:-1]
-        return not whole[0].rstrip("\r").endswith(delimiter) if whole else None
-    if text[-1:] in set('\n\r\t ";,|'):  # then the number before it is complete
-        return False
-    lines = [line for line in text.rstrip().split("\n")[1:] if line.strip()][-_COMPARED:]
-    *before, last = [_shape(line, delimiter) for line in lines] or [None]
-    if last is None or len(before) < 2 or len(set(before)) > 1 or before[0] in (None, (-1, -1)):
-        return None
-    assert before[0] is not None
-    return any(now < then for now, then in zip(last, before[0], strict=True))
-
-
-def _shape(line: str, delimiter: str | None) -> tuple[int, int] | None:
-    """Decimals and digits of the exponent of the last number of a line, -1 for none."""
-    fields = line.strip().rstrip(delimiter or "").split(delimiter)
-    match = _SHAPE.fullmatch(fields[-1].strip().strip('"').replace(",", "."))
-    return None if match is None else (len(match[1] or "") or -1, len(match[2] or "") or -1)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import (
@@ -19,7 +18,6 @@ from sigmatau.findings.kinds.stamps import (
     LongPauses,
     RateDrift,
     RateNotNominal,
-    Subsampled,
 )
 from sigmatau.io.read.time.clock_line import GridFit
 from sigmatau.io.read.time.rows import Rows
@@ -35,7 +33,6 @@ _NEAR_NOMINAL = (
 _DRIFT_ERRORS = 8.0
 _DRIFT_INFO, _DRIFT_WARNING = 1e-4, 1e-3  # relative range of the rate; coefficients are off by up to half of it
 _RATE_ERROR_WARNING = 1e-2  # relative error of the rate; a random walk is off by half of it
-_EQUAL_HOLES = 64  # consecutive holes of one size: by random losses with a probability of at most 4^-64 a row
 _LISTED_GAPS = 3
 _FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap, up to which gaps are no warning
 
@@ -77,7 +74,6 @@ def gaps(
         estimated=found.kind == "host",
         period=found.period,
         even_rate=even_rate,
-        subsampled=None if found.period else _subsampled(holes, found.places, tau0),
     )
     return (
         Finding(
@@ -87,23 +83,6 @@ def gaps(
             size=lost,
         ),
     )
-
-
-def _subsampled(holes: NDArray[np.int64], places: NDArray[np.int64], tau0: float) -> Subsampled | None:
-    """The longest stretch in which the same number of samples is missing from row to row, if it has most of the losses.
-    Random losses with probability p leave 64 consecutive holes of one size with a probability of at most 4⁻⁶⁴ a row:
-    the probability of a hole of one sample, p(1 - p), is the largest.
-    """
-    edges = np.flatnonzero(np.diff(holes)) + 1
-    starts, stops = np.concatenate(([0], edges)), np.append(edges, len(holes))
-    missing = (stops - starts) * holes[starts]
-    k = int(np.argmax(missing))
-    if stops[k] - starts[k] < _EQUAL_HOLES or 2 * missing[k] < holes.sum():
-        return None
-    first, last = int(starts[k]), int(stops[k])
-    every = int(holes[first]) + 1
-    start, stop = (float(places[row]) * tau0 for row in (first, last))
-    return Subsampled(every=every, start=start, stop=stop, rate=1 / (every * tau0))
 
 
 def pauses(found: GridFit, used: Rows, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
@@ -120,16 +99,13 @@ def pauses(found: GridFit, used: Rows, second: float, place: Callable[[int], str
         pauses=found.pieces - 1,
         longest=longest,
         place=behind,
-        first=place(found.start),
         used=found.stop - found.start,
         total=len(used.stamps),
     )
     return (Finding(details=details, severity="warning", size=longest, unit="s"),)
 
 
-def resolution_or_host(
-    found: GridFit, used: Rows, second: float, step: float, place: Callable[[int], str]
-) -> tuple[Finding, ...]:
+def resolution_or_host(found: GridFit, used: Rows, second: float, step: float) -> tuple[Finding, ...]:
     """A finding about a clock of low resolution, or about stamps that a host made in bunches."""
     rate = 1 / (found.interval * second)
     if found.kind == "grid" and found.places is None and found.period:
@@ -149,13 +125,7 @@ def resolution_or_host(
         )
         severe = found.bound > _RATE_ERROR_WARNING or single
         return (Finding(details=details, severity="warning" if severe else "info", size=step * second, unit="s"),)
-    row = int(np.argmax(used.intervals))
-    host = HostStamps(
-        rate=rate,
-        median_rate=1 / (found.median * second) if found.median > 0 else None,
-        longest=float(used.intervals[row]) * second,
-        place=place(row + 1),
-    )
+    host = HostStamps(rate=rate, median_rate=1 / (found.median * second) if found.median > 0 else None)
     return (Finding(details=host, severity="warning", size=found.short),)
 
 

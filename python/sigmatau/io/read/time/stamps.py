@@ -107,7 +107,7 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
             *(stamp_findings.implausible_rate(1.0 / tau0) if known else ()),
             *stamp_findings.pauses(found, used, second, place),
             *stamp_findings.gaps(found, second, place),
-            *stamp_findings.resolution_or_host(found, used, second, step, place),
+            *stamp_findings.resolution_or_host(found, used, second, step),
             *stamp_findings.rate_drift(found, tau0),
             *(stamp_findings.rate_not_nominal(1.0 / tau0, found) if known and rate is None else ()),
         ),
@@ -124,14 +124,14 @@ def _start(stamp: Any, second: float) -> tuple[float, tuple[str, ...]]:  # noqa:
     return float(rest) * second, (f"{int(whole)} s taken off the time stamps",)
 
 
-def mismatch(given: float, found: Fit, kind: InputKind = "rate") -> tuple[Finding, ...]:
-    """A finding if the rate that was given is not that of the stamps."""
-    ratio = given / found.rate
+def mismatch(given: float, other: float, kind: InputKind = "rate", *, stated: bool = False) -> tuple[Finding, ...]:
+    """A finding if the rate that was given is not that of the stamps, or not that which the file states."""
+    ratio = given / other
     if abs(1 / ratio - 1) <= EQUAL_RATES:
         return ()
     more = 0.0 if kind == "rate" else 1.0
     factors = tuple((term, ratio ** (power + more)) for term, power in _POWERS.items() if power + more)
-    details = RateMismatch(used=given, by_stamps=found.rate)
+    details = RateMismatch(used=given, other=other, stated=stated)
     return (Finding(details=details, severity="warning", size=ratio - 1, factors=factors),)
 
 

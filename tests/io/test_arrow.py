@@ -121,14 +121,6 @@ class TestKinds:
             read(tmp_path / "log")
 
 
-def test_checksums_of_pages(tmp_path):
-    path = tmp_path / "log"
-    for how, words in (({}, "which are verified"), ({"write_page_checksum": False}, "are not detected")):
-        for more in ({}, {"use_dictionary": False, "compression": "none"}):
-            save(path, "parquet", table(), **how, **more)
-            assert any(words in c for c in read(path).provenance.conversions), (how, more)
-
-
 def test_a_flipped_page_is_found(tmp_path):
     path = tmp_path / "log"
     save(path, "parquet", table(), use_dictionary=False, compression="none")

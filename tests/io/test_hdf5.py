@@ -42,18 +42,6 @@ def test_groups_are_topics(tmp_path, how):
     assert read(tmp_path / "log", topic="gps", rate=1, channels={"q": 1}, unit={"q": "1"}).channels == ("q",)
 
 
-def test_checksums_are_told(tmp_path):
-    with h5py.File(tmp_path / "log", "w") as file:
-        file.create_dataset("wx", data=T, **CHECKED)
-    notes = read(tmp_path / "log", rate=1, unit={"gyro": "rad/s"}).provenance.conversions
-    assert "HDF5, datasets with checksums" in notes
-    save(tmp_path / "log")
-    assert any(
-        "without checksums: damaged numbers are not detected" in c
-        for c in read(tmp_path / "log").provenance.conversions
-    )
-
-
 def test_compound(tmp_path):
     data = np.zeros(N, dtype=[("stamp_ns", "<i8"), ("gyro", ">f4", (3,)), ("label", "S3")])
     data["stamp_ns"] = 10**18 + 1 + np.arange(N) * 10_000_000

@@ -19,7 +19,7 @@ MODEL = NoiseModel(
     }
 )
 OPTIONS = {"duration": 20.0, "rate": 50.0, "rng": seed_of("columns not read")}
-NEEDS = {"parquet": "pyarrow", "h5": "h5py"}
+NEEDS = {"parquet": "pyarrow"}
 
 
 def asked(text):
@@ -28,7 +28,7 @@ def asked(text):
     return dict(pair.split("=") for pair in option.split(","))
 
 
-@pytest.mark.parametrize("ending", ["csv", "csv.gz", "npy", "npz", "parquet", "h5"])
+@pytest.mark.parametrize("ending", ["csv", "csv.gz", "npy", "npz", "parquet"])
 def test_signals_are_read_if_they_are_named(tmp_path, ending):
     """By their columns `read` gives the record of `simulate`, in the units of the log, which nobody has to say again."""
     if ending in NEEDS:

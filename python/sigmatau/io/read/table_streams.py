@@ -20,8 +20,8 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table, without_absurd
 from sigmatau.io.read.time import rows
+from sigmatau.io.read.time.stamps import Timing
 from sigmatau.io.read.time.timing import (
-    Timing,
     jitter_findings,
     missing_in,
     mostly_missing,
@@ -192,7 +192,7 @@ def find_rate(
     """Sampling rate from the option or the first stamps, how it was found, and whether lost samples were counted."""
     raw = {} if choice.time is None else {choice.time: stamps_raw}
     timing = timed(table, replace(choice, channels={}), raw, spelled, options)
-    return timing.rate, timing.source, timing.counted
+    return timing.rate, timing.source, timing.on_grid
 
 
 def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:

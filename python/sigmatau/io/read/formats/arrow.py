@@ -121,13 +121,9 @@ def parquet(path: Path) -> Table:
     with opened() as file:
         meta = file.metadata
         found, others = columns_of(file.schema_arrow)
-        checked = _has_checksum(path, meta)
         groups = [meta.row_group(n).num_rows for n in range(meta.num_row_groups)]
     if sum(groups) != meta.num_rows:
         raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(groups)}; it is damaged")
-    protection = "pages with checksums, which are verified"
-    if not checked:
-        protection = "pages without checksums: damaged numbers are not detected"
 
     def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any]]:
         with opened() as file:
@@ -143,9 +139,7 @@ def parquet(path: Path) -> Table:
                     raise BatchError(place, got=len(held), expected=rows)
                 yield place, held
 
-    return table_of(
-        "parquet", found, others, (f"Parquet, {len(groups)} row groups; {protection}",), batches, meta.num_rows
-    )
+    return table_of("parquet", found, others, (f"Parquet, {len(groups)} row groups",), batches, meta.num_rows)
 
 
 def _is_joined(path: Path) -> bool:
@@ -158,23 +152,3 @@ def _is_joined(path: Path) -> bool:
             ):  # the length of a directory; else the mark is in the data
                 return True
     return False
-
-
-def _has_checksum(path: Path, meta: Any) -> bool:  # noqa: ANN401
-    """Whether the first page has a checksum: the fourth field of its header, after three numbers (parquet.thrift)."""
-    if not meta.num_row_groups or not meta.num_columns:
-        return False
-    # The first page follows the mark. The directory has its offset too, but pyarrow aborts the process if the directory is
-    # damaged.
-    with path.open("rb") as stream:
-        stream.seek(len(PARQUET))
-        header = stream.read(32)
-    at = 0
-    for _ in range(3):
-        if header[at : at + 1] != b"\x15":  # the next field, an integer of 32 bits
-            return False
-        at += 1
-        while at < len(header) and header[at] & 0x80:
-            at += 1
-        at += 1
-    return header[at : at + 1] == b"\x15"

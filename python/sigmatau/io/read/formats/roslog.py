@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -18,14 +17,6 @@ from sigmatau.io.read.table import Column, Head, Loaded, Table
 _MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
 _IS_ROS1 = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
-
-_HEAD, _CHUNK, _MESSAGE, _CHUNK_CRC = (
-    9,
-    6,
-    5,
-    24,
-)  # mcap.dev/spec: header of a record; offset of the checksum of a chunk
-_RECORDS = 1000  # largest number of records before the first chunk
 
 _NOT_READ = "not read: "
 
@@ -70,28 +61,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         declared, ids = rows if contents.declared else None, [c.id for c in channels]
         load = partial(_load, path, kind, name, ids, not ros1, declared)
         tables.append(message_table(kind, name, type_name, text, load, rows, ros1=ros1))
-    note = _protection(path, kind)
-    return tuple(replace(table, notes=(*table.notes, note)) if note else table for table in some_readable(tables))
-
-
-def _protection(path: Path, kind: logs.LogKind) -> str:
-    """A note if the file has no checksums: bags have none, and the first chunk of an MCAP file shows whether it has."""
-    if kind == "rosbag1":
-        return "a ROS bag, without checksums: damaged numbers are not detected"
-    with path.open("rb") as stream:
-        at, size = len(_MCAP) + 3, path.stat().st_size
-        for _ in range(_RECORDS):
-            if at > size:  # a length that is damaged may be beyond what `seek` takes
-                break
-            stream.seek(at)
-            head = stream.read(_HEAD + _CHUNK_CRC + 4)
-            if len(head) < _HEAD + _CHUNK_CRC + 4 or head[0] == _MESSAGE:
-                break
-            if head[0] == _CHUNK:
-                checked = head[_HEAD + _CHUNK_CRC :] != bytes(4)
-                return "" if checked else "MCAP, chunks without checksums: damaged numbers are not detected"
-            at += _HEAD + int.from_bytes(head[1:_HEAD], "little")
-    return "MCAP, messages without checksums: damaged numbers are not detected"
+    return some_readable(tables)
 
 
 def some_readable(tables: Sequence[Table]) -> tuple[Table, ...]:

@@ -275,12 +275,8 @@ def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least
 
 
 def with_damage(error: DataError, table: Table, findings: Sequence[Finding]) -> DataError:
-    """An error about stamps with the damage that may have caused it, or that the log has no checksums to show damage."""
+    """An error about stamps with the damage that may have caused it."""
     if not isinstance(error, StampError):
         return error
     damage = [sentence(finding) for finding in (*table.findings, *findings) if finding.severity == "error"]
-    if damage:
-        return StampError(f"{error}. The log is damaged: {damage[0]}")
-    if any("without checksum" in note for note in table.notes):
-        return StampError(f"{error}. Or the log is damaged there; it has no checksums that would show it")
-    return error
+    return StampError(f"{error}. The log is damaged: {damage[0]}") if damage else error

@@ -36,23 +36,36 @@ _POWERS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fit:
-    """Sampling rate and grid by the time stamps."""
+class Timing:
+    """Sampling times of a stream."""
 
     rate: float  # Sampling rate. [Hz]
-    start: float  # First stamp in use; without whole seconds if it counts from an epoch. [s]
-    source: str  # How the rate was found, in words
-    jitter: float  # Standard deviation of the stamps about their grid. [s]
-    step: float  # Resolution of the clock; 0 if the stamps show none. [s]
-    on_grid: bool  # Whether the stamps lie on a grid, so that lost samples are visible
-    rows: NDArray[np.int64] | None  # Rows of the table in use, in order; None for all
-    places: NDArray[np.int64] | None  # Places of the rows on the grid; None if no place is empty
-    n: int  # Places
-    notes: tuple[str, ...]
-    findings: tuple[Finding, ...]
+    # Time of the first sample; without whole seconds if the stamps count from an epoch. [s]
+    start: float = 0.0
+    source: str = "given"  # How the rate was found, in words
+    rows: NDArray[np.int64] | None = None  # Rows of the table in use, in order; None for all
+    places: NDArray[np.int64] | None = None  # Places of the rows on the grid; None if no place is empty
+    n: int | None = None  # Places; None without stamps
+    jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
+    step: float = 0.0  # Resolution of their clock; 0 if they show none. [s]
+    on_grid: bool = False  # Whether the stamps lie on a grid, so that lost samples are visible
+    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    def laid(self, column: NDArray[Any]) -> NDArray[Any]:
+        """A column of the table on this grid, NaN in empty places; the array itself if nothing changes."""
+        if self.rows is not None:
+            column = column[self.rows]
+        if self.places is None or self.n is None:
+            return column
+        grid = np.full(self.n, np.nan)
+        grid[self.places] = column
+        return grid
 
 
-def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None) -> Fit:
+def fit(
+    used: Rows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None
+) -> Timing:
     """Grid and sampling rate by the stamps, see `sigmatau.io.read.time.grid`. `second`: one unit of the stamps; if
     None, it follows from `rate` [s]; `where`: place of a row in the file, for the messages; `name`: the column, as
     messages name it; `rate`: sampling rate given by the user [Hz].
@@ -91,7 +104,7 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
     rows = used.rows
     if found.start > 0 or found.stop < len(stamps):
         rows = (np.arange(len(stamps)) if rows is None else rows)[found.start : found.stop]
-    return Fit(
+    return Timing(
         rate=1.0 / tau0,
         start=start,
         source=source,

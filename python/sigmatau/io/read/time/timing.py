@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -20,31 +20,10 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.rows import in_order
+from sigmatau.io.read.time.stamps import Timing
 from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
 from sigmatau.record.streams import CHUNK, Stream
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Timing:
-    """Sampling times of a stream."""
-
-    rate: float  # Sampling rate. [Hz]
-    start: float = 0.0  # Time of the first sample. [s]
-    source: str = "given"  # How the rate was found, in words
-    # See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps
-    rows: NDArray[np.int64] | None = None
-    places: NDArray[np.int64] | None = None
-    n: int | None = None
-    jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
-    step: float = 0.0  # Resolution of their clock. [s]
-    counted: bool = False  # Whether the stamps show lost samples
-    notes: tuple[str, ...] = ()
-    findings: tuple[Finding, ...] = ()
-
-    def laid(self, column: NDArray[Any]) -> NDArray[Any]:
-        """A column of the table on this grid."""
-        return laid(column, self.rows, self.places, self.n)
 
 
 def timed(
@@ -102,26 +81,12 @@ def timed(
     if own is not None:
         findings = tuple(f if f.channels else replace(f, channels=(stream,)) for f in findings)
         notes = (*notes, f"{stream} in {len(own)} of {len(stamps_raw)} rows, with the stamps of these")
-    return Timing(
-        rate=found.rate if options.rate is None else options.rate,
-        start=0.0 if second is None else found.start,
-        source=_source(found, options.rate, known=second is not None),
-        rows=found.rows,
-        places=found.places,
-        n=found.n,
-        jitter=found.jitter,
-        step=found.step,
-        counted=found.on_grid,
-        notes=notes,
-        findings=findings,
-    )
-
-
-def _source(found: stamps.Fit, given: float | None, *, known: bool) -> str:
-    """How the rate was found: "given" alone means that the log does not confirm it."""
-    if given is None:
-        return found.source
-    return f"given, and {found.source} agree" if known and not stamps.mismatch(given, found.rate) else "given"
+    source, given = found.source, options.rate
+    if given is not None:  # "given" alone: the log does not confirm it
+        confirmed = second is not None and not stamps.mismatch(given, found.rate)
+        source = f"given, and {source} agree" if confirmed else "given"
+    start = 0.0 if second is None else found.start
+    return replace(found, rate=given or found.rate, start=start, source=source, notes=notes, findings=findings)
 
 
 _MOST_EMPTY = 0.5  # share of empty rows above which a column is not used
@@ -214,19 +179,6 @@ def mostly_missing(
     return found
 
 
-def laid(
-    column: NDArray[Any], rows: NDArray[np.int64] | None, places: NDArray[np.int64] | None, n: int | None
-) -> NDArray[Any]:
-    """A column on its grid, NaN in empty places; the array itself if nothing changes."""
-    if rows is not None:
-        column = column[rows]
-    if places is None or n is None:
-        return column
-    grid = np.full(n, np.nan)
-    grid[places] = column
-    return grid
-
-
 def missing_in(
     raw: Mapping[int, NDArray[Any]],
     channels: Mapping[str, int],
@@ -266,7 +218,7 @@ def jitter_findings(
     for timing in times:
         jitter = timing.jitter or 0.0
         rounding = timing.step / math.sqrt(12)
-        if not timing.counted or jitter * timing.rate <= least or jitter <= _ROUNDING_FACTOR * rounding:
+        if not timing.on_grid or jitter * timing.rate <= least or jitter <= _ROUNDING_FACTOR * rounding:
             continue
         own = [s for s in streams if s.grid.jitter == timing.jitter]
         integrating = [s for s in own if s.samples.transforms[0].kind != "rate"]

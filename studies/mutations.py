@@ -266,7 +266,7 @@ MUTATIONS = (
     Mutation(
         "gap-start",
         "a gap begins one sample too early",
-        f"{_SRC}/io/read/time/stamp_findings.py",
+        f"{_SRC}/io/read/time/stamps.py",
         "start=float(found.places[k] + 1) * tau0",
         "start=float(found.places[k]) * tau0",
         ("tests/io/test_stamp_losses.py", "tests/io/test_stamps.py"),

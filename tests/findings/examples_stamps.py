@@ -4,7 +4,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import (
     BadStamps,
     CoarseStamps,
-    EmptyChannel,
     Gap,
     Gaps,
     HostStamps,
@@ -110,9 +109,18 @@ EXAMPLES = [
         size=910,
     ),
     Finding(
-        details=EmptyChannel(column="'wy [rad/s]'", count=12_000, rows=20_000, place="line 2"),
+        details=MissingValues(
+            total=20_000,
+            counts=(12_000,),
+            strongest="gyro_y",
+            place="line 2",
+            runs=1,
+            longest=12_000,
+            longest_place="line 2",
+            dropped=True,
+        ),
         severity="error",
         channels=("gyro_y",),
-        size=0.6,
+        size=12_000,
     ),
 ]

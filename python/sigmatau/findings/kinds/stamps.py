@@ -130,7 +130,7 @@ class BadStamps(Details, code="bad_stamps"):
 
 @frozen
 class MissingValues(Details, code="missing_values"):
-    """Rows or samples without a number in some channels; their places are left empty."""
+    """Rows or samples without a number in some channels; their places are left empty, or the channels are not read."""
 
     total: int  # rows or samples of the channel
     counts: tuple[int, ...]  # missing numbers by channel, in the order of the finding's channels
@@ -140,13 +140,4 @@ class MissingValues(Details, code="missing_values"):
     longest: int  # length of the longest run
     longest_place: str  # its beginning
     unit: Literal["rows", "samples"] = "rows"  # what is counted
-
-
-@frozen
-class EmptyChannel(Details, code="empty_channel"):
-    """A channel without a number in most rows, which is not analysed."""
-
-    column: str  # the column, as the file names it
-    count: int  # rows without a number, and all rows
-    rows: int
-    place: str  # the first of them
+    dropped: bool = False  # whether the channels are not read

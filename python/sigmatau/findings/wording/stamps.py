@@ -171,16 +171,8 @@ def _missing_values(finding: Finding, found: kinds.MissingValues) -> Words:
     run = f", the longest run {found.longest} from {found.longest_place}" if found.longest > 1 else ""
     first = "" if found.longest > 1 and found.longest_place == found.place else f", the first at {found.place}"
     return Words(
-        f"{count} {found.unit} have no number{first}{run}; treated as missing",
-        "Check the link or the converter" if finding.severity == "warning" else "",
-    )
-
-
-def _empty_channel(_: Finding, found: kinds.EmptyChannel) -> Words:
-    return Words(
-        f"column {found.column} has no number in {found.count} of {found.rows} rows, the first at {found.place};"
-        " not analysed",
-        "Check the sensor and the log, or name the time stamps of this sensor with --channels time=…",
+        f"{count} {found.unit} have no number{first}{run}; {'not analysed' if found.dropped else 'treated as missing'}",
+        "" if finding.severity == "info" else "Check the sensor, the link or the converter",
     )
 
 
@@ -197,5 +189,4 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.Jitter: _jitter,
     kinds.BadStamps: _bad_stamps,
     kinds.MissingValues: _missing_values,
-    kinds.EmptyChannel: _empty_channel,
 }

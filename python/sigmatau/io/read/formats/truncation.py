@@ -6,6 +6,7 @@ good rows is a different fault: it is an error that the user must correct.
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import re
 import zlib
@@ -31,48 +32,32 @@ class Line:
 
 
 def lines_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
-    """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most 1 MiB. Damaged
-    compressed data end without an error, which was raised before.
-    """
-    try:
-        yield from _lines_of(source, encoding)
-    except (EOFError, zlib.error, gzip.BadGzipFile):
-        return
-
-
-def _lines_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
-    if isinstance(source, bytes):
-        start = 0
-        while start < len(source):
-            end = source.find(b"\n", start) + 1 or len(source)
-            yield source[start:end]
-            start = end
-        return
-    with source.open("rb") as stream:
-        compressed = stream.read(2) == b"\x1f\x8b"
-    if encoding != "ascii":
-        with (
-            gzip.open(source, "rt", encoding=encoding, errors="replace", newline="\n")
-            if compressed
-            else source.open(encoding=encoding, errors="replace", newline="\n")
-        ) as text:
-            for piece in iter(lambda: text.readline(_CHUNK), ""):
-                yield piece.encode("utf-8", errors="replace")
-        return
-    with gzip.open(source, "rb") if compressed else source.open("rb") as lines:
-        yield from iter(lambda: lines.readline(_CHUNK), b"")
+    """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most some MiB."""
+    rest = b""
+    for block in _blocks_of(source, encoding):
+        *lines, rest = (rest + block).split(b"\n")
+        yield from (line + b"\n" for line in lines)
+        if len(rest) > _CHUNK:
+            yield rest
+            rest = b""
+    if rest:
+        yield rest
 
 
 def _blocks_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
-    """The same text in blocks that end anywhere, which is faster."""
-    if isinstance(source, bytes) or encoding != "ascii":
-        yield from lines_of(source, encoding)
+    """The same text in blocks that end anywhere, in UTF-8. Damaged compressed data end without an error, which was
+    raised before.
+    """
+    if isinstance(source, bytes):
+        yield source
         return
+    decoder = None if encoding == "ascii" else codecs.getincrementaldecoder(encoding)("replace")
     with source.open("rb") as stream:
         compressed = stream.read(2) == b"\x1f\x8b"
     try:
         with gzip.open(source, "rb") if compressed else source.open("rb") as blocks:
-            yield from iter(lambda: blocks.read1(_CHUNK), b"")  # returns data up to the end of a truncated stream
+            for block in iter(lambda: blocks.read1(_CHUNK), b""):  # returns data up to the end of a truncated stream
+                yield block if decoder is None else decoder.decode(block).encode("utf-8", "replace")
     except (EOFError, zlib.error, gzip.BadGzipFile):
         return
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau._native import kernels
-from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import EmptyChannel, Jitter
+from sigmatau.findings.kinds.stamps import Jitter
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
@@ -89,7 +89,6 @@ def timed(
     return replace(found, rate=given or found.rate, start=start, source=source, notes=notes, findings=findings)
 
 
-_MOST_EMPTY = 0.5  # share of empty rows above which a column is not used
 _LEAST_OTHER_ROWS = 0.15  # share of empty rows from which on a stream may have separate rows
 _FILLED_BY_OTHERS = 0.95  # share of these empty rows that other streams must fill
 
@@ -136,49 +135,6 @@ def own_rows(
     return found
 
 
-def mostly_missing(
-    raw: Mapping[int, NDArray[Any]],
-    by_stream: Mapping[str, Mapping[str, int]],
-    missing: set[int],
-    own: Mapping[str, NDArray[np.int64]],
-    where: Callable[[int], str],
-    label: Callable[[int], str],
-    *,
-    timed: bool,
-) -> dict[str, Finding]:
-    """Findings about channels that are empty in more than half of the rows of their stream. `where, label`: places of
-    rows and names of columns, for the messages; `timed`: whether the rows have time stamps; without them, the times of
-    streams with separate rows are unknown.
-    """
-    found: dict[str, Finding] = {}
-    refused: NonFiniteError | None = None
-    others_rows = False
-    for stream, columns in by_stream.items():
-        rows = own.get(stream) if timed else None
-        kept = False
-        for channel, index in columns.items():
-            bad = np.isnan(raw[index] if rows is None else raw[index][rows]) if index in missing else np.zeros(1, bool)
-            count, total = int(np.count_nonzero(bad)), len(bad)
-            if count <= _MOST_EMPTY * total:
-                kept = True
-                continue
-            at = int(np.argmax(bad))
-            first = at if rows is None else int(rows[at])
-            refused = refused or NonFiniteError(
-                f", {where(first)}: column {label(index)} has no number there, nor in {count - 1} other rows of {total};"
-                " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their"
-                " time stamps with --channels time=…",
-                channel=channel,
-                index=first,
-            )
-            details = EmptyChannel(column=label(index), count=count, rows=total, place=where(first))
-            found[channel] = Finding(details=details, severity="error", channels=(channel,), size=count / total)
-        others_rows |= kept and not timed and stream in own
-    if refused is not None and (others_rows or len(found) == sum(map(len, by_stream.values()))):
-        raise refused
-    return found
-
-
 def missing_in(
     raw: Mapping[int, NDArray[Any]],
     channels: Mapping[str, int],
@@ -186,6 +142,8 @@ def missing_in(
     used: Mapping[int, NDArray[np.int64]],
     where: Callable[[int], str],
     tau0: float,
+    *,
+    dropped: bool = False,
 ) -> tuple[Finding, ...]:
     """A finding about missing numbers in the rows in use; `tau0` is the time from row to row."""
     said: dict[str, NDArray[np.bool_]] = {}
@@ -199,7 +157,7 @@ def missing_in(
             bad &= inside
         said[channel] = bad
     of = {channel: len(used[channels[channel]]) for channel in said if channels[channel] in used}
-    return missing_values(said, where, tau0, of=of)
+    return missing_values(said, where, tau0, of=of, dropped=dropped)
 
 
 _LEAST_JITTER = 0.03  # share of the sample interval from which on jitter is a finding

@@ -160,7 +160,6 @@ def test_provenance_says_what_was_done(tmp_path):
     assert "comma-separated text, header on line 2" in words
     assert "units in the header" in words
     assert "gyro_x from column 'wx [deg/s]'" in words
-    assert "gyro_y: in deg/s as given, though the file says rad/s" in words
     assert "accel_z: g to m/s^2" in words
     assert "100 Hz from time stamps in column 'time [s]'" in words
 

@@ -67,7 +67,8 @@ def part(table: Table, options: Options) -> Part:
 
 def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
     """The streams of loaded columns."""
-    choice, unit, notes, overruled = resolved
+    choice, unit, overruled = resolved
+    notes: list[str] = []
     raw = loaded.columns
     indices = list(choice.channels.values())
     rows = len(raw[indices[0]])

@@ -24,8 +24,8 @@ EXAMPLES = [
     error(kinds.Damaged, truncated=True, what="gzip stream", place=Place("line", 102), kept=100),
     error(kinds.Damaged, truncated=True, inside="line", kept=100),
     error(kinds.Damaged, truncated=True, place=Place("byte", 4000, of=4012), inside="message", **SHARE),
-    error(kinds.Damaged, truncated=True, place=Place("row", 100), inside="row", got=5, expected=28, kept=100),
-    error(kinds.Damaged, truncated=True, place=Place("segment", 3, byte=900), got=100, expected=400),
+    error(kinds.Damaged, truncated=True, place=Place("row", 100), inside="row", reason="5 of 28 bytes", kept=100),
+    error(kinds.Damaged, truncated=True, place=Place("segment", 3, byte=900), reason="100 of 400 bytes"),
     error(kinds.Damaged, truncated=True, what="array", kept=600, declared=1000),
     error(
         kinds.Damaged,
@@ -46,9 +46,7 @@ EXAMPLES = [
     error(
         kinds.Damaged,
         place=Place("row group", 2, of=4),
-        got=900,
-        expected=1000,
-        measured="rows",
+        reason="900 of 1000 rows",
         kept=1000,
         declared=4000,
     ),

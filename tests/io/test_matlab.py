@@ -102,7 +102,7 @@ class TestVersions:
         assert finding.details.place == Place("byte", path.stat().st_size)
         if share == 0.5 and version == "plain":
             assert finding.details.what == "variable acc"
-            assert 0 < finding.details.got < finding.details.expected
+            assert " bytes" in finding.details.reason
 
 
 def test_nothing_can_be_read(tmp_path):

@@ -41,9 +41,6 @@ class Damaged(InFile, code="damaged"):
     # what the place lies in: ``"message"``, ``"line"``, ``"row"``; empty if that is not known
     inside: str = ""
     reason: str = ""  # the fault, as the decoder or a library calls it; may be empty
-    got: int | None = None  # how many of the bytes, rows or samples are there, and how many should be
-    expected: int | None = None
-    measured: str = "bytes"  # what `got` and `expected` count
     kept: int | None = None  # how many rows or messages are read
     declared: int | None = None  # how many the file declares
     counted: str = "rows"  # what `kept` and `declared` count

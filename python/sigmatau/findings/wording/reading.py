@@ -43,12 +43,11 @@ def _damaged(finding: Finding, it: kinds.Damaged) -> Words:
     inside = ""
     if it.inside and (it.place is None or it.place.unit != it.inside):
         inside = f" inside its last {it.inside}" if it.place is None else f", inside a {it.inside}"
-    share = "" if it.got is None or it.expected is None else f"{it.got} of {it.expected} {it.measured}"
     complete = finding.severity == "warning" and it.declared in (None, it.kept)
     kept = _kept(it.kept, None if complete else it.declared, it.counted, it.topic, every=complete)
     subject = f"the {it.what} is {'truncated' if it.truncated else 'damaged'}{_at(it.place)}{inside}"
-    left = _LONGEST - sum(len(text) + 2 for text in (it.part, subject, share, kept))
-    reason = "; ".join(filter(None, (_short(it.reason, max(left, 20)), share)))
+    left = _LONGEST - sum(len(text) + 2 for text in (it.part, subject, kept))
+    reason = _short(it.reason, max(left, 20))
     message = f"{subject}: {reason}" if reason else subject
     if complete:
         action = ""

@@ -69,9 +69,9 @@ def _ipc(path: Path, head: Head) -> Table:
                     yield from _behind(path, source.tell(), is_file=is_file)
                     return
                 except MemoryError:  # the declared length of a compressed buffer is not limited
-                    raise BatchError(place, reason="it needs more memory than there is, or is damaged") from None
+                    raise BatchError(place, "it needs more memory than there is, or is damaged") from None
                 except Exception as error:
-                    raise BatchError(place, reason=first_line(error)) from None
+                    raise BatchError(place, first_line(error)) from None
                 yield place, batch
                 number += 1
 
@@ -134,9 +134,9 @@ def parquet(path: Path) -> Table:
                 except MemoryError:
                     raise
                 except Exception as error:
-                    raise BatchError(place, reason=first_line(error)) from None
+                    raise BatchError(place, first_line(error)) from None
                 if len(held) != rows:
-                    raise BatchError(place, got=len(held), expected=rows)
+                    raise BatchError(place, f"{len(held)} of {rows} rows")
                 yield place, held
 
     return table_of("parquet", found, others, (f"Parquet, {len(groups)} row groups",), batches, meta.num_rows)

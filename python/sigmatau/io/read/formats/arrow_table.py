@@ -103,11 +103,7 @@ def _unit(field: Any) -> str | None:  # noqa: ANN401
 
 
 class BatchError(Exception):
-    """A batch that cannot be read; the arguments are fields of `sigmatau.findings.kinds.reading.Damaged`."""
-
-    def __init__(self, place: Place | None, **fields: Any) -> None:  # noqa: ANN401
-        super().__init__(place)
-        self.fields = {"place": place, **fields}
+    """A batch that cannot be read: its place and the reason."""
 
 
 def table_of(
@@ -154,14 +150,15 @@ def table_of(
                 broken = error
                 break
             except Exception as error:
-                broken = BatchError(place, reason=first_line(error))
+                broken = BatchError(place, first_line(error))
                 break
             for index, values in got.items():
                 # A copy: the file is closed later, and an array of three columns is not kept for one.
                 pieces[index].append(np.array(values))
             row += batch.num_rows
         if broken is not None:
-            late.append(fault(truncated=truncated, **broken.fields, measured="rows", kept=row, declared=rows))
+            place, reason = broken.args
+            late.append(fault(truncated=truncated, place=place, reason=reason, kept=row, declared=rows))
             if not row:
                 raise DataError(f"no rows can be read: {sentence(late[-1])}")
         joined: dict[int, NDArray[Any]] = {}

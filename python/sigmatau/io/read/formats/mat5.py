@@ -38,11 +38,7 @@ _MOST_STRUCTS = 16  # in an array of structs
 
 
 class _BrokenError(Exception):
-    """A variable that cannot be decoded: the reason, or how many of the bytes expected are there."""
-
-    def __init__(self, reason: str = "", *, got: int | None = None, expected: int | None = None) -> None:
-        super().__init__(reason or f"{got} of {expected} bytes")
-        self.reason, self.got, self.expected = reason, got, expected
+    """A variable that cannot be decoded, for the reason that is its text."""
 
 
 class Found:
@@ -87,7 +83,7 @@ class _Bytes:
     def element(self, at: int) -> tuple[int, _Bytes, int]:
         """Type and data of the element at an offset, and the offset of the next element."""
         if at + 8 > len(self.data):
-            raise _BrokenError(got=len(self.data), expected=at + 8)
+            raise _BrokenError(f"{len(self.data)} of {at + 8} bytes")
         kind, size = struct.unpack_from(f"{self.order}II", self.data.data, at)
         if kind >> 16:  # the tag itself contains up to four bytes of data
             kind, size = kind & 0xFFFF, kind >> 16
@@ -98,7 +94,7 @@ class _Bytes:
             start = at + 8
             following = start + size + (-size % 8 if kind != _COMPRESSED else 0)
         if start + size > len(self.data):
-            raise _BrokenError(got=len(self.data) - start, expected=size)
+            raise _BrokenError(f"{len(self.data) - start} of {size} bytes")
         return kind, _Bytes(self.data[start : start + size], self.order), following
 
     def numbers(self, kind: int) -> NDArray[Any]:
@@ -141,8 +137,7 @@ def walk(path: Path, head: bytes, found: Found) -> None:
             kind, element, following = file.element(at)
         except _BrokenError as error:
             what = _label(data[at:], order) or "file"
-            cut = {"truncated": True, "got": error.got, "expected": error.expected}
-            found.findings.append(fault(what=what, place=Place("byte", size), reason=error.reason, **cut))
+            found.findings.append(fault(truncated=True, what=what, place=Place("byte", size), reason=str(error)))
             return
         if at != subsystem:
             try:
@@ -161,7 +156,7 @@ def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) ->
         return
     beginning = zlib.decompressobj().decompress(element.data[: 4 * _HEADER_OF_VARIABLE].tobytes(), _HEADER_OF_VARIABLE)
     if len(beginning) < 8:
-        raise _BrokenError(got=len(beginning), expected=8)
+        raise _BrokenError(f"{len(beginning)} of 8 bytes")
     kind, size = struct.unpack_from(f"{element.order}II", beginning)
     if kind != _MATRIX:
         raise _BrokenError(f"type {kind} where an array should begin")

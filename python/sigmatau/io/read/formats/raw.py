@@ -104,7 +104,9 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
     findings: tuple[Finding, ...] = ()
     if rest:
         place = Place("row", rows)
-        findings = (fault(truncated=True, place=place, inside="row", got=rest, expected=row.itemsize, kept=rows),)
+        findings = (
+            fault(truncated=True, place=place, inside="row", reason=f"{rest} of {row.itemsize} bytes", kept=rows),
+        )
     return (
         Table(
             format="raw",

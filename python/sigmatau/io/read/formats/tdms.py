@@ -96,7 +96,7 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
             if not _MARK.startswith(lead[:4]):
                 return at, (fault(place=place, reason="it does not begin with its mark"),)
             if len(lead) < _LEAD:
-                return at, (fault(truncated=True, place=place, got=size - at, expected=_LEAD),)
+                return at, (fault(truncated=True, place=place, reason=f"{size - at} of {_LEAD} bytes"),)
             order = ">" if lead[4] & _BIG_ENDIAN else "<"
             following, data = struct.unpack(f"{order}QQ", lead[12:28])
             if following == _UNKNOWN:
@@ -104,7 +104,7 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
             have = size - at - _LEAD
             if following > have:
                 end = size if data <= have else at  # data without their description cannot be read
-                return end, (fault(truncated=True, place=place, got=have, expected=following),)
+                return end, (fault(truncated=True, place=place, reason=f"{have} of {following} bytes"),)
             if data > following:
                 return at, (fault(place=place, reason="its data begin after its end"),)
             at += _LEAD + following

@@ -160,7 +160,7 @@ class _Text:
         return Loaded(columns=raw, findings=found)
 
     def _is_open(self, read: formats.TextColumns) -> bool:
-        """Whether the last line has no line end, so that its last number may be truncated."""
+        """Whether the last number may be truncated: no line end follows, and it has fewer decimals than the one above."""
         if isinstance(self.source, Path) and self.gzip:
             return read.open_end
         tail = self.source
@@ -168,7 +168,12 @@ class _Text:
             with tail.open("rb") as stream:
                 stream.seek(max(stream.seek(0, 2) - _TAIL, 0))
                 tail = stream.read()
-        return not tail[-_TAIL:].rstrip(b"\0 \t\x1a").endswith((b"\n", b"\r"))
+        encoding, point = "latin-1" if self.encoding == "ascii" else self.encoding, ".,"[self.layout.decimal_comma]
+        lines = tail[-_TAIL:].decode(encoding, "replace").rstrip("\0 \t\x1a").split("\n")
+        if not lines[-1].strip():
+            return False
+        above, *_, last = 2 * [line.split(self.layout.delimiter)[-1].strip() for line in lines[-2:] if line.strip()]
+        return point not in last or len(last.partition(point)[2]) < len(above.partition(point)[2])
 
     def _other_header(self, read: formats.TextColumns) -> int | None:
         """The line of the first header that names other columns."""

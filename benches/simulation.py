@@ -21,7 +21,7 @@ noise = {"random_walk": 1e-4, "bias_instability": 1e-5, "rate_random_walk": 1e-6
 simulate_to(sys.argv[2], NoiseModel(channels={"gyro_x": noise}), duration=int(sys.argv[1]) / 200, rate=200, rng=1)
 """
 
-LENGTHS = {".npy": 1e8, ".npz": 1e7, ".parquet": 1e7, ".h5": 1e7, ".csv": 1e7, ".csv.gz": 1e6}
+LENGTHS = {".npy": 1e8, ".npz": 1e7, ".parquet": 1e7, ".csv": 1e7, ".csv.gz": 1e6}
 
 
 def measure(settings: Settings) -> dict[str, Any]:

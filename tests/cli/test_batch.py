@@ -13,7 +13,7 @@ import known
 import sigmatau as st
 from sigmatau.cli import batch, main
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import BrokenOff
+from sigmatau.findings.kinds.reading import Damaged
 
 
 def write(path, seed, n=2000):
@@ -96,7 +96,7 @@ class TestCommand:
         assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
 
     def test_a_damaged_one(self, folder, tmp_path, capsys, monkeypatch):
-        damaged = st.Finding(details=BrokenOff(what="file"), severity="error")
+        damaged = st.Finding(details=Damaged(what="file"), severity="error")
         monkeypatch.setattr(
             batch, "run", lambda logs, *_, **__: [batch.Outcome(log=log, findings=(damaged,)) for log in logs]
         )

@@ -262,9 +262,10 @@ class TestCommand:
         ]
         assert main(argv) == 0
         found = {one["code"]: one for one in json.loads((tmp_path / "r.json").read_text())["findings"]}
-        assert found["lines_lost"]["details"] == {"lines": 1, "last": "x"}
+        lost = found["skipped_messages"]["details"]
+        assert (lost["count"], lost["unit"], lost["example"]) == (1, "lines", "x")
         details = found["rate_mismatch"]["details"]
-        assert (details["used"], details["by_stamps"]) == pytest.approx((99, 100), rel=1e-6)
+        assert (details["used"], details["other"]) == pytest.approx((99, 100), rel=1e-6)
 
     @pytest.mark.parametrize(
         ("argv", "code", "words"),

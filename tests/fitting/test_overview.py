@@ -72,7 +72,7 @@ def test_causes_are_one_line_a_kind_worst_first():
         of(rate, "warning", "gyro_x", 1.0),
         of(rate, "warning", "gyro_y", -3.0),
         of(rate, "info", "gyro_z", 9.0),
-        of(RateMismatch(used=99.0, by_stamps=100.0), "error", "gyro_z", None),
+        of(RateMismatch(used=99.0, other=100.0), "error", "gyro_z", None),
     ]
     first, second, last = causes(findings)
     assert first.startswith("error: gyro_z: ")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sigmatau.errors import DataError
-from sigmatau.findings.kinds.reading import BrokenOff, Comments, HiddenRows, SecondHeader
+from sigmatau.findings.kinds.reading import SkippedLines
 from sigmatau.io.read import read
 
 HEADER = "time [s],gyro_x [deg/s],gyro_y [deg/s]\n"
@@ -41,9 +41,9 @@ def test_a_row_that_became_a_comment_is_told(tmp_path, mark, name):
         record.streams[0].grid.n - (0 if record.streams[0].mask is None else int(record.streams[0].mask[:, 0].sum()))
         == 59
     )
-    found = next(f for f in record.findings if f.code == "hidden_rows")
+    found = next(f for f in record.findings if f.code == "skipped_lines")
     assert found.severity == "error"
-    assert found.details == HiddenRows(line=32)
+    assert found.details == SkippedLines(what="comments", line=32)
 
 
 def test_many_of_them_without_a_time_column(tmp_path):
@@ -51,15 +51,14 @@ def test_many_of_them_without_a_time_column(tmp_path):
     for k in range(20, 30):
         rows[k] = "%" + rows[k][1:]
     record = read(write(tmp_path / "log", "gyro_x gyro_y gyro_z\n" + "".join(rows)), rate=100, unit={"gyro": "deg/s"})
-    assert codes(record) == [("hidden_rows", "error")]
-    assert record.findings[0].details == HiddenRows(line=22, count=10)
+    assert codes(record) == [("skipped_lines", "error")]
+    assert record.findings[0].details == SkippedLines(what="comments", line=22, count=10)
 
 
-def test_a_remark_is_only_counted(tmp_path):
+def test_a_remark_is_skipped(tmp_path):
     text = HEADER + "".join(ROWS[:20]) + "# lost the hammer here\n#\n" + "".join(ROWS[20:])
     record = read(write(tmp_path / "log.csv", text))
-    assert codes(record) == [("comments", "info")]
-    assert record.findings[0].details == Comments(line=22, count=2)
+    assert (record.streams[0].grid.n, codes(record)) == (60, [])
 
 
 @pytest.mark.parametrize(
@@ -74,15 +73,15 @@ def test_another_header_ends_the_reading(tmp_path, second):
     text = "#" + HEADER + "".join(ROWS[:30]) + second + "".join(ROWS[30:])
     record = read(write(tmp_path / "log.csv", text))
     assert record.streams[0].grid.n == 30
-    assert codes(record) == [("second_header", "error")]
-    assert record.findings[0].details == SecondHeader(line=32, kept=30)
+    assert codes(record) == [("skipped_lines", "error")]
+    assert record.findings[0].details == SkippedLines(what="header", line=32, kept=30)
 
 
 def test_the_same_header_again_does_not(tmp_path):
     text = "#" + HEADER + "".join(ROWS[:30]) + "#" + HEADER + "".join(ROWS[30:])
     record = read(write(tmp_path / "log.csv", text))
     assert record.streams[0].grid.n == 60
-    assert codes(record) == [("header_again", "info")]
+    assert codes(record) == []
 
 
 @pytest.mark.parametrize(
@@ -135,8 +134,7 @@ def test_compressed_after_it_was_cut(tmp_path):
             - (0 if record.streams[0].mask is None else int(record.streams[0].mask[:, 0].sum()))
             == 59
         )
-        assert codes(record) == [("broken_off", "error")]
-        assert record.findings[0].details == BrokenOff(inside="number", kept=59)
+        assert codes(record) == [("skipped_lines", "info")]
 
 
 DATES = [

@@ -176,7 +176,7 @@ def test_cut(file, part):
     assert record.provenance.rows == rows
     np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :rows, :3].astype(float))
     (finding,) = record.findings
-    assert (finding.code, finding.severity) == ("broken_off", "error")
+    assert (finding.code, finding.severity) == ("damaged", "error")
     assert finding.details.place == Place("byte", length - rest, of=length)
 
 
@@ -222,7 +222,7 @@ def test_filler_behind_the_last_message(file):
         file.write_bytes(definitions("IMU") + b"".join(map(imu, range(N))) + byte * 5000)
         record = read(file)
         np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :, :3].astype(float))
-        assert [(f.code, f.severity) for f in record.findings] == [("filler", "info")]
+        assert [(f.code, f.severity) for f in record.findings] == [("bytes_not_read", "info")]
 
 
 def test_a_kind_that_is_defined_under_two_numbers(file):

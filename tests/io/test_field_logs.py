@@ -29,7 +29,7 @@ def test_hfi_rate_is_that_of_its_stamps(field_data):
 def test_hfi_told_another_rate(field_data):
     record = read(field_data / "hfi" / "imu_data.txt.gz", rate=10, **IMU)
     assert [f.code for f in record.findings] == ["rate_mismatch", "rate_drift", "jitter"]
-    assert record.findings[0].details.by_stamps == pytest.approx(9.8626, abs=5e-5)
+    assert record.findings[0].details.other == pytest.approx(9.8626, abs=5e-5)
 
 
 def test_hfi_has_no_names(field_data):
@@ -107,7 +107,7 @@ def test_vn100_with_planted_broken_lines(field_data, tmp_path):
     record = read(path, rate=40)
     assert [s.grid.n for s in record.streams] == [30_128, 30_128]
     (finding,) = record.findings
-    assert (finding.code, finding.severity) == ("broken_lines", "error")
-    assert (finding.details.count, finding.details.examples[0][0]) == (50, planted[0] + 1)
+    assert (finding.code, finding.severity) == ("skipped_messages", "error")
+    assert (finding.details.count, finding.details.place.number) == (50, planted[0] + 1)
     whole = np.array([float(line.split(b",")[10]) for line in np.delete(np.array(lines, dtype=object), planted)])
     np.testing.assert_array_equal(record.stream_of("gyro_x").column("gyro_x"), whole)

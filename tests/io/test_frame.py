@@ -107,7 +107,7 @@ def test_missing_times():
     times[4] = "NaT"
     record = sigmatau.from_frame({"time": times, "wx": GYRO[:, 0]}, unit={"gyro": "rad/s"})
     missing, gaps = record.findings
-    assert (missing.code, missing.details.place) == ("missing_stamps", "row 4")
+    assert (missing.code, missing.details.place) == ("bad_stamps", "row 4")
     assert (gaps.code, gaps.spans[0]) == ("gaps", pytest.approx((0.02, 0.025)))
     expected = GYRO[:, 0].copy()
     expected[4] = np.nan

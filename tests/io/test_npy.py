@@ -138,7 +138,7 @@ def test_cut_off(tmp_path, cut):
             assert n == (path.stat().st_size - 128) // DATA[0].nbytes
             for k, channel in enumerate(record.channels):
                 np.testing.assert_array_equal(record.stream_of(channel).column(channel), DATA[:n, 1 + k])
-            assert [(f.code, f.severity) for f in record.findings] == [("broken_off", "error")]
+            assert [(f.code, f.severity) for f in record.findings] == [("damaged", "error")]
             continue
         with pytest.raises(DataError):
             read(path, **OPTIONS)

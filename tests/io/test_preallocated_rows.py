@@ -56,17 +56,6 @@ def test_raw_with_stamps_cut_within_a_row(tmp_path, cut):
     told(record)
 
 
-def test_columns_one_behind_the_other(tmp_path):
-    data = np.asfortranarray(DATA)
-    np.save(tmp_path / "a.npy", data)
-    whole = (tmp_path / "a.npy").read_bytes()
-    end = len(whole) - 8 * 2500  # within the last column
-    (tmp_path / "a.npy").write_bytes(whole[:end] + bytes(len(whole) - end))
-    record = read(tmp_path / "a.npy", **SAID)
-    np.testing.assert_array_equal(six(record), DATA[:2499])
-    told(record)
-
-
 def test_a_ulog_filled_up_with_zeros(tmp_path):
     logs = pytest.importorskip("benches.logs")
     stamps, values = logs.made(3000)

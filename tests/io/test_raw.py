@@ -64,8 +64,8 @@ def test_cut(tmp_path, part):
     record = read(path, layout=LAYOUT)
     check(record, cut // 28)
     (finding,) = record.findings
-    assert (finding.code, finding.severity) == ("broken_off", "error")
-    assert (finding.details.got, finding.details.expected, finding.details.kept) == (5, 28, cut // 28)
+    assert (finding.code, finding.severity) == ("damaged", "error")
+    assert (finding.details.reason, finding.details.kept) == ("5 of 28 bytes", cut // 28)
 
 
 def test_refused(tmp_path):

@@ -77,8 +77,8 @@ DATA = {
     "NMEA": (b"$GPGGA,-1.0,2.0,3.0*68\n" * 9, ["line 1", "$GPGGA", "not read yet"]),
     "JSON": (b'{"a": [1, 2, 3],\n1, 2, 3, 4}\n', ["JSON", "MCAP, ROS bags"]),
     "huge first line": (b"1," * 200_000, ["first line is longer than 256 KiB"]),
-    "PDF": (b"%PDF-1.7\n1 2 3\n", ["a PDF", "not a format that is read: text tables"]),
-    "PNG": (b"\x89PNG\r\n\x1a\n\0\0", ["a PNG"]),
+    "PDF": (b"%PDF-1.7\n1 2 3\n", ["binary data", "not a format that is read: text tables"]),
+    "PNG": (b"\x89PNG\r\n\x1a\n\0\0", ["binary data"]),
     "zip": (b"PK\x03\x04" + bytes(50), ["zip archive"]),
     "bag": (b"#ROSBAG V2.0\n" + bytes(50), ["the head of the bag makes no sense", "copy or record the file again"]),
     "xz": (b"\xfd7zXZ\0" + bytes(50), ["xz"]),
@@ -117,7 +117,7 @@ def test_gzip_cut_in_the_middle(tmp_path, keep):
     values = np.random.default_rng(3).normal(size=50_000)
     whole = gzip.compress((HEADER + "".join(f"{i / 100},{v}\n" for i, v in enumerate(values))).encode())
     path.write_bytes(whole[: int(keep * len(whole))])
-    assert [(f.code, f.severity) for f in read(path).findings] == [("broken_off", "error")]
+    assert [(f.code, f.severity) for f in read(path).findings] == [("damaged", "error")]
     path.write_bytes(whole[:-8] + b"\0" + whole[-7:])
     refuse(path, DataError, ["compressed data are damaged", "line", "may be wrong"])
 

@@ -32,7 +32,7 @@ class TestText:
         assert record.streams[0].grid.source == "given"
         (finding,) = record.findings
         assert finding.code == "rate_mismatch"
-        assert (finding.details.used, finding.details.by_stamps) == pytest.approx((100.0, 50.0))
+        assert (finding.details.used, finding.details.other) == pytest.approx((100.0, 50.0))
 
     def test_with_a_rate_the_unit_of_time_is_not_needed(self, tmp_path):
         path = log(tmp_path, "t", np.arange(100) / 50)
@@ -61,7 +61,7 @@ class TestText:
         path = log(tmp_path, "t [ns]", ["" if k == 50 else start + 10 * k for k in range(100)])
         record = read(path)
         assert record.streams[0].grid.rate == pytest.approx(1e8, rel=1e-14)
-        assert codes(record, least="warning")[0] == "implausible_rate" or "missing_stamps" in codes(record)
+        assert codes(record, least="warning")[0] == "implausible_rate" or "bad_stamps" in codes(record)
         path = log(tmp_path, "t [ns]", [start, start + 2, start + 1, start + 3])  # the same double, all four
         with pytest.raises(DataError, match=f"line 4: time goes backwards .* from {start + 2} to {start + 1};"):
             read(path)

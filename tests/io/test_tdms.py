@@ -5,7 +5,6 @@ import pytest
 
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import PropertyChanged
 from sigmatau.io.read import read
 
 nptdms = pytest.importorskip("nptdms")
@@ -47,7 +46,7 @@ def test_exact_with_the_rate_of_the_waveform(tmp_path, pieces):
 
 def test_the_rate_that_is_given_overrules(tmp_path):
     save(tmp_path / "log")
-    assert [f.code for f in read(tmp_path / "log", rate=100).findings] == ["rate_overruled"]
+    assert [f.code for f in read(tmp_path / "log", rate=100).findings] == ["rate_mismatch"]
     assert read(tmp_path / "log", rate=200).findings == ()
     save(tmp_path / "log", properties={})
     with pytest.raises(OptionError, match="give --rate"):
@@ -85,14 +84,14 @@ def test_cut_off(tmp_path, pieces, share):
         assert record.channels == (("gyro_x",) if share == 0.1 else ("gyro_x", "gyro_y", "gyro_z"))
         n = record.streams[0].grid.n
         np.testing.assert_array_equal(record.streams[0].column("gyro_x"), GYRO[:n, 0] * (np.pi / 180))
-        assert [(f.code, f.severity) for f in record.findings] == [("broken_off", "error")]
+        assert [(f.code, f.severity) for f in record.findings] == [("damaged", "error")]
         return
     rows = record.streams[0].grid.n
     assert N * share - N / pieces <= rows + N * 0.06
     assert rows < N
     np.testing.assert_array_equal(sensor(record, "accel"), ACCEL[:rows] * 9.80665)
     (finding,) = record.findings
-    assert (finding.code, finding.severity) == ("broken_off", "error")
+    assert (finding.code, finding.severity) == ("damaged", "error")
 
 
 def test_a_flipped_page(tmp_path):
@@ -119,34 +118,3 @@ def test_mutants(tmp_path, pieces):
     path = tmp_path / "log"
     save(path, pieces, n=30)
     assert survives(f"tdms {pieces}", path.read_bytes(), path, 100) > 0
-
-
-@pytest.mark.parametrize(("name", "new"), [("wf_increment", 0.01), ("unit_string", "rad/s")])
-def test_a_property_that_changes_between_segments(tmp_path, name, new):
-    first = {"wf_increment": 0.005, "unit_string": "deg/s"}
-    with nptdms.TdmsWriter(tmp_path / "log") as writer:
-        for rows, said in ((slice(0, 600), first), (slice(600, N), first | {name: new})):
-            writer.write_segment(
-                [nptdms.ChannelObject("IMU", f"Gyro {a}", GYRO[rows, k], said) for k, a in enumerate("XYZ")]
-            )
-    record = read(tmp_path / "log")
-    np.testing.assert_array_equal(sensor(record, "gyro"), GYRO[:600] * (np.pi / 180))
-    assert record.streams[0].grid.rate == 200
-    (finding,) = record.findings
-    assert finding.severity == "error"
-    assert finding.details == PropertyChanged(topic="IMU", name=name, old=first[name], new=new, kept=600)
-
-
-def test_an_axis_that_is_shorter_is_told(tmp_path):
-    with nptdms.TdmsWriter(tmp_path / "log") as writer:
-        for channels, rows in ("XYZ", slice(0, 600)), ("XY", slice(600, N)):
-            writer.write_segment(
-                [
-                    nptdms.ChannelObject("IMU", f"Gyro {a}", GYRO[rows, k], STEP | {"unit_string": "deg/s"})
-                    for k, a in enumerate(channels)
-                ]
-            )
-    record = read(tmp_path / "log", topic="IMU/Gyro X")
-    (finding,) = (f for f in record.findings if f.code == "unequal_lengths")
-    assert finding.severity == "error"
-    assert ("Gyro Z", 600) in finding.details.lengths

@@ -5,7 +5,7 @@ import pytest
 
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff
+from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.io.read import assemble
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Loaded, Table
@@ -90,7 +90,7 @@ class TestChoice:
 
 class TestRecord:
     def test_two_rates(self, file):
-        lost = Finding(details=BrokenOff(what="file"), severity="error")
+        lost = Finding(details=Damaged(what="file"), severity="error")
         tables = [table("g", GYRO, rate=100, n=60, findings=(lost,)), table("a", ACCEL, rate=50, n=40, late=(lost,))]
         record = assemble.assemble(tables, file, options(unit={"gyro": "deg/s"}))
         gyro, accel = record.streams
@@ -98,7 +98,7 @@ class TestRecord:
         assert record.provenance.topics == ("g", "a")
         assert record.provenance.rows == 60
         # Once, though both tables say it; and the unit that was given is not that of the file.
-        assert sorted(f.code for f in record.findings) == ["broken_off", *["unit_overruled"] * 3]
+        assert sorted(f.code for f in record.findings) == ["damaged", *["unit_overruled"] * 3]
         assert gyro.column("gyro_x")[0] == pytest.approx(np.pi / 180)
         assert any(note.startswith("g: gyro_x: deg/s") for note in record.provenance.conversions)
 

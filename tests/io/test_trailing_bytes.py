@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from roslogs import IMU, imu, imu_cdr, imu_mcap
 
+from sigmatau.errors import DataError
 from sigmatau.io.read import read
 
 N = 400
@@ -127,24 +128,12 @@ def test_arrays_of_another_kind_are_told(tmp_path, other):
     assert [f.severity for f in record.findings] == ["error"]
 
 
-def test_parquet_files_joined(tmp_path):
+def test_parquet_files_joined_are_refused(tmp_path):
     parquet(tmp_path / "a", DATA)
     parquet(tmp_path / "b", -DATA[:250])
     (tmp_path / "ab").write_bytes((tmp_path / "a").read_bytes() + (tmp_path / "b").read_bytes())
-    record = read(tmp_path / "ab", **SAID)
-    np.testing.assert_array_equal(gyro(record), np.concatenate([DATA, -DATA[:250]]))
-    assert record.findings == ()
-
-
-def test_parquet_files_of_other_columns_joined(tmp_path):
-    pa = pytest.importorskip("pyarrow")
-    pq = pytest.importorskip("pyarrow.parquet")
-    parquet(tmp_path / "a", DATA)
-    pq.write_table(pa.table({"x": DATA[:, 0]}), tmp_path / "b")
-    (tmp_path / "ab").write_bytes((tmp_path / "a").read_bytes() + (tmp_path / "b").read_bytes())
-    record = read(tmp_path / "ab", **SAID)
-    np.testing.assert_array_equal(gyro(record), DATA)
-    assert [f.severity for f in record.findings] == ["error"]
+    with pytest.raises(DataError, match="several Parquet files"):
+        read(tmp_path / "ab", **SAID)
 
 
 def test_arrow_streams_joined(tmp_path):

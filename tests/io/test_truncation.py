@@ -8,7 +8,7 @@ import pytest
 from container_damage import MUTANTS
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import BrokenOff, Place
+from sigmatau.findings.kinds.reading import Damaged, Place
 from sigmatau.io.read import read
 
 N = 6000
@@ -46,16 +46,19 @@ def test_cut(tmp_path, part, shift, encoding):
     elif cut == ENDS[rows + 1] - 1:  # all but the line end itself
         check(record, rows + 1)
         assert found(record) == []
+    elif TEXT[ENDS[rows] : cut].count(b",") == 4 and not TEXT[:cut].endswith(b","):
+        check(record, rows)
+        assert found(record) == [("skipped_lines", "info")]
     else:
         check(record, rows)
-        assert found(record) == [("broken_off", "error")]
+        assert found(record) == [("damaged", "error")]
         assert record.findings[0].details.kept == rows
 
 
 def test_cut_names_the_line(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(TEXT[: ENDS[100] + 3])
-    assert read(path).findings[0].details == BrokenOff(place=Place("line", 102), kept=100)
+    assert read(path).findings[0].details == Damaged(truncated=True, place=Place("line", 102), kept=100)
 
 
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.99])
@@ -67,7 +70,7 @@ def test_cut_compressed(tmp_path, part):
     rows = record.provenance.rows
     assert 0.9 * part * N < rows < N  # numbers without pattern: half the bytes hold half the rows
     check(record, rows)
-    assert found(record) == [("broken_off", "error")]
+    assert found(record) == [("damaged", "error")]
 
 
 @pytest.mark.parametrize("part", [0.3, 0.6, 0.999])
@@ -89,7 +92,7 @@ def test_damaged_page(tmp_path, part, garbage, encoding):
     at = start if encoding == "ascii" else (start - 2) // 2
     check(record, int(np.searchsorted(ENDS, at, side="right")) - 1)
     (finding,) = [f for f in record.findings if f.severity == "error"]
-    assert finding.code in ("damaged", "broken_off")
+    assert finding.code in ("damaged", "damaged")
     assert finding.details.place == Place("line", record.provenance.rows + 2)
 
 
@@ -142,7 +145,7 @@ def test_a_last_number_of_any_form_without_a_line_end(tmp_path):
     rows = "".join(f"{i},{v!r}\n" for i, v in enumerate(WX[:50, 0].tolist()))
     path.write_text("time [s],gyro_x [deg/s]\n" + rows.rstrip("\n"))
     record = read(path)
-    assert [(f.code, f.severity) for f in record.findings] == [("no_line_end", "info")]
+    assert [(f.code, f.severity) for f in record.findings] == [("skipped_lines", "info")]
     assert record.provenance.rows == 49  # 1.25 cut off is 1.2
 
 

@@ -153,7 +153,7 @@ def test_samples_of_the_buffer(file):
     assert record.provenance.rows == 32
     details = record.findings[0].details
     assert (details.place, details.topic) == (Place("message", 5), "sensor_gyro_fifo:0")
-    assert (details.got, details.expected, details.kept) == (33, 32, 32)
+    assert (details.reason, details.kept) == ("33 samples where at most 32 fit", 32)
 
 
 def test_increments_are_not_mistaken(file):
@@ -194,7 +194,7 @@ def test_cut(file, part):
     assert record.provenance.rows == rows
     np.testing.assert_array_equal(three(record, "gyro"), VALUES[:rows, :3].astype(float))
     (finding,) = record.findings
-    assert (finding.code, finding.severity) == ("broken_off", "error")
+    assert (finding.code, finding.severity) == ("damaged", "error")
     assert finding.details.place == Place("byte", first + 50 * rows, of=length)
 
 

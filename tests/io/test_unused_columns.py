@@ -1,10 +1,10 @@
-"""Channels of a log in this package's own form that are no sensor's by their names: said, with the way to read them."""
+"""Channels of a log that are not a sensor's by their names: read if they are asked for."""
 
 import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, OptionError, inspect, read, simulate, simulate_to
+from sigmatau import NoiseModel, OptionError, read, simulate, simulate_to
 from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.names import signal_name
 from sigmatau.io.read.table import Column
@@ -19,7 +19,7 @@ MODEL = NoiseModel(
     }
 )
 OPTIONS = {"duration": 20.0, "rate": 50.0, "rng": seed_of("columns not read")}
-NEEDS = {"parquet": "pyarrow", "h5": "h5py"}
+NEEDS = {"parquet": "pyarrow"}
 
 
 def asked(text):
@@ -28,18 +28,17 @@ def asked(text):
     return dict(pair.split("=") for pair in option.split(","))
 
 
-@pytest.mark.parametrize("ending", ["csv", "csv.gz", "npy", "npz", "parquet", "h5"])
-def test_what_the_advice_says_reads_the_whole_record(tmp_path, ending):
-    """By it `read` gives the record of `simulate`, in the units of the log, which nobody has to say again."""
+@pytest.mark.parametrize("ending", ["csv", "csv.gz", "npy", "npz", "parquet"])
+def test_signals_are_read_if_they_are_named(tmp_path, ending):
+    """By their columns `read` gives the record of `simulate`, in the units of the log, which nobody has to say again."""
     if ending in NEEDS:
         pytest.importorskip(NEEDS[ending])
     path = tmp_path / f"a.{ending}"
     simulate_to(path, MODEL, **OPTIONS)
-    (finding,) = read(path).findings
-    assert (finding.code, finding.severity) == ("columns_not_read", "info")
-    for name in SIGNAL:
-        assert any(name in column for column in finding.details.columns)
-    record = read(path, channels=dict(finding.details.channels))
+    left = read(path)
+    assert set(left.channels) == {"gyro_x", "accel_x"}
+    assert len(left.provenance.ignored) == len(SIGNAL)
+    record = read(path, channels={name: name for name in MODEL.channels})
     assert record.findings == ()
     expected = simulate(MODEL, **OPTIONS)
     assert set(record.channels) == set(MODEL.channels)
@@ -47,7 +46,6 @@ def test_what_the_advice_says_reads_the_whole_record(tmp_path, ending):
         got, wanted = record.stream_of(channel), expected.stream_of(channel)
         assert got.unit == wanted.unit
         np.testing.assert_array_equal(got.column(channel), wanted.column(channel))
-    assert "columns_not_read" in [f.code for f in inspect(path).findings]
 
 
 def test_a_model_of_signals_alone(tmp_path):
@@ -65,33 +63,6 @@ def test_the_unit_of_a_signal_is_the_files(tmp_path):
     (finding,) = read(path, channels={"pressure_a": 4}, unit={"pressure_a": "V"}).findings
     assert (finding.channels, finding.details) == (("pressure_a",), UnitOverruled(given="V", stated="Pa"))
     assert read(path, channels={"pressure_a": 4}, unit={"pressure_a": "Pa"}).findings == ()
-
-
-def test_increments_are_read_without_the_signals(tmp_path):
-    """Else the numbers of a signal would be divided by the sample interval."""
-    path = tmp_path / "a.csv"
-    path.write_text("time [s],gyro_x [rad],p [Pa]\n" + "".join(f"{k / 10},{k % 3},{k % 5}\n" for k in range(40)))
-    (finding,) = (f for f in read(path, input="increments").findings if f.code == "columns_not_read")
-    assert (finding.details.channels, finding.details.as_rates) == ((("p", 3),), True)
-
-
-@pytest.mark.parametrize(
-    "header",
-    [
-        "time [s],gyro_x [rad/s],p",  # no unit: no measured quantity by its name
-        "time [s],gyro_x [rad/s],temp [degC]",  # read, as a temperature
-        "time [s],gyro_x [rad/s],log_time [s]",  # another clock
-        "Time (s),Gyroscope x (rad/s),Absolute (rad/s)",  # other programs' logs have more than one asks for
-        "time [s],gyr_x [rad/s],p [Pa]",
-    ],
-)
-def test_others_are_not_told_of(tmp_path, header):
-    path = tmp_path / "a.csv"
-    path.write_text(header + "\n" + "".join(f"{k / 10},{k % 3},{20 + k % 5}\n" for k in range(40)))
-    assert "columns_not_read" not in [f.code for f in read(path).findings]
-    words = tmp_path / "b.csv"
-    words.write_text("time [s],gyro_x [rad/s],p [Pa]\n" + "".join(f"{k / 10},{k % 3},ok\n" for k in range(40)))
-    assert read(words).findings == ()
 
 
 def test_names_that_an_option_can_hold():

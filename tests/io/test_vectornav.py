@@ -10,7 +10,7 @@ import pytest
 from container_damage import MUTANTS
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import OtherSentences
+from sigmatau.findings.kinds.reading import Place
 from sigmatau.io.read import read
 
 N = 200
@@ -86,9 +86,9 @@ def test_a_broken_first_line_costs_no_row_between_others(tmp_path):
     path.write_bytes(log()[0][40:] + b"".join(log()[1:]))
     record = read(path, rate=100)
     check(record, 9, 6, slice(1, None))
-    assert [(f.code, f.severity) for f in record.findings] == [("broken_lines", "warning")]
+    assert [(f.code, f.severity) for f in record.findings] == [("skipped_messages", "info")]
     details = record.findings[0].details
-    assert (details.count, details.inner, details.examples) == (1, 0, ((1, "does not begin with $"),))
+    assert (details.count, details.place, details.example) == (1, Place("line", 1), "does not begin with $")
 
 
 def test_glued_lines_and_nan(tmp_path):
@@ -97,8 +97,8 @@ def test_glued_lines_and_nan(tmp_path):
     path.write_bytes(b"".join(lines[:50]) + lines[50][:30] + b"".join(lines[51:]))
     record = read(path, rate=100)
     check(record, 9, 6, np.delete(np.arange(N), [50, 51]))
-    assert [(f.code, f.severity) for f in record.findings] == [("broken_lines", "error")]
-    assert 51 in [line for line, _ in record.findings[0].details.examples]
+    assert [(f.code, f.severity) for f in record.findings] == [("skipped_messages", "error")]
+    assert record.findings[0].details.place == Place("line", 51)
     lines[7] = sentence("VNYMR", [*VALUES[7, :9], np.nan, 0, 0]).encode()
     path.write_bytes(b"".join(lines))
     missing = next(f for f in read(path, rate=100).findings if f.code == "missing_values")
@@ -117,7 +117,7 @@ def test_cut(tmp_path, part, compressed):
     rows = record.provenance.rows
     assert 0.7 * part * N - 3 < rows < N
     check(record, 9, 6, slice(rows))
-    assert ("broken_off", "error") in [(f.code, f.severity) for f in record.findings]
+    assert ("damaged", "error") in [(f.code, f.severity) for f in record.findings]
 
 
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
@@ -128,7 +128,7 @@ def test_flipped_page(tmp_path, part):
     raw[start : start + 4096] = (np.frombuffer(bytes(raw[start : start + 4096]), np.uint8) ^ 0xFF).tobytes()
     path.write_bytes(raw)
     record = read(path, rate=100)
-    assert [(f.code, f.severity) for f in record.findings] == [("broken_lines", "error")]
+    assert [(f.code, f.severity) for f in record.findings] == [("skipped_messages", "error")]
     ends = np.cumsum([0] + [len(line) for line in log() * 10])
     lost = np.flatnonzero((ends[1:] > start) & (ends[:-1] < start + 4096))
     check(record, 9, 6, np.delete(np.tile(np.arange(N), 10), lost))
@@ -171,7 +171,8 @@ def test_a_sensor_that_was_switched_to_another_sentence(tmp_path):
     (tmp_path / "log").write_text(own * 200 + other * 300)
     (finding,) = read(tmp_path / "log", topic="VNACC", rate=40).findings
     assert finding.severity == "error"
-    assert finding.details == OtherSentences(count=300, example="VNGYR", topic="VNACC", line=201, run=300)
+    said = finding.details
+    assert (said.count, said.other, said.example, said.place) == (300, True, "$VNGYR", Place("line", 201))
     (tmp_path / "log").write_text((own + other * 3) * 100)
     (finding,) = read(tmp_path / "log", topic="VNACC", rate=40).findings
     assert finding.severity == "info"

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import sigmatau as st
-from sigmatau.io.write import atomic, write
+from sigmatau.io.atomic import atomic
+from sigmatau.io.write import write
 
 needs_locks = pytest.mark.skipif(sys.platform == "win32", reason="no locks of files")
 LEFT = """

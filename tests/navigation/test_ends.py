@@ -6,18 +6,16 @@ import subprocess
 import sys
 import time
 
-import numpy as np
 import pytest
 
 from known import interruptible
 from sigmatau.io.write import RECORD_ENDINGS
-from sigmatau.io.writers import _Patient
 
 pytest.importorskip("resource")
 
 MODEL = '[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\n[channels.accel_x]\nrandom_walk = "0.1 m/s/sqrt(h)"\n'
 SIMULATE = (sys.executable, "-m", "sigmatau", "simulate", "m.toml", "--rate", "100", "-q")
-needs = {".parquet": "pyarrow", ".h5": "h5py"}
+needs = {".parquet": "pyarrow"}
 
 
 @pytest.fixture
@@ -31,36 +29,33 @@ def ending(request, tmp_path):
 FULL = """
 import contextlib, io, json, pathlib, resource, sys
 from sigmatau.cli import main
-for folder, ending, kib in json.loads(sys.argv[1]):
-    resource.setrlimit(resource.RLIMIT_FSIZE, (kib * 1024, resource.RLIM_INFINITY))
-    argv = ["simulate", "m.toml", "--rate", "100", "-q", "--hours", "0.2" if kib < 2400 else "2", "-o", f"x{ending}"]
+for folder, ending in json.loads(sys.argv[1]):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200 * 1024, resource.RLIM_INFINITY))
+    argv = ["simulate", "m.toml", "--rate", "100", "-q", "--hours", "0.2", "-o", f"x{ending}"]
     with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()) as out:
         with contextlib.redirect_stderr(io.StringIO()) as err:
             code = main(argv)
     print(json.dumps([code, out.getvalue(), err.getvalue()]))
 """
-# In the middle; of the format that is not written straight through, also from a disk that is full at the first piece, and
-# at the end, when what was held back is written.
-DISKS = [*((ending, 200) for ending in RECORD_ENDINGS), (".h5", 4), (".h5", 2400)]
 
 
 @pytest.fixture(scope="module")
 def full(tmp_path_factory):
     """What the command says of each full disk, and its folder; in one process, since each takes a second to start."""
-    folders = [tmp_path_factory.mktemp("full") for _ in DISKS]
+    folders = [tmp_path_factory.mktemp("full") for _ in RECORD_ENDINGS]
     for folder in folders:
         (folder / "m.toml").write_text(MODEL)
-    asked = json.dumps([[str(folder), *disk] for folder, disk in zip(folders, DISKS, strict=True)])
+    asked = json.dumps([[str(folder), ending] for folder, ending in zip(folders, RECORD_ENDINGS, strict=True)])
     done = subprocess.run([sys.executable, "-c", FULL, asked], capture_output=True, text=True, check=True)
     answers = map(json.loads, done.stdout.splitlines())
-    return {disk: (folder, *answer) for disk, folder, answer in zip(DISKS, folders, answers, strict=True)}
+    return {ending: (folder, *answer) for ending, folder, answer in zip(RECORD_ENDINGS, folders, answers, strict=True)}
 
 
-@pytest.mark.parametrize(("ending", "kib"), DISKS)
-def test_a_full_disk_is_an_error_in_words(full, ending, kib):
+@pytest.mark.parametrize("ending", RECORD_ENDINGS)
+def test_a_full_disk_is_an_error_in_words(full, ending):
     if ending in needs:
         pytest.importorskip(needs[ending])
-    folder, code, out, said = full[ending, kib]
+    folder, code, out, said = full[ending]
     assert (code, out) == (1, "")
     assert said.startswith(f"sigmatau: x{ending}: cannot be written: ")
     assert said.endswith("File too large\n")
@@ -68,10 +63,10 @@ def test_a_full_disk_is_an_error_in_words(full, ending, kib):
     assert [path.name for path in folder.iterdir()] == ["m.toml"]
 
 
-# Both signals take the same way out, of a format written straight through, one in parts, and those of libraries.
+# Both signals take the same way out, of a format written straight through, one in parts, and that of a library.
 @pytest.mark.parametrize(
     ("ending", "number"),
-    [*((ending, signal.SIGTERM) for ending in (".csv", ".npz", ".parquet")), (".h5", signal.SIGINT)],
+    [*((ending, signal.SIGTERM) for ending in (".csv", ".npz", ".parquet")), (".npz", signal.SIGINT)],
     indirect=["ending"],
 )
 def test_a_signal_leaves_nothing_behind(tmp_path, ending, number):
@@ -92,47 +87,3 @@ def test_a_signal_leaves_nothing_behind(tmp_path, ending, number):
     assert process.returncode in (code, -number)
     assert said == f"sigmatau: {word}\n"
     assert [path.name for path in tmp_path.iterdir()] == ["m.toml"]
-
-
-def test_what_the_disk_does_not_take_is_read_back_from_memory():
-    class Full:
-        """Takes 10 bytes."""
-
-        def __init__(self):
-            self.data = b""
-            self.at = 0
-
-        def seek(self, offset, whence=0):
-            self.at = offset + (len(self.data) if whence == 2 else 0)
-            return self.at
-
-        def read(self, size):
-            return self.data[self.at : self.at + size]
-
-        def write(self, data):
-            there = min(len(data), 10 - self.at)
-            if there <= 0:
-                raise OSError(28, "No space left on device")
-            self.data = self.data[: self.at].ljust(self.at, b"\0") + bytes(data[:there]) + self.data[self.at + there :]
-            self.at += there
-            return there
-
-        def truncate(self, size):
-            raise AssertionError
-
-    file = _Patient(Full())
-    pieces = [(0, b"abcdef"), (4, b"0123456789"), (2, b"XY"), (20, b"end")]
-    expected = np.zeros(23, dtype=np.uint8)
-    for at, data in pieces:
-        file.seek(at)
-        assert file.write(data) == len(data)
-        expected[at : at + len(data)] = list(data)
-    assert file.seek(0, 2) == 23
-    for start, stop in [(0, 23), (3, 12), (9, 11), (18, 23)]:
-        got = bytearray(stop - start)
-        file.seek(start)
-        assert file.readinto(got) == stop - start
-        assert got == expected[start:stop].tobytes()
-    assert file.truncate(5) == 5  # nothing is asked of a disk that is full
-    with pytest.raises(OSError, match="No space"):
-        file.check()

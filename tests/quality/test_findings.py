@@ -123,7 +123,7 @@ class TestTraps:
         log = tmp_path / "log.csv"
         np.savetxt(log, rows, delimiter=",", header="time [s],gyro_x [rad/s]", comments="", fmt="%.9g")
         analysis = analyze(read(log))
-        assert told(analysis.findings, "duplicate_samples")
+        assert told(analysis.findings, "bad_stamps")
         assert analysis.curves["gyro_x"].n == len(x)
         fitted = analysis.fits["gyro_x"]["random_walk"]
         assert fitted.value == pytest.approx(N, abs=3 * (fitted.high - fitted.low) / 3.92)

@@ -1,7 +1,5 @@
 """inspect finds what shows only against a fit, as analyze does, and says when it has not looked."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -83,15 +81,3 @@ def test_gaps_are_told_with_their_times_and_lengths(white, tmp_path):
     x[20_000:23_000] = x[[100, 40_000]] = np.nan
     (said,) = [f for f in read(log(tmp_path / "several.csv", x)).findings if f.code == "missing_values"]
     assert (said.details.longest_place, said.details.runs, said.details.longest) == ("line 20002", 3, 3000)
-    assert said.details.interval == pytest.approx(0.02)
-
-
-@pytest.mark.parametrize("count", [100, 20_000])
-def test_what_rows_that_are_there_twice_would_do(white, tmp_path, count):
-    path = log(tmp_path / "twice.csv", white)
-    header, *rows = path.read_text().splitlines(keepends=True)
-    again = set(np.random.default_rng(seed_of(f"twice {count}")).choice(len(rows), count, replace=False).tolist())
-    path.write_text(header + "".join(row * (2 if k in again else 1) for k, row in enumerate(rows)))
-    (said,) = [f for f in read(path).findings if f.code == "duplicate_samples"]
-    share = count / len(rows)
-    assert said.details.factor == pytest.approx(math.sqrt((1 + 3 * share) / (1 + share)))

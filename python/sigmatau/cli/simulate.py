@@ -54,7 +54,7 @@ def simulate_command(
     rate
         Sampling rate in Hz.
     output
-        The log to write: .csv, .csv.gz, .npy, .npz, .parquet or .h5; time and channels in SI.
+        The log to write: .csv, .csv.gz, .npy, .npz or .parquet; time and channels in SI.
     seed
         The same seed gives the same log.
     input

@@ -18,7 +18,7 @@ from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.live import LinesLost
+from sigmatau.findings.kinds.reading import SkippedMessages
 from sigmatau.findings.kinds.stamps import IrregularStamps, RateMismatch
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options
@@ -192,7 +192,7 @@ class _Watched:
     def findings(self) -> list[Finding]:
         found = []
         if self.live.lost:
-            lost = LinesLost(lines=self.live.lost, last=self.live.lost_example)
+            lost = SkippedMessages(count=self.live.lost, unit="lines", example=self.live.lost_example)
             found.append(Finding(details=lost, severity="warning"))
         if self.live.leaps:
             found.append(
@@ -200,7 +200,7 @@ class _Watched:
             )
         measured = self.live.rate_by_stamps()
         if measured is not None and abs(measured / self.live.rate - 1) > _EQUAL_RATES:
-            found.append(Finding(details=RateMismatch(used=self.live.rate, by_stamps=measured), severity="warning"))
+            found.append(Finding(details=RateMismatch(used=self.live.rate, other=measured), severity="warning"))
         return found
 
     def draw(self) -> RenderableType:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,14 +82,14 @@ def _minimum(model: ChannelModel) -> Measured:
     low, high = _interval(model, seen)
     if silent:
         return _above(model, low, seen, "bias instability is not in the result")
-    value, tau = _least(seen, _cancelled(model))
+    value, tau = _least(seen, model, cancelled=True)
     if low is None or high is None:
         return Measured(value=value, level=model.level)
-    if _full(model)(np.array(tau)) > _NEGLIGIBLE * value**2:
+    if _extra(model, np.array(tau)) > _NEGLIGIBLE * value**2:
         return _above(model, low, seen, "a Gauss-Markov process, a resonance or a sinusoid adds to the minimum")
     high *= value / floor
     if unseen:
-        high = max(high, _least({**seen, **unseen}, _full(model))[0])
+        high = max(high, _least({**seen, **unseen}, model)[0])
     words = f"with {' and '.join(sorted(unseen)).replace('_', ' ')} at the limit up to the upper end" if unseen else ""
     return Measured(value=value, low=low, high=high, level=model.level, words=words)
 
@@ -98,8 +97,8 @@ def _minimum(model: ChannelModel) -> Measured:
 def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]) -> Measured:
     """Upper limit without observed slow noise: observed terms at their upper ends, the others at their limits."""
     ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
-    limit, tau = _least({**ends, **unseen}, _full(model))
-    if _full(model)(np.array(tau)) > _NEGLIGIBLE * limit**2:
+    limit, tau = _least({**ends, **unseen}, model)
+    if _extra(model, np.array(tau)) > _NEGLIGIBLE * limit**2:
         return Measured(
             words="a Gauss-Markov process, a resonance or a sinusoid without interval determines the minimum"
         )
@@ -110,7 +109,7 @@ def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: 
     """A lower bound: the lower end for the observed terms, or the value of a model without intervals."""
     words = f"{why}, so this is a lower bound"
     if low is None:
-        return Measured(lower_limit=_least(seen, _cancelled(model))[0], level=1.0, words=words)
+        return Measured(lower_limit=_least(seen, model, cancelled=True)[0], level=1.0, words=words)
     return Measured(lower_limit=low, level=(1 + model.level) / 2, words=words)
 
 
@@ -127,18 +126,10 @@ def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float
     return _least(lows)[0], _least(highs)[0]
 
 
-def _cancelled(model: ChannelModel) -> Callable[[Floats], Floats]:
-    """σ²(τ) of processes and lines, with lines at the minima of their ripple: a line cancels after whole periods."""
-    return lambda tau: _extra(model, tau, cancelled=True)
-
-
-def _full(model: ChannelModel) -> Callable[[Floats], Floats]:
-    """σ²(τ) of processes and lines, with lines at the maxima of their ripple."""
-    return lambda tau: _extra(model, tau, cancelled=False)
-
-
-def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool) -> Floats:
-    """IEEE Std 952-2020, annex C, of Gauss-Markov processes and sinusoids; resonances."""
+def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool = False) -> Floats:
+    """σ²(τ) of Gauss-Markov processes and sinusoids (IEEE Std 952-2020, annex C) and resonances, with lines at the maxima of
+    their ripple; or at the minima if they are `cancelled`, because a line cancels after whole periods.
+    """
     total = np.zeros_like(tau)
     for process in model.gauss_markov:
         at_each = (kernels.gauss_markov_avar(process.sigma, process.time, 1, t, averaged=True)[0] for t in tau.flat)
@@ -155,14 +146,16 @@ def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool) -> Floats:
     return total
 
 
-def _least(coefficients: dict[str, float], more: Callable[[Floats], Floats] | None = None) -> tuple[float, float]:
-    """Minimum of the Allan deviation and its averaging time; relative error below 1e-6."""
+def _least(
+    coefficients: dict[str, float], model: ChannelModel | None = None, *, cancelled: bool = False
+) -> tuple[float, float]:
+    """Minimum of the Allan deviation and its averaging time; relative error below 1e-6. `model`: adds its processes."""
     low, high = _TAU
     for points in (721, 201):  # the second grid is around the minimum of the first
         log_tau = np.linspace(low, high, points)
         tau = 10.0**log_tau
         avar = sum(value**2 * _share(term, tau) for term, value in coefficients.items())
-        avar = avar if more is None else avar + more(tau)
+        avar = avar if model is None else avar + _extra(model, tau, cancelled=cancelled)
         k = int(np.argmin(avar))
         step = float(log_tau[1] - log_tau[0])
         low, high = float(log_tau[k]) - step, float(log_tau[k]) + step

@@ -155,7 +155,7 @@ class Live:
             load=_not_loaded,
             where=lambda row: f"row {row} of the data",
         )
-        choice, unit, _, _ = resolve(table, self.options)
+        choice, unit, _ = resolve(table, self.options)
         self._layout, self._choice, self.unit = layout, choice, unit
         body = b"".join(_lines(head)[layout.skip_lines :])
         stamps, bad = np.empty(0), list[str]()

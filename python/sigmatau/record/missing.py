@@ -26,6 +26,7 @@ def missing_values(
     of: Mapping[str, int] | None = None,
     unit: Literal["rows", "samples"] = "rows",
     few: float = _FEW_MISSING,
+    dropped: bool = False,
 ) -> tuple[Finding, ...]:
     """One finding about all channels with missing numbers; empty if no number is missing.
 
@@ -43,6 +44,8 @@ def missing_values(
         What is counted: rows of a file, or samples of the record.
     few : float
         Share of missing numbers up to which the finding is no warning.
+    dropped : bool
+        Whether the channels are not read.
     """
     counts = {channel: int(np.count_nonzero(bad)) for channel, bad in missing.items()}
     counts = {channel: count for channel, count in counts.items() if count}
@@ -62,13 +65,14 @@ def missing_values(
         runs=len(lengths),
         longest=longest,
         longest_place=where(start),
-        interval=tau0,
         unit=unit,
+        dropped=dropped,
     )
+    few_missing = counts[strongest] <= few * total
     return (
         Finding(
             details=details,
-            severity="info" if counts[strongest] <= few * total else "warning",
+            severity="error" if dropped else "info" if few_missing else "warning",
             channels=tuple(counts),
             spans=((start * tau0, (start + longest) * tau0),) if unit == "samples" else (),
             size=counts[strongest],

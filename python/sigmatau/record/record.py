@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import field, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.record.missing import mask_of, missing_values
-from sigmatau.record.streams import RATES, Columns, Grid, InputKind, Stream, Transform
+from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform, check_kind, check_rate
 from sigmatau.record.thermometers import CELSIUS as TEMPERATURE
 from sigmatau.record.thermometers import TO_CELSIUS, thermometers
 from sigmatau.results import Printed
@@ -219,18 +219,10 @@ class Record(Printed):
         DataError
             For no channel, arrays of unequal length in one stream, an infinite sample, fewer than 4 samples.
         """
-        number = isinstance(rate, int | float | np.integer | np.floating) and not isinstance(rate, bool)
-        if not (number and RATES[0] <= rate <= RATES[1]):
-            raise OptionError(
-                f"{{option}} must be a positive number of hertz, {RATES[0]:g} to {RATES[1]:g}, not {rate!r}",
-                option="rate",
-            )
+        check_rate(rate)
+        check_kind(input)
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
-        if input not in get_args(InputKind):
-            raise OptionError(
-                f"{{option}} must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input"
-            )
         by_stream: dict[str, dict[str, NDArray[np.float64]]] = {}
         arrays = {name: real_numbers(name, values) for name, values in channels.items()}
         finite = dict(zip(arrays, kernels.all_finite(list(arrays.values())), strict=True))

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
-from typing import Any, Literal
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.results import two_digits
 
@@ -28,6 +29,23 @@ PLAUSIBLE_RATES = (0.01, 1e5)
 
 CHUNK = 1 << 16
 """Default number of samples of a chunk."""
+
+
+def check_rate(rate: Any) -> float:  # noqa: ANN401  of the user
+    """A sampling rate; raises `OptionError`. [Hz]"""
+    number = isinstance(rate, int | float | np.integer | np.floating) and not isinstance(rate, bool)
+    if not (number and RATES[0] <= rate <= RATES[1]):
+        raise OptionError(
+            f"{{option}} must be a positive number of hertz, {RATES[0]:g} to {RATES[1]:g}, not {rate!r}", option="rate"
+        )
+    return float(rate)
+
+
+def check_kind(kind: object) -> InputKind:
+    """A kind of input; raises `OptionError`."""
+    if kind not in get_args(InputKind):
+        raise OptionError(f"{{option}} must be one of {', '.join(get_args(InputKind))}, not {kind!r}", option="input")
+    return cast("InputKind", kind)
 
 
 @frozen

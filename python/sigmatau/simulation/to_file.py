@@ -59,14 +59,13 @@ def simulate_to(
     """Simulate a record into a file, which may be larger than memory. `sigmatau.read` returns the record of `simulate`.
 
     `sigmatau.read` returns channels other than ``gyro_x`` … ``accel_z`` and the temperature only if its `channels` names
-    them; a finding lists the omitted ones.
+    them.
 
     Parameters
     ----------
     path : str or path
         ``.csv``, ``.csv.gz``, ``.npy`` (a structured array of 64-bit floats, one field per column), ``.npz`` (one array
-        per column), ``.parquet`` or ``.h5`` (one dataset per column): time, channels and temperature, in SI, with their
-        units.
+        per column), ``.parquet``: time, channels and temperature, in SI, with their units.
     model, duration, rate, rng, imperfections
         As for `simulate`. Read a log of increments or accumulated output with the same `input`.
     flicker : {"poles", "exact"}

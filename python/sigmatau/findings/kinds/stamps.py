@@ -25,18 +25,11 @@ class RateNotNominal(Details, code="rate_not_nominal"):
 
 @frozen
 class RateMismatch(Details, code="rate_mismatch"):
-    """The rate in use differs from the rate by the stamps."""
+    """The rate in use differs from the rate by the stamps, or from the rate that the file states."""
 
     used: float  # [Hz]
-    by_stamps: float
-
-
-@frozen
-class RateOverruled(Details, code="rate_overruled"):
-    """The rate that was given differs from the rate that the file states."""
-
-    given: float  # [Hz]
-    stated: float
+    other: float
+    stated: bool = False  # whether the other one is stated by the file
 
 
 @frozen
@@ -58,16 +51,6 @@ class Gap:
 
 
 @frozen
-class Subsampled:
-    """A stretch in which only every k-th sample is present."""
-
-    every: int  # k
-    start: float  # from the beginning of the record [s]
-    stop: float
-    rate: float  # rate in this stretch [Hz]
-
-
-@frozen
 class Gaps(Details, code="gaps"):
     """Samples are missing between the stamps; their places on the grid are left empty."""
 
@@ -78,7 +61,6 @@ class Gaps(Details, code="gaps"):
     estimated: bool = False  # whether the number of missing samples is an estimate, from stamps of a host
     period: int = 0  # rows after which the pattern of losses repeats; 0 if it does not
     even_rate: float | None = None  # rate of even samples that a coarse clock would stamp in the same pattern [Hz]
-    subsampled: Subsampled | None = None
 
 
 @frozen
@@ -88,7 +70,6 @@ class LongPauses(Details, code="long_pauses"):
     pauses: int
     longest: float  # [s]
     place: str  # the row behind the longest pause
-    first: str  # the first row of the analysed piece
     used: int  # samples of that piece, and of the log
     total: int
 
@@ -123,8 +104,6 @@ class HostStamps(Details, code="host_stamps"):
 
     rate: float  # mean rate, in use [Hz]
     median_rate: float | None  # rate by the median interval; None if that is zero [Hz]
-    longest: float  # the longest interval between stamps [s]
-    place: str  # the row behind it
 
 
 @frozen
@@ -133,52 +112,25 @@ class Jitter(Details, code="jitter"):
 
     sigma: float  # standard deviation [s]
     interval: float  # sample interval [s]
-    # largest mean of the channels, times which the scatter is quantization noise of increments; in `unit` per second
-    mean: float | None = None
-    strongest: str = ""  # the channel with that mean
-    unit: str = ""  # unit of quantization noise
-    seen: float | None = None  # quantization noise in the samples of an integrating channel, in `unit`; None for rates
-    share: float = 0.0  # share of the squared quantization noise that the scatter accounts for
+    # quantization noise that it makes of the mean of an integrating channel, if the instants of sampling scatter so
+    added: float | None = None
+    unit: str = ""  # its unit
 
 
 @frozen
-class MissingStamps(Details, code="missing_stamps"):
-    """Rows without a time stamp, which are left out."""
+class BadStamps(Details, code="bad_stamps"):
+    """Rows that are left out because their stamp is missing, far from those before and after, or that of the row before;
+    or rows that stand later in the log than their stamps say, and are moved to their place.
+    """
 
+    what: Literal["missing", "wrong", "repeated", "late"]
     rows: int  # rows of the log
     place: str  # the first of them
-
-
-@frozen
-class RowsOutOfOrder(Details, code="rows_out_of_order"):
-    """Rows that stand later in the log than their stamps say, and are moved to their place."""
-
-    rows: int  # rows of the log
-    place: str  # the first of them
-    stamp: float  # its time stamp, in the unit of the column
-
-
-@frozen
-class WrongStamps(Details, code="wrong_stamps"):
-    """Rows whose stamps are far from those before and after, which are left out."""
-
-    rows: int  # rows of the log
-    place: str  # the first of them
-
-
-@frozen
-class DuplicateSamples(Details, code="duplicate_samples"):
-    """Rows that repeat the stamp of the row before, which are left out."""
-
-    rows: int  # rows of the log
-    place: str  # the first of them
-    same_samples: bool  # whether all of them repeat the samples as well
-    factor: float  # factor on the random walk if the rows were kept
 
 
 @frozen
 class MissingValues(Details, code="missing_values"):
-    """Rows or samples without a number in some channels; their places are left empty."""
+    """Rows or samples without a number in some channels; their places are left empty, or the channels are not read."""
 
     total: int  # rows or samples of the channel
     counts: tuple[int, ...]  # missing numbers by channel, in the order of the finding's channels
@@ -187,15 +139,5 @@ class MissingValues(Details, code="missing_values"):
     runs: int  # runs of consecutive missing numbers, in the channel with most of them
     longest: int  # length of the longest run
     longest_place: str  # its beginning
-    interval: float  # time from one row to the next [s]
     unit: Literal["rows", "samples"] = "rows"  # what is counted
-
-
-@frozen
-class EmptyChannel(Details, code="empty_channel"):
-    """A channel without a number in most rows, which is not analysed."""
-
-    column: str  # the column, as the file names it
-    count: int  # rows without a number, and all rows
-    rows: int
-    place: str  # the first of them
+    dropped: bool = False  # whether the channels are not read

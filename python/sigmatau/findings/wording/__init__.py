@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SUBJECTS", "Words", "causes", "line", "sentence", "words"]
 
-SUBJECTS = ("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "exporting", "live")
+SUBJECTS = ("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "exporting")
 """Modules of this package, one per subject."""
 
 

@@ -1,8 +1,8 @@
-"""Words of findings about files: damage, leftovers, columns, units."""
+"""Words of findings about files and live lines: damage, leftovers, columns, units."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from sigmatau.findings.finding import Finding
@@ -14,7 +14,6 @@ __all__ = ["WORDS"]
 _AGAIN = "Copy or record the file again"
 _LONGEST = 120  # of a message [characters]
 _REASON = 60  # longest reason of a missing part [characters]
-_SHOWN = 4  # columns listed
 
 
 def _short(text: str, longest: int = _REASON) -> str:
@@ -40,23 +39,15 @@ def _kept(kept: int | None, declared: int | None, counted: str, topic: str, *, e
     return f"{'all ' if every else ''}{number}{f' of {topic}' if topic else ''} read"
 
 
-def _damage(verb: str, finding: Finding, it: kinds.Damage) -> Words:
+def _damaged(finding: Finding, it: kinds.Damaged) -> Words:
     inside = ""
     if it.inside and (it.place is None or it.place.unit != it.inside):
         inside = f" inside its last {it.inside}" if it.place is None else f", inside a {it.inside}"
-    share = ""
-    if it.got is not None and it.expected is not None:
-        fits = it.got <= it.expected
-        share = (
-            f"{it.got} of {it.expected} {it.measured}"
-            if fits
-            else f"{it.got} {it.measured} where at most {it.expected} fit"
-        )
     complete = finding.severity == "warning" and it.declared in (None, it.kept)
     kept = _kept(it.kept, None if complete else it.declared, it.counted, it.topic, every=complete)
-    subject = f"the {it.what} {verb}{_at(it.place)}{inside}"
-    left = _LONGEST - sum(len(text) + 2 for text in (it.part, subject, share, kept))
-    reason = "; ".join(filter(None, (_short(it.reason, max(left, 20)), share)))
+    subject = f"the {it.what} is {'truncated' if it.truncated else 'damaged'}{_at(it.place)}{inside}"
+    left = _LONGEST - sum(len(text) + 2 for text in (it.part, subject, kept))
+    reason = _short(it.reason, max(left, 20))
     message = f"{subject}: {reason}" if reason else subject
     if complete:
         action = ""
@@ -67,141 +58,59 @@ def _damage(verb: str, finding: Finding, it: kinds.Damage) -> Words:
     return Words("; ".join(filter(None, (message, kept))), action)
 
 
-def _damaged(finding: Finding, it: kinds.Damaged) -> Words:
-    return _damage("is damaged", finding, it)
-
-
-def _broken_off(finding: Finding, it: kinds.BrokenOff) -> Words:
-    return _damage("is truncated", finding, it)
-
-
-def _no_end_mark(finding: Finding, it: kinds.NoEndMark) -> Words:
-    return _damage("has no end mark, so batches may be missing", finding, it)
-
-
 def _part_missing(finding: Finding, it: kinds.PartMissing) -> Words:
-    why = f"cannot be read: {_short(it.reason)}" if it.reason else "is missing"
-    return Words(f"part {it.number} of {it.of} {why}", _AGAIN)
+    part = f"part {it.number} of {it.of}"
+    if it.alone:
+        return Words(f"the file is {part} of a recording", "Give the folder instead of the file to read all parts")
+    return Words(f"{part} {f'cannot be read: {_short(it.reason)}' if it.reason else 'is missing'}", _AGAIN)
 
 
-def _part_of_several(finding: Finding, it: kinds.PartOfSeveral) -> Words:
+def _skipped_messages(finding: Finding, it: kinds.SkippedMessages) -> Words:
+    lost, example = finding.severity == "error", _short(it.example, 40)
+    where = f",{' the first' if it.count > 1 else ''}{_at(it.place)}" if it.place else ""
+    kept = "" if it.kept is None else f"; {it.kept} read"
+    if it.other:
+        such = f", such as {example}," if example else ""
+        action = "No action needed if a newer program wrote them; otherwise the file is damaged"
+        if lost:
+            action = "Split the log where the sensor was switched: rows are missing there"
+        message = f"{_number(it.count, it.unit)} of other types{such} skipped{where}{kept}"
+        return Words(message, "" if finding.severity == "info" else action)
+    what = f" ({example})" if example else ""
+    action = "Check the logger and its connection" if finding.severity == "warning" else ""
     return Words(
-        f"the file is part {it.number} of {it.of} of a recording",
-        "Give the folder instead of the file to read all parts",
-    )
-
-
-def _broken_messages(finding: Finding, it: kinds.BrokenMessages) -> Words:
-    where = f"{'the first ' if it.count > 1 else ''}at byte {it.places[0]}"
-    return Words(
-        f"{_number(it.count, 'messages')} with a wrong checksum skipped, {where}; {it.kept} read",
-        "Copy the log again: rows are missing, and the times after a missing row are too early",
-    )
-
-
-def _bytes_between(finding: Finding, it: kinds.BytesBetween) -> Words:
-    return Words(
-        f"{_number(it.bytes, 'bytes')} in {_number(it.count, 'places')} are not part of a complete message, the first"
-        f"{_at(it.place)}; {it.kept} messages read",
-        "Copy the log again: messages may be missing there, and later times may be too early",
-    )
-
-
-def _broken_lines(finding: Finding, it: kinds.BrokenLines) -> Words:
-    line, what = it.examples[0] if it.examples else (0, "")
-    first = f" (line {line} {_short(what, 40)})" if it.examples else ""
-    missing = (
-        f"up to {it.inner} of {it.kept + it.inner} rows of ${it.topic} are missing"
-        if it.inner
-        else "no rows are missing"
-    )
-    return Words(
-        f"{_number(it.count, 'damaged lines')} skipped{first}; {missing}",
-        "Copy the log again: the times after a missing row are too early" if it.inner else "",
-    )
-
-
-def _other_sentences(finding: Finding, it: kinds.OtherSentences) -> Words:
-    message = f"{it.count} sentences of other types, such as ${it.example}, not read"
-    if it.line is None:
-        return Words(message)
-    return Words(
-        f"{message}; {it.run} in a row from line {it.line}, without a ${it.topic} between them",
-        f"Split the log where the sensor was switched: rows of ${it.topic} are missing there",
+        f"{_number(it.count, f'damaged {it.unit}')} skipped{where}{what}{kept}",
+        "Copy the log again: rows are missing, and the times after them may be too early" if lost else action,
     )
 
 
 def _bytes_not_read(finding: Finding, it: kinds.BytesNotRead) -> Words:
     where = f"after {it.after}{_at(it.place)}" if it.after else "before the data"
+    if it.padding:
+        return Words(f"{_number(it.bytes, 'bytes')} {where} are padding")
     return Words(f"{_number(it.bytes, 'bytes')} {where} not read", "Split the file there if another log was appended")
 
 
-def _filler(finding: Finding, it: kinds.Filler) -> Words:
-    return Words(f"{_number(it.bytes, 'bytes')} of {it.value:#04x} after {it.after}{_at(it.place)} are padding")
-
-
-def _hidden_rows(finding: Finding, it: kinds.HiddenRows) -> Words:
-    what = (
-        f"line {it.line} is a comment that looks like a data row"
-        if it.count == 1
-        else f"{it.count} comment lines look like data rows, the first line {it.line}"
-    )
+def _skipped_lines(finding: Finding, it: kinds.SkippedLines) -> Words:
+    if it.what == "last":
+        return Words("the last line has no line end, so its last number may be truncated; line skipped")
+    if it.what == "header":
+        return Words(
+            f"line {it.line} is a header with other columns; {_number(it.kept or 0, 'rows')} before it are read, rows after"
+            " it are not",
+            "Split the file there: it holds several logs",
+        )
+    what = f"line {it.line} is a comment that looks like a data row"
+    if it.count > 1:
+        what = f"{it.count} comment lines look like data rows, the first line {it.line}"
     return Words(f"{what}; skipped", "Remove the comment marks if these lines are data; otherwise delete the lines")
 
 
-def _comments(finding: Finding, it: kinds.Comments) -> Words:
-    where = f"on line {it.line}" if it.count == 1 else f"the first on line {it.line}"
-    return Words(f"{_number(it.count, 'comments')} between data rows skipped, {where}")
-
-
-def _header_again(finding: Finding, it: kinds.HeaderAgain) -> Words:
-    return Words(f"line {it.line} repeats the header; several logs were joined")
-
-
-def _second_header(finding: Finding, it: kinds.SecondHeader) -> Words:
-    return Words(
-        f"line {it.line} is a header with other columns; {_number(it.kept, 'rows')} before it are read, rows after it"
-        " are not",
-        "Split the file there: it holds several logs",
-    )
-
-
-def _no_line_end(finding: Finding, it: kinds.NoLineEnd) -> Words:
-    return Words("the last line has no line end, so its last number may be truncated; line skipped")
-
-
 def _never_written(finding: Finding, it: kinds.NeverWritten) -> Words:
-    what = f"{'time stamp' if it.is_time else 'column'} {it.column} is" if it.column else "all columns are"
+    what = f"column {it.column} is" if it.column else "all columns are"
     return Words(
         f"{what} exactly 0 in the last {it.zeros} of {it.rows} rows, which were never written; {it.kept} rows read",
         _AGAIN,
-    )
-
-
-def _listed(channels: Sequence[tuple[str, int]]) -> str:
-    """``--channels`` for these, axes of a sensor as a range where their columns follow each other."""
-    parts: list[str] = []
-    left = list(channels)
-    while left:
-        name, first = left[0]
-        stem = name.removesuffix("_x")
-        if left[:3] == [(f"{stem}_{axis}", first + k) for k, axis in enumerate("xyz")]:
-            parts.append(f"{stem}={first}:{first + 2}")
-            left = left[3:]
-        else:
-            parts.append(f"{name}={first}")
-            left = left[1:]
-    return "--channels " + ",".join(parts)
-
-
-def _columns_not_read(finding: Finding, it: kinds.ColumnsNotRead) -> Words:
-    shown = ", ".join(_short(column, 20) for column in it.columns[:_SHOWN])
-    more = f" and {len(it.columns) - _SHOWN} more" if len(it.columns) > _SHOWN else ""
-    rate = "--input rate " if it.as_rates else ""
-    topic = f" --topic {it.topic}" if it.topic else ""
-    return Words(
-        f"{'column' if len(it.columns) == 1 else 'columns'} {shown}{more} not read: not a gyro or accelerometer",
-        f"Run with {rate}{_listed(it.channels)}{topic} to read {'it' if len(it.columns) == 1 else 'them'}",
     )
 
 
@@ -224,46 +133,6 @@ def _gravity_on_gyro(finding: Finding, it: kinds.GravityOnGyro) -> Words:
 
 def _unusable(finding: Finding, it: kinds.Unusable) -> Words:
     return Words(it.reason)
-
-
-def _unknown_messages(finding: Finding, it: kinds.UnknownMessages) -> Words:
-    return Words(
-        f"{_number(it.count, 'messages')} of unknown types skipped",
-        "No action needed if a newer PX4 version wrote them; otherwise the file is damaged there",
-    )
-
-
-def _unfinished_message(finding: Finding, it: kinds.UnfinishedMessage) -> Words:
-    return Words(
-        f"{_number(it.bytes, 'bytes')}{_at(it.place)} are an incomplete message, followed by appended data",
-        "No action needed if the logger crashed there: only this message is lost",
-    )
-
-
-def _deleted_messages(finding: Finding, it: kinds.DeletedMessages) -> Words:
-    return Words(
-        f"{_number(it.count, 'messages')} of all topics were deleted from the bag",
-        f"Check the time stamps for gaps: messages of {it.topic} may be among the deleted ones",
-    )
-
-
-def _property_changed(finding: Finding, it: kinds.PropertyChanged) -> Words:
-    old, new = (_short(repr(value), 20) for value in (it.old, it.new))
-    return Words(
-        f"{it.name} of {it.topic!r} changes from {old} to {new} after {_number(it.kept, 'rows')}; only these are read",
-        "Save the remaining rows as a separate file",
-    )
-
-
-def _unequal_lengths(finding: Finding, it: kinds.UnequalLengths) -> Words:
-    listed = ", ".join(f"{_short(name, 20)} {rows}" for name, rows in it.lengths)
-    return Words(f"axes of one sensor differ in length: {listed}; only equal lengths are read together", _AGAIN)
-
-
-def _missing_samples(finding: Finding, it: kinds.MissingSamples) -> Words:
-    return Words(
-        f"{_number(it.count, 'samples')} of {_short(it.column, 30)} have the fill value {it.fill:g}; treated as missing"
-    )
 
 
 def _dropouts(finding: Finding, it: kinds.LoggerDropouts) -> Words:
@@ -294,34 +163,16 @@ def _with_part(function: Callable[[Finding, Any], Words]) -> Callable[[Finding, 
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kind: _with_part(function)
     for kind, function in (
-        (kinds.BrokenLines, _broken_lines),
-        (kinds.BrokenMessages, _broken_messages),
-        (kinds.BrokenOff, _broken_off),
-        (kinds.BytesBetween, _bytes_between),
         (kinds.BytesNotRead, _bytes_not_read),
         (kinds.ColumnsByGravity, _columns_by_gravity),
-        (kinds.GravityOnGyro, _gravity_on_gyro),
-        (kinds.ColumnsNotRead, _columns_not_read),
-        (kinds.Comments, _comments),
         (kinds.Damaged, _damaged),
-        (kinds.DeletedMessages, _deleted_messages),
-        (kinds.Filler, _filler),
-        (kinds.HeaderAgain, _header_again),
-        (kinds.HiddenRows, _hidden_rows),
+        (kinds.GravityOnGyro, _gravity_on_gyro),
         (kinds.LoggerDropouts, _dropouts),
-        (kinds.MissingSamples, _missing_samples),
         (kinds.NeverWritten, _never_written),
-        (kinds.NoEndMark, _no_end_mark),
-        (kinds.NoLineEnd, _no_line_end),
-        (kinds.OtherSentences, _other_sentences),
         (kinds.PartMissing, _part_missing),
-        (kinds.PartOfSeveral, _part_of_several),
-        (kinds.PropertyChanged, _property_changed),
-        (kinds.SecondHeader, _second_header),
-        (kinds.UnequalLengths, _unequal_lengths),
-        (kinds.UnfinishedMessage, _unfinished_message),
+        (kinds.SkippedLines, _skipped_lines),
+        (kinds.SkippedMessages, _skipped_messages),
         (kinds.UnitOverruled, _unit_overruled),
-        (kinds.UnknownMessages, _unknown_messages),
         (kinds.Unusable, _unusable),
     )
 }

@@ -37,7 +37,9 @@ def _rate_not_nominal(_: Finding, found: kinds.RateNotNominal) -> Words:
 
 
 def _rate_mismatch(finding: Finding, found: kinds.RateMismatch) -> Words:
-    message = f"{found.used:.6g} Hz is used, but the time stamps give {found.by_stamps:.6g} Hz"
+    if found.stated:
+        return Words(f"the file states {found.other:g} Hz; the given rate of {found.used:g} Hz is used")
+    message = f"{found.used:.6g} Hz is used, but the time stamps give {found.other:.6g} Hz"
     factor = dict(finding.factors).get("random_walk")
     if factor is None:
         return Words(f"{message}; all times and coefficients are affected")
@@ -45,10 +47,6 @@ def _rate_mismatch(finding: Finding, found: kinds.RateMismatch) -> Words:
         f"{message}: {factor_text('random_walk', factor)} if the time stamps are right",
         "Omit --rate unless it is more accurate than the time stamps",
     )
-
-
-def _rate_overruled(_: Finding, found: kinds.RateOverruled) -> Words:
-    return Words(f"the file states {found.stated:g} Hz; the given rate of {found.given:g} Hz is used")
 
 
 def _rate_drift(finding: Finding, found: kinds.RateDrift) -> Words:
@@ -66,14 +64,6 @@ def _gaps(finding: Finding, found: kinds.Gaps) -> Words:
             f"samples at {found.rate:.6g} Hz are missing in a pattern of {found.period} rows; evenly spaced"
             f" samples at {found.even_rate:.6g} Hz have the same time stamps",
             f"Give the rate of the sensor: --rate {found.even_rate:.6g} or --rate {found.rate:.6g}",
-        )
-    if (part := found.subsampled) is not None:
-        nth = {2: "second", 3: "third"}.get(part.every, f"{part.every}th")
-        since, until = seconds(part.start), seconds(part.stop)
-        return Words(
-            f"only every {nth} sample is present from {since} s to {until} s: {part.rate:.6g} Hz instead of"
-            f" {found.rate:.6g} Hz",
-            f"If the sensor itself was slower there, analyse that part separately with --window {since}s:{until}s",
         )
     longest = found.longest[0]
     many = found.gaps > 1
@@ -139,20 +129,12 @@ def _host_stamps(finding: Finding, found: kinds.HostStamps) -> Words:
     )
 
 
-def _jitter(finding: Finding, found: kinds.Jitter) -> Words:
-    scatter = f"time stamps scatter by {_short_time(found.sigma)}"
-    if found.seen is None:
-        share = two_digits(100 * found.sigma / found.interval)
-        return Words(f"{scatter}, {share} % of the interval; no effect on rates of a sensor at rest")
-    if finding.severity == "info":
-        return Words(
-            f"{scatter}, but sampling instants do not: quantization noise is at most {found.seen:.2g} {found.unit}"
-        )
-    return Words(
-        f"sampling instants scatter by {_short_time(found.sigma)}, which explains"
-        f" {two_digits(100 * min(found.share, 1.0))} % of the squared quantization noise",
-        "Trigger the sampling with the sensor's clock",
-    )
+def _jitter(_: Finding, found: kinds.Jitter) -> Words:
+    share = two_digits(100 * found.sigma / found.interval)
+    scatter = f"time stamps scatter by {_short_time(found.sigma)}, {share} % of the interval"
+    if found.added is None:
+        return Words(f"{scatter}; no effect on rates of a sensor at rest")
+    return Words(f"{scatter}; if the samples do, they have {found.added:.2g} {found.unit} of quantization noise")
 
 
 def _short_time(value: float) -> str:
@@ -162,34 +144,21 @@ def _short_time(value: float) -> str:
     return f"{value / 1e-9:.3g} ns"
 
 
-def _missing_stamps(finding: Finding, found: kinds.MissingStamps) -> Words:
-    return Words(
-        f"{_count(finding)} of {found.rows} rows have no time stamp, the first at {found.place}; rows skipped",
-        f"If their samples are good, run again with {_WITHOUT_STAMPS}",
-    )
+_BAD = {
+    "missing": ("have no time stamp", "skipped", f"If their samples are good, run again with {_WITHOUT_STAMPS}"),
+    "wrong": ("have time stamps far from their neighbours", "skipped", "Find the cause if many rows are affected"),
+    "repeated": (
+        "repeat the time stamp of the row before",
+        "skipped",
+        "Check the logging program: it may write rows twice",
+    ),
+    "late": ("are out of time order", "sorted by time", "Check the link and the logging program: samples come late"),
+}  # what is wrong with the rows, what became of them, what to do
 
 
-def _rows_out_of_order(finding: Finding, found: kinds.RowsOutOfOrder) -> Words:
-    return Words(
-        f"{_count(finding)} of {found.rows} rows are out of time order, the first at {found.place}; sorted by time",
-        "Check the link and the logging program: samples are delivered late",
-    )
-
-
-def _wrong_stamps(finding: Finding, found: kinds.WrongStamps) -> Words:
-    return Words(
-        f"{_count(finding)} of {found.rows} time stamps are far from their neighbours, the first at {found.place};"
-        " rows skipped",
-        "Find the cause if many rows are affected",
-    )
-
-
-def _duplicate_samples(finding: Finding, found: kinds.DuplicateSamples) -> Words:
-    what = "time stamp and samples" if found.same_samples else "the time stamp"
-    return Words(
-        f"{_count(finding)} of {found.rows} rows repeat {what} of the row before, the first at {found.place}; skipped",
-        "Check the logging program: it writes rows twice",
-    )
+def _bad_stamps(finding: Finding, found: kinds.BadStamps) -> Words:
+    wrong, done, action = _BAD[found.what]
+    return Words(f"{_count(finding)} of {found.rows} rows {wrong}, the first at {found.place}; {done}", action)
 
 
 def _missing_values(finding: Finding, found: kinds.MissingValues) -> Words:
@@ -202,16 +171,8 @@ def _missing_values(finding: Finding, found: kinds.MissingValues) -> Words:
     run = f", the longest run {found.longest} from {found.longest_place}" if found.longest > 1 else ""
     first = "" if found.longest > 1 and found.longest_place == found.place else f", the first at {found.place}"
     return Words(
-        f"{count} {found.unit} have no number{first}{run}; treated as missing",
-        "Check the link or the converter" if finding.severity == "warning" else "",
-    )
-
-
-def _empty_channel(_: Finding, found: kinds.EmptyChannel) -> Words:
-    return Words(
-        f"column {found.column} has no number in {found.count} of {found.rows} rows, the first at {found.place};"
-        " not analysed",
-        "Check the sensor and the log, or name the time stamps of this sensor with --channels time=…",
+        f"{count} {found.unit} have no number{first}{run}; {'not analysed' if found.dropped else 'treated as missing'}",
+        "" if finding.severity == "info" else "Check the sensor, the link or the converter",
     )
 
 
@@ -219,7 +180,6 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.ImplausibleRate: _implausible_rate,
     kinds.RateNotNominal: _rate_not_nominal,
     kinds.RateMismatch: _rate_mismatch,
-    kinds.RateOverruled: _rate_overruled,
     kinds.RateDrift: _rate_drift,
     kinds.Gaps: _gaps,
     kinds.LongPauses: _long_pauses,
@@ -227,10 +187,6 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.CoarseStamps: _coarse_stamps,
     kinds.HostStamps: _host_stamps,
     kinds.Jitter: _jitter,
-    kinds.MissingStamps: _missing_stamps,
-    kinds.RowsOutOfOrder: _rows_out_of_order,
-    kinds.WrongStamps: _wrong_stamps,
-    kinds.DuplicateSamples: _duplicate_samples,
+    kinds.BadStamps: _bad_stamps,
     kinds.MissingValues: _missing_values,
-    kinds.EmptyChannel: _empty_channel,
 }

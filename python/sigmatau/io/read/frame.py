@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
-from sigmatau.io.read.formats.arrays import parts, pick, real_columns
+from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.table import Column, Loaded, Table
+from sigmatau.io.read.table import Column, Table
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
 
@@ -72,30 +72,12 @@ def from_frame(
 
 
 def _table(frame: Any) -> Table:  # noqa: ANN401
-    columns: list[Column] = []
-    getters: list[_Get] = []
-    for column, get in _columns(frame):
-        columns.append(column)
-        getters.append(get)
-    if not columns:
+    found = list(_columns(frame))
+    if not found:
         raise DataError("has no columns")
-
-    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        raw = {index: getters[index]() for index in wanted}
-        lengths = {len(array) for array in raw.values()}
-        if len(lengths) > 1:
-            listed = ", ".join(f"{columns[i].name} {len(a)}" for i, a in raw.items())
-            raise DataError(f"has columns of unequal length ({listed})")
-        return Loaded(columns=real_columns(raw, {i: repr(columns[i].name) for i in raw}, exact))
-
     kind = type(frame).__module__.split(".")[0]
-    return Table(
-        format="frame",
-        columns=tuple(columns),
-        notes=(f"{kind} {type(frame).__name__}" if kind != "builtins" else type(frame).__name__,),
-        load=load,
-        where=lambda row: f"row {row}",
-    )
+    note = f"{kind} {type(frame).__name__}" if kind != "builtins" else type(frame).__name__
+    return table_of_columns("frame", [column for column, _ in found], [get for _, get in found], (note,))
 
 
 def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401

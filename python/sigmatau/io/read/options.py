@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeGuard, cast, get_args
+from typing import TypeGuard
 
 import numpy as np
 
 from sigmatau.errors import OptionError
-from sigmatau.record.streams import RATES, InputKind
+from sigmatau.record.streams import InputKind, check_kind, check_rate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,20 +38,11 @@ class Options:
         topic: object = None,
     ) -> Options:
         """Options of the right types and values; raises `OptionError`."""
-        if rate is not None and not (_is_number(rate) and RATES[0] <= rate <= RATES[1]):
-            raise OptionError(
-                f"{{option}} must be a positive number of hertz, {RATES[0]:g} to {RATES[1]:g}, not {rate!r}",
-                option="rate",
-            )
-        if input not in get_args(InputKind):
-            raise OptionError(
-                f"{{option}} must be one of {', '.join(get_args(InputKind))}, not {input!r}", option="input"
-            )
         return cls(
-            rate=None if rate is None else float(rate),
+            rate=None if rate is None else check_rate(rate),
             unit={c: _spelled(c, v) for c, v in _mapping("unit", unit).items()},
             channels={c: _column(c, v) for c, v in _mapping("channels", channels).items()},
-            input=cast("InputKind", input),
+            input=check_kind(input),
             scale={c: _factor("scale", c, v) for c, v in _mapping("scale", scale).items()},
             offset={c: _factor("offset", c, v) for c, v in _mapping("offset", offset).items()},
             topic=_topics(topic),

@@ -48,17 +48,6 @@ _FORMATS = (
     _Format("text", "text", lambda _: True, gzip=True),
 )
 
-# Signatures of common files that are not tables, for the text of the error.
-_OTHER_FILES = (
-    (b"%PDF", "a PDF"),
-    (b"\x89PNG", "a PNG image"),
-    (b"\xff\xd8\xff", "a JPEG image"),
-    (b"PARE", "an encrypted Parquet file"),
-    (b"FEA1", "a Feather file of version 1"),
-    (b"\xd0\xcf\x11\xe0", "an old Excel file"),
-    (b"\x7fELF", "a program"),
-)
-
 # Texts that are saved in place of a log.
 _INSTEAD = (
     (
@@ -101,8 +90,7 @@ def reader_of(head: Head, path: Path) -> Format:
         if head.gzip and not known.gzip:
             raise DataError(f"is {known.what} compressed by gzip; decompress it first (gzip -d {path.name})")
         return reader
-    found = next((what for mark, what in _OTHER_FILES if head.data.startswith(mark)), "binary data")
     some = head.data[:64]
     if len(some) >= 4 and (not any(some[::2]) or not any(some[1::2])):  # every other byte is null
         raise DataError("is text in UTF-16 without a byte order mark; save it as UTF-8")
-    raise DataError(f"is {found}, not a format that is read: {FORMATS}")
+    raise DataError(f"is binary data, not a format that is read: {FORMATS}")

@@ -17,14 +17,14 @@ from sigmatau.io.read.table import Table, is_date
 from sigmatau.record.record import QUANTITIES, stream_name
 from sigmatau.record.streams import InputKind
 
-# The columns chosen, the unit of each channel as spelled, notes and findings
-Resolved = tuple[Choice, dict[str, str], list[str], list[Finding]]
+# The columns chosen, the unit of each channel as spelled, and findings
+Resolved = tuple[Choice, dict[str, str], list[Finding]]
 _COUNTS = re.compile(r"(?i)counts?|lsbs?|digits?|raw|adc")
 SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
 
 def resolve(table: Table, options: Options) -> Resolved:
-    """The columns, the unit of each channel as spelled, notes and findings; raises as `assemble` does."""
+    """The columns, the unit of each channel as spelled, and findings; raises as `assemble` does."""
     by_mean = None if options.channels else by_gravity(table)
     choice = choose(
         table.columns,
@@ -34,8 +34,8 @@ def resolve(table: Table, options: Options) -> Resolved:
     _check_keys(choice, options)
     _check_kind(table, choice, options)
     choice = _without_text_stamps(table, choice, options)
-    unit, notes, findings = _units(table, choice, options)
-    return choice, unit, notes, findings if by_mean is None else [by_mean[1], *findings]
+    unit, findings = _units(table, choice, options)
+    return choice, unit, findings if by_mean is None else [by_mean[1], *findings]
 
 
 def _check_keys(choice: Choice, options: Options) -> None:
@@ -74,11 +74,10 @@ def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choi
     return choice
 
 
-def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[str], list[Finding]]:
-    """Unit of each channel, as spelled by the user or the file, with notes and findings."""
+def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[Finding]]:
+    """Unit of each channel, as spelled by the user or the file, with findings."""
     recognised = recognise(table.columns)
     unit: dict[str, str] = {}
-    notes: list[str] = []
     overruled: list[Finding] = []
     missing: list[str] = []
     unknown_units: list[str] = []
@@ -94,7 +93,6 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if channel == "time" and is_date(table.columns[index].first):
             given = None  # dates have no unit
         if given is not None and stated is not None and not _same(given, stated):
-            notes.append(f"{channel}: in {given} as given, though the file says {stated}")
             overruled.append(_overruled(channel, given, stated))
         unknown = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
         if unknown is not None and stream not in SI and unknown.isprintable():  # a signal may have any unit
@@ -127,7 +125,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         else:
             hint = " (whole numbers may be counts: then give --scale too)" if counts and not options.scale else ""
         raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(table, choice, unit, options) + hint)
-    return unit, notes, overruled
+    return unit, overruled
 
 
 def _overruled(channel: str, given: str, stated: str, *, known: bool = True, scaled: bool = False) -> Finding:

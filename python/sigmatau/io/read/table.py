@@ -80,7 +80,8 @@ class Table:
     # ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0. The column `exact` is returned as 64-bit
     # integers if it has integers. Raises `DataError`.
     load: Callable[[Sequence[int], int | None], Loaded]
-    where: Callable[[int], str]  # ``where(row)`` returns the place of a row (counted from 0) in the file: ``"line 17"``
+    # ``where(row)`` returns the place of a row (counted from 0) in the file: ``"line 17"``
+    where: Callable[[int], str] = "row {}".format
     topic: str = ""  # Name in the file; empty if the file has only one table
     rows: int | None = None  # Number of rows, if it is known before they are loaded
     findings: tuple[Finding, ...] = ()  # Faults of the file that are known before it is loaded

@@ -14,17 +14,16 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import GravityOnGyro, NeverWritten
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.columns import Choice, Thermometer, not_read
+from sigmatau.io.read.columns import Choice, Thermometer
 from sigmatau.io.read.names import gravity_on_gyro, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table, without_absurd
 from sigmatau.io.read.time import rows
+from sigmatau.io.read.time.stamps import Timing
 from sigmatau.io.read.time.timing import (
-    Timing,
     jitter_findings,
     missing_in,
-    mostly_missing,
     own_rows,
     timed,
     with_missing,
@@ -68,7 +67,8 @@ def part(table: Table, options: Options) -> Part:
 
 def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
     """The streams of loaded columns."""
-    choice, unit, notes, overruled = resolved
+    choice, unit, overruled = resolved
+    notes: list[str] = []
     raw = loaded.columns
     indices = list(choice.channels.values())
     rows = len(raw[indices[0]])
@@ -85,16 +85,21 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     warmth = () if choice.temperature is None else (choice.temperature.index,)
     missing = with_missing(raw, [*indices, *warmth])
     own = own_rows(raw, sensors, missing) if missing else {}
-    empty = mostly_missing(
-        raw, by_stream, missing, own, table.where, table.label, timed=choice.time is not None
-    )  # one bad channel must not make the log unusable
-    if empty:
-        choice = replace(choice, channels={c: i for c, i in choice.channels.items() if c not in empty})
-        by_stream = {name: {c: i for c, i in of.items() if c not in empty} for name, of in by_stream.items()}
+    if own and choice.time is None:
+        raise DataError(
+            f"has rows of its own for {next(iter(own))}, without time stamps; name them with --channels time=…"
+        )
+    mostly = {
+        channel: index
+        for channel, index in choice.channels.items()
+        if index in missing and np.isnan(raw[index][own.get(stream_name(channel), slice(None))]).mean() > _MOST_EMPTY
+    }
+    if 0 < len(mostly) < len(choice.channels):  # one bad channel must not make the log unusable
+        choice = replace(choice, channels={c: i for c, i in choice.channels.items() if c not in mostly})
+        by_stream = {name: {c: i for c, i in of.items() if c not in mostly} for name, of in by_stream.items()}
         by_stream = {name: of for name, of in by_stream.items() if of}
-        indices = list(choice.channels.values())
-    if choice.time is None:
-        own = {}
+    else:
+        mostly = {}
     rows_of: dict[int, NDArray[np.int64]] = {}
     streams: list[Stream] = []
     shared: Timing | None = None
@@ -133,15 +138,19 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     if all(len(columns) == 3 for columns in sensed) and (sizes := gravity_on_gyro(*sensed)):
         exchanged = GravityOnGyro(gyro=sizes[0], accel=sizes[1])
         overruled = [*overruled, Finding(details=exchanged, severity="warning")]
-    said = missing_in(raw, choice.channels, missing, rows_of, table.where, streams[0].grid.tau0)
-    said = (*said, *jitter_findings(streams, times))
+    tau0 = streams[0].grid.tau0
+    said = (
+        *missing_in(raw, mostly, missing, {}, table.where, tau0, dropped=True),
+        *missing_in(raw, choice.channels, missing, rows_of, table.where, tau0),
+        *jitter_findings(streams, times),
+    )
     if choice.temperature is not None:
         index = choice.temperature.index
         shared = shared or timed(table, choice, raw, unit.get("time"), options)
         warm, noted = temperature_stream(table.label(index), choice.temperature, raw, shared, missing=index in missing)
         streams += warm
         notes = [*notes, noted]
-    used = {*indices, choice.time, *(warmth if streams[-1].quantity == "temperature" else ())}
+    used = {*choice.channels.values(), choice.time, *(warmth if streams[-1].quantity == "temperature" else ())}
     return Part(
         topic=table.topic,
         streams=tuple(streams),
@@ -163,10 +172,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *table.findings,
             *loaded.findings,
             *overruled,
-            *empty.values(),
             *(finding for timing in times for finding in timing.findings),
             *said,
-            *not_read(table, choice, options, used),
         ),
     )
 
@@ -193,7 +200,7 @@ def find_rate(
     """Sampling rate from the option or the first stamps, how it was found, and whether lost samples were counted."""
     raw = {} if choice.time is None else {choice.time: stamps_raw}
     timing = timed(table, replace(choice, channels={}), raw, spelled, options)
-    return timing.rate, timing.source, timing.counted
+    return timing.rate, timing.source, timing.on_grid
 
 
 def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
@@ -250,9 +257,9 @@ def temperature_stream(
     return (stream,), f"temperature from column {label}, {how}"
 
 
+_MOST_EMPTY = 0.5  # share of empty rows above which a channel is not read, if there are others
 _MIN_ROWS = 8  # shortest run of rows that are 0 in all columns
 _RUN_RATIO = 4  # its length over that of the longest such run before: coarse counts of a sensor at rest are 0 at times
-_MIN_ROWS_OF_ONE = 64  # shortest run of zeros in a single column, which is 0 nowhere before
 _CHUNK = 1 << 16  # [rows]
 
 
@@ -261,11 +268,8 @@ def without_unwritten(
 ) -> tuple[dict[int, NDArray[Any]], tuple[Finding, ...]]:
     """The columns up to their last written row, and a finding if rows are removed.
 
-    Three kinds of rows at the end are removed: rows in which all columns (at least two) are 0; rows in which the time is 0;
-    and a long run of zeros in a single column that is not 0 anywhere before, as in a container that stores one column
-    after the other. The row before them is removed too, because it may be half written.
-
-    `labels`: names of all columns of the table.
+    Two kinds of rows at the end are removed: rows in which all columns (at least two) are 0, and rows in which the time
+    is 0. The row before them is removed too, because it may be half written. `labels`: names of all columns.
     """
     kept = dict(columns)
     n = min(map(len, kept.values()), default=0)
@@ -276,20 +280,17 @@ def without_unwritten(
     if together >= n:  # other checks report a log of nothing but zeros
         return kept, ()
     if time is not None and 0 < zeros[time] < n and kept[time][n - zeros[time] - 1] > 0:
-        return _cut(kept, n - zeros[time], labels[time], is_time=True)
+        return _cut(kept, n - zeros[time], labels[time])
     if together >= _MIN_ROWS and together > _RUN_RATIO * _longest(kept, n - together):
         return _cut(kept, n - together)
-    for index, run in zeros.items():
-        if _MIN_ROWS_OF_ONE <= run < n and index != time and np.all(kept[index][: n - run] != 0):
-            return _cut(kept, n - run, labels[index])
     return kept, ()
 
 
 def _cut(
-    columns: Mapping[int, NDArray[Any]], rows: int, column: str = "", *, is_time: bool = False
+    columns: Mapping[int, NDArray[Any]], rows: int, column: str = ""
 ) -> tuple[dict[int, NDArray[Any]], tuple[Finding, ...]]:
     n = min(map(len, columns.values()))
-    details = NeverWritten(rows=n, zeros=n - rows, kept=rows - 1, column=column, is_time=is_time)
+    details = NeverWritten(rows=n, zeros=n - rows, kept=rows - 1, column=column)
     kept = {index: array[: rows - 1] for index, array in columns.items()}
     return kept, (Finding(details=details, severity="error"),)
 

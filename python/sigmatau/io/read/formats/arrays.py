@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import MissingSamples, UnequalLengths
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Loaded, Table, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
@@ -41,16 +39,13 @@ class Leaf:
     fill: float | None = None  # The stored number that marks a missing sample
     scale: tuple[float, float] = (1.0, 0.0)  # Factor and offset: value = stored * factor + offset
 
-    def values(self) -> tuple[NDArray[Any], int]:
-        """The scaled array with NaN for missing samples, and their number."""
+    def values(self) -> NDArray[Any]:
+        """The scaled array with NaN for missing samples."""
         array = self.load()
-        gone = None if self.fill is None else array == self.fill
-        missing = 0 if gone is None else int(np.count_nonzero(gone))
-        if missing:
-            array = array.astype(np.float64)
-            array[gone] = np.nan
+        if self.fill is not None and (gone := array == self.fill).any():
+            array = np.where(gone, np.nan, array)
         factor, offset = self.scale
-        return (array if self.scale == (1.0, 0.0) else array * factor + offset), missing
+        return array if self.scale == (1.0, 0.0) else array * factor + offset
 
 
 def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
@@ -89,21 +84,40 @@ def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, .
 
 
 def real_columns(
-    raw: Mapping[int, NDArray[Any]], labels: Mapping[int, str], exact: int | None
+    raw: Mapping[int, NDArray[Any]], columns: Sequence[Column], exact: int | None
 ) -> dict[int, NDArray[Any]]:
-    """The columns as real numbers; raises `DataError` for other types."""
+    """The columns as real numbers of native byte order; raises `DataError` for other types, or unequal lengths."""
     checked: dict[int, NDArray[Any]] = {}
     for index, array in raw.items():
         if array.dtype.kind not in "iuf":
-            raise DataError(f"column {labels[index]} holds {array.dtype}, not real numbers")
+            name = columns[index].name
+            raise DataError(f"column {repr(name) if name else index + 1} holds {array.dtype}, not real numbers")
         # The kernels need native byte order and float32 or float64.
         plain = array if array.dtype.kind in "iu" or array.dtype.itemsize in (4, 8) else array.astype(np.float64)
         plain = plain if plain.dtype.isnative else plain.astype(plain.dtype.newbyteorder("="))
-        plain = plain if plain.flags.aligned else plain.copy()
-        checked[index] = plain
+        checked[index] = plain if not isinstance(plain, np.ndarray) or plain.flags.aligned else plain.copy()
+    lengths = {len(array) for array in raw.values()}
+    if len(lengths) > 1:
+        listed = ", ".join(f"{columns[i].name} {len(a)}" for i, a in raw.items())
+        raise DataError(f"has columns of unequal length ({listed}); cut them alike, or choose by --channels")
     if exact is not None:
         checked[exact] = whole_stamps(checked[exact])
     return checked
+
+
+def table_of_columns(
+    kind: str,
+    columns: Sequence[Column],
+    getters: Sequence[Callable[[], NDArray[Any]]],
+    notes: tuple[str, ...],
+    findings: tuple[Finding, ...] = (),
+) -> Table:
+    """The table of columns that are loaded one by one."""
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        return Loaded(columns=real_columns({index: getters[index]() for index in wanted}, columns, exact))
+
+    return Table(format=kind, columns=tuple(columns), notes=notes, load=load, findings=findings)
 
 
 def gather(
@@ -140,28 +154,11 @@ def gather(
         last = (members[0].name,) if groups.count(group) > 1 or (not group and not root) else ()
         topic = root + separator.join((*group, *last)) if len(by_home) > 1 or group or root else ""
         table = _table(kind, topic, group, rows, members, separator, notes, findings)
-        if groups.count(group) > 1:
-            others = [leaf for (home, _), held in by_home.items() if home == group for leaf in held]
-            table = replace(table, findings=(*findings, *_unequal(table, others)))
         rates = {leaf.rate for leaf in members}
         if len(rates) == 1 and None not in rates:
             table = replace(table, rate=rates.pop(), rate_source=rate_source)
         tables.append(table)
     return tuple(tables)
-
-
-def _unequal(table: Table, leaves: Sequence[Leaf]) -> Iterator[Finding]:
-    """Findings of sensors whose axes have unequal lengths: an axis of another length is not read with the others."""
-    held = {match[0] for match in recognise(table.columns) if match is not None}
-    named = [leaf for leaf in leaves if len(leaf.shape) == 1]
-    found = recognise([Column(name=f"{leaf.group[-1]}_{leaf.name}" if _is_axis(leaf) else leaf.name) for leaf in named])
-    for sensor in ("gyro", "accel"):
-        axes = [f"{sensor}_{axis}" for axis in "xyz"]
-        lengths = {
-            match[0]: (x.name, x.shape[0]) for x, match in zip(named, found, strict=True) if match and match[0] in axes
-        }
-        if held & set(axes) and len({rows for _, rows in lengths.values()}) > 1:
-            yield Finding(details=UnequalLengths(lengths=tuple(lengths.values())), severity="error")
 
 
 def _is_axis(leaf: Leaf) -> bool:
@@ -203,33 +200,18 @@ def _table(
         for index in wanted:
             by_leaf.setdefault(id(sources[index][0]), []).append(index)
         raw: dict[int, NDArray[Any]] = {}
-        findings: list[Finding] = []
         for indices in by_leaf.values():
             leaf = sources[indices[0]][0]
-            array, missing = leaf.values()
-            if missing and leaf.fill is not None:
-                details = MissingSamples(column=leaf.name, count=missing, fill=leaf.fill)
-                findings.append(Finding(details=details, severity="error"))
+            array = leaf.values()
             if array.shape != leaf.shape:
                 raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
             whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]
             for index in indices:  # a view keeps the whole array in memory: used only if all columns are wanted
                 column = pick(array, sources[index][1])
                 raw[index] = column if whole else column.copy()
-        return Loaded(
-            columns=real_columns(raw, {i: repr(columns[i].name) for i in raw}, exact), findings=tuple(findings)
-        )
+        return Loaded(columns=real_columns(raw, columns, exact))
 
-    return Table(
-        format=kind,
-        columns=tuple(columns),
-        notes=notes,
-        load=load,
-        where=lambda row: f"row {row}",
-        topic=topic,
-        rows=rows,
-        findings=findings,
-    )
+    return Table(format=kind, columns=tuple(columns), notes=notes, load=load, topic=topic, rows=rows, findings=findings)
 
 
 def _names(names: Sequence[str]) -> str:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, Damaged, NoEndMark, Place
-from sigmatau.io.read.formats.arrow_table import BatchError, columns_of, is_list, table_of, with_sizes
-from sigmatau.io.read.formats.damage import behind, first_line, library_faults, not_read, places_of
+from sigmatau.findings.kinds.reading import Place
+from sigmatau.io.read.formats.arrow_table import BatchError, columns_of, table_of
+from sigmatau.io.read.formats.damage import behind, fault, first_line, library_faults, places_of
 from sigmatau.io.read.table import Head, Table, need
 
 _FILE, _STREAM = b"ARROW1\0\0", b"\xff\xff\xff\xff"
@@ -70,13 +69,13 @@ def _ipc(path: Path, head: Head) -> Table:
                     yield from _behind(path, source.tell(), is_file=is_file)
                     return
                 except MemoryError:  # the declared length of a compressed buffer is not limited
-                    raise BatchError(place, reason="it needs more memory than there is, or is damaged") from None
+                    raise BatchError(place, "it needs more memory than there is, or is damaged") from None
                 except Exception as error:
-                    raise BatchError(place, reason=first_line(error)) from None
+                    raise BatchError(place, first_line(error)) from None
                 yield place, batch
                 number += 1
 
-    return table_of("arrow", found, others, tuple(notes), batches, None, damage=Damaged if ends else BrokenOff)
+    return table_of("arrow", found, others, tuple(notes), batches, None, truncated=not ends)
 
 
 def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
@@ -90,13 +89,13 @@ def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
             mark = stream.read(len(_END_OF_STREAM))
         if mark == _END_OF_STREAM:
             return behind(path, end, "the stream")
-        return (Finding(details=NoEndMark(what="stream"), severity="error"),)
+        return (fault(truncated=True, what="stream", reason="it has no end mark, so batches may be missing"),)
     with path.open("rb") as stream:
         stream.seek(end)
         directory = stream.read(min(size - end, _LONGEST_SCHEMA))
     at = directory.find(_END)
     if at < 4 or int.from_bytes(directory[at - 4 : at], "little") > at - 4:
-        return (Finding(details=BrokenOff(reason="its end mark is missing"), severity="error"),)
+        return (fault(truncated=True, reason="its end mark is missing"),)
     return behind(path, end + at + len(_END), "the Arrow file")
 
 
@@ -104,116 +103,52 @@ PARQUET = b"PAR1"
 
 
 def parquet(path: Path) -> Table:
-    """The table of a Parquet file, or of several that were joined; raises `DataError`."""
-    size = path.stat().st_size
+    """The table of a Parquet file; raises `DataError`."""
+    import pyarrow.parquet as pq
+
     with path.open("rb") as stream:
-        stream.seek(-min(8, size), 2)
+        stream.seek(-min(8, path.stat().st_size), 2)
         if not stream.read().endswith(PARQUET):
             raise DataError(
                 "is truncated: the directory at the end of the Parquet file is missing; copy or record it again"
             )
-    findings: tuple[Finding, ...] = ()
-    groups: list[tuple[tuple[int, int], int, int]] = []  # bounds of the file, number and rows of the group
-    bounds = _files_in(path)
-    for k, bound in enumerate(bounds):
-        with _opened_part(path, bound) as file:
-            meta = file.metadata
-            if k == 0:
-                schema = file.schema_arrow
-                found, others = columns_of(with_sizes(schema, _first_row(file, schema)))
-                checked = _has_checksum(path, meta)
-            elif not file.schema_arrow.equals(schema):
-                findings = (not_read(size - bound[0], bound[0], after="the Parquet file"),)
-                break
-            rows = [meta.row_group(n).num_rows for n in range(meta.num_row_groups)]
-        if sum(rows) != meta.num_rows:
-            raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(rows)}; it is damaged")
-        groups.extend((bound, n, held) for n, held in enumerate(rows))
-    if checked is None:
-        protection = "no rows"
-    elif checked:
-        protection = "pages with checksums, which are verified"
-    else:
-        protection = "pages without checksums: damaged numbers are not detected"
+    if _is_joined(path):
+        raise DataError("is several Parquet files, one after the other; give them one by one")
+
+    def opened() -> Any:  # noqa: ANN401
+        return pq.ParquetFile(path, page_checksum_verification=True)
+
+    with opened() as file:
+        meta = file.metadata
+        found, others = columns_of(file.schema_arrow)
+        groups = [meta.row_group(n).num_rows for n in range(meta.num_row_groups)]
+    if sum(groups) != meta.num_rows:
+        raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(groups)}; it is damaged")
 
     def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any]]:
-        for bound in dict.fromkeys(bound for bound, _, _ in groups):
-            with _opened_part(path, bound) as file:
-                for k, (own, number, rows) in enumerate(groups):
-                    if own != bound:
-                        continue
-                    place = Place("row group", k + 1, of=len(groups))
-                    try:
-                        held = file.read_row_group(number, columns=list(fields))
-                    except MemoryError:
-                        raise
-                    except Exception as error:
-                        raise BatchError(place, reason=first_line(error)) from None
-                    if len(held) != rows:
-                        raise BatchError(place, got=len(held), expected=rows)
-                    yield place, held
+        with opened() as file:
+            for number, rows in enumerate(groups):
+                place = Place("row group", number + 1, of=len(groups))
+                try:
+                    held = file.read_row_group(number, columns=list(fields))
+                except MemoryError:
+                    raise
+                except Exception as error:
+                    raise BatchError(place, first_line(error)) from None
+                if len(held) != rows:
+                    raise BatchError(place, f"{len(held)} of {rows} rows")
+                yield place, held
 
-    note = f"Parquet, {len(groups)} row groups; {protection}"
-    notes = (note,) if len(bounds) == 1 else (note, f"{len(bounds)} Parquet files, one after the other")
-    total = sum(rows for _, _, rows in groups)
-    return table_of("parquet", found, others, notes, batches, total, damage=Damaged, findings=findings)
+    return table_of("parquet", found, others, (f"Parquet, {len(groups)} row groups",), batches, meta.num_rows)
 
 
-def _first_row(file: Any, schema: Any) -> Any:  # noqa: ANN401
-    """The first row of the columns of lists; nothing if there are none."""
-    names = [field.name for field in schema if is_list(field.type)]
-    return (
-        next(file.iter_batches(batch_size=1, columns=names), ())
-        if names and len(set(schema.names)) == len(schema)
-        else ()
-    )
-
-
-def _files_in(path: Path) -> list[tuple[int, int]]:
-    """Beginnings and ends of the Parquet files in a file: several, if they were joined by ``cat``. The directory at the
-    end is that of the last one, with offsets from its own beginning.
-    """
-    size = path.stat().st_size
-    borders = [0]
+def _is_joined(path: Path) -> bool:
+    """Whether other Parquet files come first; the directory at the end is that of the last one only."""
     with path.open("rb") as stream:
         for at in places_of(path, PARQUET * 2):
             stream.seek(max(at - 4, 0))
-            directory = int.from_bytes(stream.read(4), "little")
-            if not 0 < directory < at - borders[-1]:  # the mark is part of the data
-                return [(0, size)]
-            borders.append(at + len(PARQUET))
-    return list(itertools.pairwise([*borders, size]))
-
-
-def _opened_part(path: Path, bound: tuple[int, int]) -> Any:  # noqa: ANN401
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    start, end = bound
-    whole = start == 0 and end == path.stat().st_size
-    source: Any = path
-    if not whole:
-        with path.open("rb") as stream:
-            stream.seek(start)
-            source = pa.BufferReader(stream.read(end - start))
-    return pq.ParquetFile(source, page_checksum_verification=True)
-
-
-def _has_checksum(path: Path, meta: Any) -> bool | None:  # noqa: ANN401
-    """Whether the first page has a checksum: the fourth field of its header, after three numbers (parquet.thrift)."""
-    if not meta.num_row_groups or not meta.num_columns:
-        return None
-    # The first page follows the mark. The directory has its offset too, but pyarrow aborts the process if the directory is
-    # damaged.
-    with path.open("rb") as stream:
-        stream.seek(len(PARQUET))
-        header = stream.read(32)
-    at = 0
-    for _ in range(3):
-        if header[at : at + 1] != b"\x15":  # the next field, an integer of 32 bits
-            return False
-        at += 1
-        while at < len(header) and header[at] & 0x80:
-            at += 1
-        at += 1
-    return header[at : at + 1] == b"\x15"
+            if (
+                0 < int.from_bytes(stream.read(4), "little") < at
+            ):  # the length of a directory; else the mark is in the data
+                return True
+    return False

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damage, Place
+from sigmatau.findings.kinds.reading import Place
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import WIDEST, parts, pick, real_columns
-from sigmatau.io.read.formats.damage import first_line
+from sigmatau.io.read.formats.damage import fault, first_line
 from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.io.read.time.rows import NO_STAMP
 
@@ -64,7 +64,7 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
     return found, others
 
 
-def numbers(array: Any, column: ArrowColumn, row: int = 0, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401
+def numbers(array: Any, column: ArrowColumn, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401
     """The numbers of a column; a null is NaN, or the smallest integer in times and in an exact column."""
     import pyarrow as pa
 
@@ -78,10 +78,9 @@ def numbers(array: Any, column: ArrowColumn, row: int = 0, *, exact: bool = Fals
             if not array.null_count and array.offset == 0 and len(array) == len(array.field(name))
             else array.flatten()[array.type.get_field_index(name)]  # with the nulls of the struct
         )
-    if pa.types.is_fixed_size_list(array.type) or is_list(array.type):
-        size = _size_of(array, column, row) if is_list(array.type) else array.type.list_size
-        lists = array.drop_null()  # the values of a null list are undefined
-        held: NDArray[Any] = pick(lists.flatten().to_numpy(zero_copy_only=False).reshape(-1, size), column.part)
+    if pa.types.is_fixed_size_list(array.type):
+        lists = array.drop_null().flatten()  # the values of a null list are undefined
+        held: NDArray[Any] = pick(lists.to_numpy(zero_copy_only=False).reshape(-1, array.type.list_size), column.part)
         if not array.null_count:
             return held
         picked = np.full((len(array), *held.shape[1:]), np.nan)
@@ -96,34 +95,6 @@ def numbers(array: Any, column: ArrowColumn, row: int = 0, *, exact: bool = Fals
     return plain
 
 
-def is_list(kind: Any) -> bool:  # noqa: ANN401
-    """Whether a type is a list of variable length."""
-    import pyarrow as pa
-
-    return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind))
-
-
-def _size_of(array: Any, column: ArrowColumn, row: int) -> int:  # noqa: ANN401
-    """The length of all lists; raises `DataError` if they differ."""
-    lengths = np.asarray(array.drop_null().value_lengths())
-    size = int(lengths[0]) if len(lengths) else 1
-    if (lengths != size).any() or column.part[0] >= size:
-        raise DataError(f"column {'.'.join(column.path)!r} has lists of unequal length, after row {row}")
-    return size
-
-
-def with_sizes(schema: Any, first: Any) -> Any:  # noqa: ANN401
-    """A schema with lists of the size of the first row, because pandas writes lists of variable size."""
-    import pyarrow as pa
-
-    for k, field in enumerate(schema):
-        if is_list(field.type) and len(first) and first.column(field.name)[0].is_valid:
-            size = len(first.column(field.name)[0])
-            if 0 < size <= WIDEST:
-                schema = schema.set(k, field.with_type(pa.list_(field.type.value_type, size)))
-    return schema
-
-
 def _unit(field: Any) -> str | None:  # noqa: ANN401
     for key, value in (field.metadata or {}).items():
         if key.lower() in (b"unit", b"units"):
@@ -132,11 +103,7 @@ def _unit(field: Any) -> str | None:  # noqa: ANN401
 
 
 class BatchError(Exception):
-    """A batch that cannot be read; the arguments are fields of `sigmatau.findings.kinds.reading.Damage`."""
-
-    def __init__(self, place: Place | None, **fields: Any) -> None:  # noqa: ANN401
-        super().__init__(place)
-        self.fields = {"place": place, **fields}
+    """A batch that cannot be read: its place and the reason."""
 
 
 def table_of(
@@ -147,15 +114,15 @@ def table_of(
     batches: Callable[[Sequence[str]], Iterator[tuple[Place, Any] | Finding]],
     rows: int | None,
     *,
-    damage: type[Damage],
-    findings: tuple[Finding, ...] = (),
+    truncated: bool = False,
 ) -> Table:
-    """The table of these columns, read batch by batch; `damage` is the kind of finding for a batch that cannot be read."""
+    """The table of these columns, read batch by batch; `truncated`: whether that is why a batch cannot be read."""
     if not found:
         raise DataError(f"has no column of numbers (columns: {', '.join(others[:12]) or 'none'})")
     twice = sorted({c.path[0] for c in found if sum(o.path == c.path and o.part == c.part for o in found) > 1})
     if twice:
         raise DataError(f"has several columns called {twice[0]!r}; name them apart")
+    columns = tuple(column.column for column in found)
     if others:
         notes = (*notes, f"columns of other types: {', '.join(others[:12])}")
 
@@ -163,7 +130,7 @@ def table_of(
         pieces: dict[int, list[NDArray[Any]]] = {index: [] for index in wanted}
         fields = list(dict.fromkeys(found[index].path[0] for index in wanted))
         row = 0
-        fault: BatchError | None = None
+        broken: BatchError | None = None
         late: list[Finding] = []
         source = batches(fields)
         while True:
@@ -174,39 +141,30 @@ def table_of(
                     late.append(item)
                     continue
                 place, batch = item
-                got = {i: numbers(batch.column(found[i].path[0]), found[i], row, exact=i == exact) for i in wanted}
+                got = {i: numbers(batch.column(found[i].path[0]), found[i], exact=i == exact) for i in wanted}
             except StopIteration:
                 break
             except MemoryError:
                 raise
             except BatchError as error:
-                fault = error
+                broken = error
                 break
             except Exception as error:
-                fault = BatchError(place, reason=first_line(error))
+                broken = BatchError(place, first_line(error))
                 break
             for index, values in got.items():
                 # A copy: the file is closed later, and an array of three columns is not kept for one.
                 pieces[index].append(np.array(values))
             row += batch.num_rows
-        if fault is not None:
-            details = damage(**fault.fields, measured="rows", kept=row, declared=rows)
-            late.append(Finding(details=details, severity="error"))
+        if broken is not None:
+            place, reason = broken.args
+            late.append(fault(truncated=truncated, place=place, reason=reason, kept=row, declared=rows))
             if not row:
                 raise DataError(f"no rows can be read: {sentence(late[-1])}")
         joined: dict[int, NDArray[Any]] = {}
         for index in wanted:
             held = pieces.pop(index)
             joined[index] = held[0] if len(held) == 1 else np.concatenate(held) if held else np.empty(0)
-        labels = {index: repr(found[index].column.name) for index in wanted}
-        return Loaded(columns=real_columns(joined, labels, exact), findings=tuple(late))
+        return Loaded(columns=real_columns(joined, columns, exact), findings=tuple(late))
 
-    return Table(
-        format=kind,
-        columns=tuple(column.column for column in found),
-        notes=notes,
-        load=load,
-        where=lambda row: f"row {row}",
-        rows=rows,
-        findings=findings,
-    )
+    return Table(format=kind, columns=columns, notes=notes, load=load, rows=rows)

@@ -15,7 +15,7 @@ from typing import Any
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, BytesNotRead, Damage, Damaged, Filler, Place
+from sigmatau.findings.kinds.reading import BytesNotRead, Damaged, Place
 
 
 def first_line(error: Exception) -> str:
@@ -45,6 +45,11 @@ def library_faults(convert: Callable[[Exception], DataError] = damaged) -> Itera
         raise convert(error) from None
 
 
+def fault(**fields: Any) -> Finding:  # noqa: ANN401  those of `Damaged`
+    """A finding of damage that loses rows."""
+    return Finding(details=Damaged(**fields), severity="error")
+
+
 def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
     """A finding of where the chain of messages is truncated; nothing if it reaches the end of the file. `scan`: of
     `sigmatau._native.logs`, with ``messages`` and ``broken``; `size`: size of the file [bytes].
@@ -52,13 +57,10 @@ def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
     if scan["broken"] is None:
         return ()
     at, reason = scan["broken"]
-    place, kept = Place("byte", at, of=size), scan["messages"]
-    details: Damage = (
-        BrokenOff(place=place, inside="message", kept=kept, counted="messages")
-        if reason is None
-        else Damaged(place=place, reason=reason, kept=kept, counted="messages")
-    )
-    return (Finding(details=details, severity="error"),)
+    cut = reason is None
+    inside, place = "message" if cut else "", Place("byte", at, of=size)
+    kept = scan["messages"]
+    return (fault(truncated=cut, inside=inside, place=place, reason=reason or "", kept=kept, counted="messages"),)
 
 
 EXPANSION = 100.0
@@ -107,15 +109,13 @@ def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
     size = path.stat().st_size
     if size <= end:
         return ()
-    number, place, value = size - end, Place("byte", end), _filler(path, end)
-    if value is not None:
-        return (Finding(details=Filler(bytes=number, place=place, after=what, value=value), severity="info"),)
-    return (not_read(number, end, after=what),)
+    return (not_read(size - end, end, after=what, padding=_is_padding(path, end)),)
 
 
-def not_read(number: int, start: int, *, after: str = "") -> Finding:
+def not_read(number: int, start: int, *, after: str = "", padding: bool = False) -> Finding:
     """A finding of bytes that are not read, see `sigmatau.findings.kinds.reading.BytesNotRead`."""
-    return Finding(details=BytesNotRead(bytes=number, place=Place("byte", start), after=after), severity="error")
+    details = BytesNotRead(bytes=number, place=Place("byte", start), after=after, padding=padding)
+    return Finding(details=details, severity="info" if padding else "error")
 
 
 def places_of(path: Path, mark: bytes) -> Iterator[int]:
@@ -132,17 +132,14 @@ def places_of(path: Path, mark: bytes) -> Iterator[int]:
             at, held = at + len(held) - min(kept, len(held)), held[len(held) - min(kept, len(held)) :]
 
 
-def _filler(path: Path, start: int) -> int | None:
-    """The value of all bytes from a place to the end of the file, if it is 0 or 0xff."""
+def _is_padding(path: Path, start: int) -> bool:
+    """Whether all bytes from a place to the end of the file are 0, or all 0xff."""
     with path.open("rb") as stream:
         stream.seek(start)
         first = stream.read(1)
         if first not in (b"\0", b"\xff"):
-            return None
-        while piece := stream.read(_CHUNK):
-            if piece.strip(first):
-                return None
-    return first[0]
+            return False
+        return not any(piece.strip(first) for piece in iter(lambda: stream.read(_CHUNK), b""))
 
 
 def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:

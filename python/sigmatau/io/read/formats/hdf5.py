@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import damage
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
-from sigmatau.io.read.formats.damage import behind, first_line, places_of, refuse_expansion
+from sigmatau.io.read.formats.damage import behind, first_line, library_faults, places_of, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
 
 _MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
-_NOTED = ("rate", "sample_rate", "sampling_rate", "sampling_frequency", "fs", "frequency", "scale")
 _MAX_OBJECTS = 10_000  # in a file; a log has far fewer
 _MAX_DEPTH = 32  # of nested groups
 
@@ -35,27 +34,14 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The tables of a file; raises `DataError`."""
     leaves: list[Leaf] = []
     notes: list[str] = []
-    checked: set[bool] = set()
-    with open_file(path) as file:
-        try:
-            for names, dataset in walk(file):
-                leaves.extend(_leaves(path, names, dataset))
-                notes.extend(_noted(names, dataset))
-                if (scale := _scale(dataset)) != (1.0, 0.0):
-                    name = "/".join(names)
-                    notes.append(
-                        f"{name}: stored * {scale[0]:g} + {scale[1]:g}, as its scale_factor and add_offset say"
-                    )
-                checked.add(bool(dataset.fletcher32))
-            notes.extend(_noted((), file))
-        except DataError:
-            raise
-        except Exception as error:
-            raise damaged(error) from None
+    with open_file(path) as file, library_faults(damaged):
+        for names, dataset in walk(file):
+            leaves.extend(_leaves(path, names, dataset))
+            if (scale := _scale(dataset)) != (1.0, 0.0):
+                name = "/".join(names)
+                notes.append(f"{name}: stored * {scale[0]:g} + {scale[1]:g}, as its scale_factor and add_offset say")
     if not leaves:
         raise DataError("has no dataset of numbers of shape (n,) or (n, k)")
-    sums = "with checksums" if checked == {True} else "some without checksums" if True in checked else ""
-    notes.append(f"HDF5, datasets {sums or 'without checksums: damaged numbers are not detected'}")
     return gather(
         leaves,
         kind="hdf5",
@@ -85,13 +71,9 @@ def declared_end(path: Path, start: int) -> int:
 def open_file(path: Path) -> Any:  # noqa: ANN401  h5py has no types
     """The file, for a ``with``; raises `DataError`."""
     h5py = need("h5py", "hdf5", "an HDF5 file")
-    try:
+    with library_faults(damaged):
         # Without a lock: some network shares do not support locks.
         return h5py.File(os.fsencode(path), "r", locking=False)
-    except MemoryError:
-        raise
-    except Exception as error:
-        raise damaged(error) from None
 
 
 def damaged(error: Exception) -> DataError:
@@ -205,15 +187,10 @@ def loader(
     """A function that reads a dataset, or a field of it; the file is open only during the call."""
 
     def load() -> NDArray[Any]:
-        with open_file(path) as file:
-            try:
-                dataset = file["/".join(names)]
-                _fits(path.stat().st_size, names, dataset)
-                array: NDArray[Any] = np.asarray(dataset[()] if field is None else dataset.fields(field)[()])
-            except (MemoryError, DataError):
-                raise
-            except Exception as error:
-                raise damaged(error) from None
+        with open_file(path) as file, library_faults(damaged):
+            dataset = file["/".join(names)]
+            _fits(path.stat().st_size, names, dataset)
+            array: NDArray[Any] = np.asarray(dataset[()] if field is None else dataset.fields(field)[()])
         array = array.T if transposed else array
         return array if shape is None else array.reshape(shape)
 
@@ -233,15 +210,6 @@ def word(item: Any, key: str) -> str | None:  # noqa: ANN401
     value = _attribute(item, key) if key in item.attrs else None
     found = None if value is None else value.item()
     return found.decode("utf-8", "replace") if isinstance(found, bytes) else found if isinstance(found, str) else None
-
-
-def _noted(names: tuple[str, ...], item: Any) -> Iterator[str]:  # noqa: ANN401
-    """Notes of attributes that may state the rate or a scale; their meaning is not certain, so they are not used."""
-    for key in list(item.attrs)[:WIDEST]:
-        if key.lower() in _NOTED:
-            value = _attribute(item, key)
-            if value is not None and value.dtype.kind in "iuf":
-                yield f"attribute {key} of {'/'.join(names) or 'the file'} is {value.item():g}: noted, not used"
 
 
 def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401

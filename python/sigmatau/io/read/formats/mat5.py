@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place
+from sigmatau.findings.kinds.reading import Place
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
+from sigmatau.io.read.formats.damage import fault
 from sigmatau.record.on_disk import file_bytes
 
 TABLES = ("table", "timetable", "duration", "datetime")  # Classes that mat-io converts to data frames and times
@@ -34,15 +35,10 @@ _HEADER_OF_VARIABLE = 1 << 12  # enough for the header of a variable [bytes]
 _BEST_COMPRESSION = 1100  # the largest ratio that deflate reaches is 1032
 _DEEPEST = 16  # structs within structs
 _MOST_STRUCTS = 16  # in an array of structs
-_RATES = ("rate", "sample_rate", "samplerate", "sampling_rate", "fs", "freq", "frequency", "dt", "ts")
 
 
 class _BrokenError(Exception):
-    """A variable that cannot be decoded: the reason, or how many of the bytes expected are there."""
-
-    def __init__(self, reason: str = "", *, got: int | None = None, expected: int | None = None) -> None:
-        super().__init__(reason or f"{got} of {expected} bytes")
-        self.reason, self.got, self.expected = reason, got, expected
+    """A variable that cannot be decoded, for the reason that is its text."""
 
 
 class Found:
@@ -61,8 +57,6 @@ class Found:
         """Add an array of numbers if it has the shape of columns; `load` returns it in the shape `dims`."""
         label = ".".join(names)
         if dims == (1, 1):
-            if names[-1].lower() in _RATES:
-                self.notes.append(f"{label} = {load().reshape(-1)[0]:g}: noted, not used")
             return
         found = squeezed(dims, lying=True)
         if found is None:
@@ -78,10 +72,6 @@ class Found:
 
         self.leaves.append(Leaf(group=names[:-1], name=names[-1], shape=shape, load=turned))
 
-    def lost(self, details: Damage) -> None:
-        """Add a finding of severity error."""
-        self.findings.append(Finding(details=details, severity="error"))
-
 
 @dataclass(frozen=True, slots=True)
 class _Bytes:
@@ -93,7 +83,7 @@ class _Bytes:
     def element(self, at: int) -> tuple[int, _Bytes, int]:
         """Type and data of the element at an offset, and the offset of the next element."""
         if at + 8 > len(self.data):
-            raise _BrokenError(got=len(self.data), expected=at + 8)
+            raise _BrokenError(f"{len(self.data)} of {at + 8} bytes")
         kind, size = struct.unpack_from(f"{self.order}II", self.data.data, at)
         if kind >> 16:  # the tag itself contains up to four bytes of data
             kind, size = kind & 0xFFFF, kind >> 16
@@ -104,7 +94,7 @@ class _Bytes:
             start = at + 8
             following = start + size + (-size % 8 if kind != _COMPRESSED else 0)
         if start + size > len(self.data):
-            raise _BrokenError(got=len(self.data) - start, expected=size)
+            raise _BrokenError(f"{len(self.data) - start} of {size} bytes")
         return kind, _Bytes(self.data[start : start + size], self.order), following
 
     def numbers(self, kind: int) -> NDArray[Any]:
@@ -141,21 +131,20 @@ def walk(path: Path, head: bytes, found: Found) -> None:
     (subsystem,) = struct.unpack_from(f"{order}Q", data.data, 116)  # contains the data of tables; not a variable
     while at < size:
         if at + 8 <= size and (kind := struct.unpack_from(f"{order}I", data.data, at)[0]) not in (_MATRIX, _COMPRESSED):
-            found.lost(Damaged(place=Place("byte", at), reason=f"type {kind} where a variable should begin"))
+            found.findings.append(fault(place=Place("byte", at), reason=f"type {kind} where a variable should begin"))
             return
         try:
             kind, element, following = file.element(at)
         except _BrokenError as error:
             what = _label(data[at:], order) or "file"
-            place = Place("byte", size)
-            found.lost(BrokenOff(what=what, place=place, reason=error.reason, got=error.got, expected=error.expected))
+            found.findings.append(fault(truncated=True, what=what, place=Place("byte", size), reason=str(error)))
             return
         if at != subsystem:
             try:
                 _variable(path, element, compressed=kind == _COMPRESSED, found=found)
             except (_BrokenError, zlib.error, struct.error) as error:
                 what = _label(data[at : at + 8 + len(element.data)], order) or "variable"
-                found.lost(Damaged(what=what, place=Place("byte", at), reason=str(error)))
+                found.findings.append(fault(what=what, place=Place("byte", at), reason=str(error)))
         at = following
 
 
@@ -167,7 +156,7 @@ def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) ->
         return
     beginning = zlib.decompressobj().decompress(element.data[: 4 * _HEADER_OF_VARIABLE].tobytes(), _HEADER_OF_VARIABLE)
     if len(beginning) < 8:
-        raise _BrokenError(got=len(beginning), expected=8)
+        raise _BrokenError(f"{len(beginning)} of 8 bytes")
     kind, size = struct.unpack_from(f"{element.order}II", beginning)
     if kind != _MATRIX:
         raise _BrokenError(f"type {kind} where an array should begin")

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats import hdf5, mat5
 from sigmatau.io.read.formats.arrays import Leaf, gather
-from sigmatau.io.read.formats.damage import behind
+from sigmatau.io.read.formats.damage import behind, fault, library_faults
 from sigmatau.io.read.table import Head, Table, need
 
 _HDF5_AT = 512
@@ -62,30 +61,23 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _walk_73(path: Path, found: mat5.Found) -> None:
-    with hdf5.open_file(path) as file:
-        try:
-            for name, item in file.items():
-                kind = hdf5.word(item, "MATLAB_class")
-                if kind in mat5.TABLES and "MATLAB_object_decode" in item.attrs:
-                    found.opaque.append(name)
-            for names, dataset in hdf5.walk(file):
-                if names[0].startswith("#") or names[0] in found.opaque:
-                    continue
-                kind = hdf5.word(dataset, "MATLAB_class")
-                if dataset.shape is None or "MATLAB_empty" in dataset.attrs or kind == "char":
-                    continue
-                if dataset.dtype.kind not in "iuf" or kind not in (None, *_CLASSES_73):
-                    found.skipped.append(".".join(names))
-                    continue
-                # HDF5 stores the transpose.
-                dims = tuple(int(n) for n in reversed(dataset.shape))
-                found.add(names, dims, hdf5.loader(path, names, transposed=True))
-        except DataError:
-            raise
-        except MemoryError:
-            raise
-        except Exception as error:
-            raise hdf5.damaged(error) from None
+    with hdf5.open_file(path) as file, library_faults(hdf5.damaged):
+        for name, item in file.items():
+            kind = hdf5.word(item, "MATLAB_class")
+            if kind in mat5.TABLES and "MATLAB_object_decode" in item.attrs:
+                found.opaque.append(name)
+        for names, dataset in hdf5.walk(file):
+            if names[0].startswith("#") or names[0] in found.opaque:
+                continue
+            kind = hdf5.word(dataset, "MATLAB_class")
+            if dataset.shape is None or "MATLAB_empty" in dataset.attrs or kind == "char":
+                continue
+            if dataset.dtype.kind not in "iuf" or kind not in (None, *_CLASSES_73):
+                found.skipped.append(".".join(names))
+                continue
+            # HDF5 stores the transpose.
+            dims = tuple(int(n) for n in reversed(dataset.shape))
+            found.add(names, dims, hdf5.loader(path, names, transposed=True))
 
 
 # ---- tables and timetables, of both versions ----
@@ -105,7 +97,7 @@ def _tables(path: Path, found: mat5.Found) -> None:
         raise
     except Exception as error:
         reason = str(error).split("\n")[0] or type(error).__name__
-        found.lost(Damaged(what=f"variable {', '.join(found.opaque)}", reason=reason))
+        found.findings.append(fault(what=f"variable {', '.join(found.opaque)}", reason=reason))
         return
     for name in found.opaque:
         value = held.get(name)

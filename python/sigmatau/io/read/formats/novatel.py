@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenMessages, BrokenOff, BytesBetween, Place
+from sigmatau.findings.kinds.reading import Place, SkippedMessages
+from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 from sigmatau.record.on_disk import file_bytes
 
@@ -45,8 +46,6 @@ _IDS = {268: "RAWIMU", 325: "RAWIMUS", 1461: "RAWIMUX", 1462: "RAWIMUSX"}
 _ASCII = re.compile(rb"[#%](RAWIMU(?:SX|S|X|))A,[^;*#%\r\n]{0,200};([^*#%\r\n]{0,200})\*([0-9A-Fa-f]{8})")
 _BEGUN = re.compile(rb"[#%]RAWIMU(?:SX|S|X|)A,")
 _ANY = re.compile(rb"^[#%][A-Z][A-Z0-9_]{2,30}A,[^;*\r\n]{0,300};[^*\r\n]*\*[0-9A-Fa-f]{8}\r?$", re.MULTILINE)
-_TEXT = re.compile(rb"[\t\r\n\x20-\x7e]*")  # NMEA sentences, prompts and the like among binary messages
-_BETWEEN = 1 << 20  # tested between two messages [bytes]
 _SYNC = re.compile(rb"\xaaD[\x12\x13]")
 _WEEK_NS = 604_800_000_000_000
 _DTYPE = np.dtype([("time", "i8"), ("type", "i8"), ("counts", "i8", (6,))])
@@ -59,8 +58,7 @@ class _Found:
     rows: dict[str, list[tuple[int, int, tuple[int, ...]]]] = field(default_factory=dict)
     broken: list[int] = field(default_factory=list)  # positions
     end: int = 0  # end of the last whole message
-    spans: list[tuple[int, int]] = field(default_factory=list)  # whole messages; of any name if they are binary
-    junk: list[tuple[int, int]] = field(default_factory=list)  # bytes between them
+    whole: int = 0  # number of whole messages; of any name if they are binary
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -69,10 +67,10 @@ def sniff(head: bytes, path: Path) -> bool:
     if _BEGUN.search(head) is None and _SYNC.search(head) is None and not others:
         return False
     found = _scan(head)
-    if found.rows or not (others or found.spans):
+    if found.rows or not (others or found.whole):
         return bool(found.rows)
     data = file_bytes(path).data
-    return bool(found.spans) or _BEGUN.search(data) is not None or _SYNC.search(data) is not None
+    return found.whole > 0 or _BEGUN.search(data) is not None or _SYNC.search(data) is not None
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
@@ -82,7 +80,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     rest = data[found.end : found.end + 400]
     if not found.rows:
         raise DataError(
-            f"is a NovAtel log without RAWIMU, RAWIMUS, RAWIMUX or RAWIMUSX; log one of them ({len(found.spans)} others)"
+            f"is a NovAtel log without RAWIMU, RAWIMUS, RAWIMUX or RAWIMUSX; log one of them ({found.whole} others)"
         )
     findings = _findings(found, rest)
     return tuple(_table(name, np.array(rows, dtype=_DTYPE), findings) for name, rows in found.rows.items())
@@ -98,7 +96,7 @@ def _scan(data: bytes) -> _Found:
         start = match.start() + 1
         if _crc(data[start : match.end() - 9]) == int(match[3], 16) and _take_ascii(match[1].decode(), match[2], found):
             good += 1
-            found.spans.append(match.span())
+            found.whole += 1
             found.end = max(found.end, match.end())
         else:
             found.broken.append(match.start())
@@ -107,24 +105,7 @@ def _scan(data: bytes) -> _Found:
         whole = {match.start() for match in _ASCII.finditer(data)}
         found.broken.extend(start for start in begun if start not in whole)
     found.broken.sort()
-    found.junk = _between(data, found)
     return found
-
-
-def _between(data: bytes, found: _Found) -> list[tuple[int, int]]:
-    """Bytes between whole messages that are not another log or text. Only this check finds a RAWIMU whose first bytes
-    are damaged.
-    """
-    spans = np.array(sorted(found.spans), dtype=np.int64).reshape(-1, 2)
-    ends = np.maximum.accumulate(spans[:, 1])
-    wide = np.flatnonzero(spans[1:, 0] - ends[:-1] > 2)  # more than the end of a line
-    junk = []
-    for start, end in zip(ends[wide].tolist(), spans[wide + 1, 0].tolist(), strict=True):
-        held = data[start : min(end, start + _BETWEEN)]
-        left = _ANY.sub(lambda m: m[0] if b"RAWIMU" in m[0][:8] else b"", held)
-        if _TEXT.fullmatch(left) is None or b"RAWIMU" in left or b"\xaaD" in left or left.count(b";") > 0:
-            junk.append((start, end))
-    return junk
 
 
 def _crc(data: bytes) -> int:
@@ -149,7 +130,7 @@ def _messages(data: bytes, found: _Found) -> Iterator[tuple[str, bytes]]:
             name = _IDS.get(int.from_bytes(message[4:6], "little"))
             if name is not None:
                 yield name, message[header:]
-            found.spans.append((at, end + 4))
+            found.whole += 1
             at = end + 4
             found.end = at
         else:
@@ -232,22 +213,11 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
 def _findings(found: _Found, rest: bytes) -> tuple[Finding, ...]:
     findings = []
     rows = sum(map(len, found.rows.values()))
-    # Places of messages with a wrong checksum are reported as such.
-    junk = [(a, b) for a, b in found.junk if not any(a <= at < b for at in found.broken[:1000])]
-    if junk:
-        findings.append(
-            Finding(
-                details=BytesBetween(
-                    bytes=sum(b - a for a, b in junk), count=len(junk), place=Place("byte", junk[0][0]), kept=rows
-                ),
-                severity="error",
-            )
-        )
     inner = [at for at in found.broken if at < found.end]
     if inner:
-        details = BrokenMessages(count=len(inner), places=tuple(inner[:5]), kept=rows)
+        details = SkippedMessages(count=len(inner), place=Place("byte", inner[0]), kept=rows)
         findings.append(Finding(details=details, severity="error"))
     if rest.strip(b"\r\n\0 "):
-        end = BrokenOff(place=Place("byte", found.end), inside="message", kept=rows, counted="messages")
-        findings.append(Finding(details=end, severity="error"))
+        place = Place("byte", found.end)
+        findings.append(fault(truncated=True, place=place, inside="message", kept=rows, counted="messages"))
     return tuple(findings)

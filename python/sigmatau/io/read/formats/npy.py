@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff
-from sigmatau.io.read.formats.arrays import parts, pick
-from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, library_faults, refuse_expansion
-from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
+from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
+from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, fault, library_faults, refuse_expansion
+from sigmatau.io.read.table import Column, Head, Table
 from sigmatau.record.on_disk import FileRows
 from sigmatau.record.record import MIN_SAMPLES
 
@@ -139,8 +138,8 @@ def _rows_left(array: _Array, size: int) -> tuple[list[_Array], tuple[Finding, .
     rows = (size - array.start) // max(array.row, 1)
     if not array.shape or (array.order == "F" and len(array.shape) > 1) or not MIN_SAMPLES <= rows < array.shape[0]:
         raise _damaged(ValueError(f"{size} bytes, but {array.end} are declared"))
-    details = BrokenOff(what="array", kept=rows, declared=array.shape[0])
-    return [replace(array, shape=(rows, *array.shape[1:]))], (Finding(details=details, severity="error"),)
+    cut = fault(truncated=True, what="array", kept=rows, declared=array.shape[0])
+    return [replace(array, shape=(rows, *array.shape[1:]))], (cut,)
 
 
 def _joined(pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
@@ -214,26 +213,7 @@ def _table(
     notes: tuple[str, ...],
     findings: tuple[Finding, ...],
 ) -> Table:
-    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        raw: dict[int, NDArray[Any]] = {}
-        for index in wanted:
-            name = columns[index].name or f"number {index + 1}"
-            with library_faults(_damaged):
-                array = loaders[index]()
-            if array.dtype.kind not in "iuf":
-                raise DataError(f"column {name} holds {array.dtype}, not real numbers")
-            raw[index] = array
-        lengths = {len(array) for array in raw.values()}
-        if len(lengths) > 1:
-            listed = ", ".join(f"{columns[i].name} {len(a)}" for i, a in raw.items())
-            raise DataError(f"its arrays are of unequal length ({listed}); cut them alike, or choose by --channels")
-        if exact is not None:
-            raw[exact] = whole_stamps(raw[exact])
-        return Loaded(columns=raw)
-
-    return Table(
-        format=kind, columns=tuple(columns), notes=notes, load=load, where=lambda row: f"row {row}", findings=findings
-    )
+    return table_of_columns(kind, columns, [library_faults(_damaged)(load) for load in loaders], notes, findings)
 
 
 def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.dtype[Any]]:

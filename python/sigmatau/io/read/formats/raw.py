@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, Place
+from sigmatau.findings.kinds.reading import Place
+from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 from sigmatau.record.on_disk import FileRows
 
@@ -102,15 +103,16 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
 
     findings: tuple[Finding, ...] = ()
     if rest:
-        end = BrokenOff(place=Place("row", rows), inside="row", got=rest, expected=row.itemsize, kept=rows)
-        findings = (Finding(details=end, severity="error"),)
+        place = Place("row", rows)
+        findings = (
+            fault(truncated=True, place=place, inside="row", reason=f"{rest} of {row.itemsize} bytes", kept=rows),
+        )
     return (
         Table(
             format="raw",
             columns=tuple(column for column, _, _ in columns),
             notes=(f"{rows} rows of {row.itemsize} bytes" + (f" after a header of {header}" if header else ""),),
             load=load,
-            where=lambda number: f"row {number}",
             rows=rows,
             findings=findings,
         ),

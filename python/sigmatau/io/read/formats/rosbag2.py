@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, Damaged, DeletedMessages
-from sigmatau.io.read.formats import roslog
-from sigmatau.io.read.formats.damage import behind
-from sigmatau.io.read.formats.messages import IMU_ROS2, Layout, layout_of
+from sigmatau.io.read.formats import damage, roslog, split
+from sigmatau.io.read.formats.messages import IMU_ROS2, Layout
 from sigmatau.io.read.table import Head, Loaded, Table
 
 _MAGIC = b"SQLite format 3\0"
@@ -50,20 +48,13 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     for topic in topics:
         rows = declared.get(topic.name)
         definition = definitions.get(topic.type_name) or _KNOWN.get(topic.type_name)
-        if topic.encoding != "cdr":
-            tables.append(roslog.refused_table("rosbag2", topic.name, f"messages in {topic.encoding}", rows))
-            continue
-        if definition is None:
+        if topic.encoding != "cdr" or definition is None:
             why = f"no definition of {topic.type_name} in the bag: convert it by `ros2 bag convert` to MCAP"
+            why = why if topic.encoding == "cdr" else f"messages in {topic.encoding}"
             tables.append(roslog.refused_table("rosbag2", topic.name, why, rows))
             continue
-        try:
-            layout = layout_of(definition, topic.type_name, ros1=False)
-        except DataError as error:
-            tables.append(roslog.refused_table("rosbag2", topic.name, str(error), rows))
-            continue
-        reader = _Reader(path=path, topic=topic, layout=layout, declared=rows, compressed=topic.id in compressed)
-        tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, layout, rows, reader))
+        load = _Reader(path=path, topic=topic, declared=rows, compressed=topic.id in compressed).load
+        tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, definition, load, rows))
     found = _behind(path)
     return tuple(replace(table, findings=found) for table in roslog.some_readable(tables))
 
@@ -117,7 +108,7 @@ def _behind(path: Path) -> tuple[Finding, ...]:
     page, pages = int.from_bytes(head[16:18], "big"), int.from_bytes(head[28:32], "big")
     if len(head) < 100 or pages == 0 or head[24:28] != head[92:96] or path.with_name(path.name + "-wal").exists():
         return ()
-    return behind(path, pages * (65536 if page == 1 else page), "the database")
+    return damage.behind(path, pages * (65536 if page == 1 else page), "the database")
 
 
 def _is_compressed(base: sqlite3.Connection, number: int) -> bool:
@@ -144,13 +135,9 @@ def _are(number: object, *words: object) -> bool:
 
 def _declared(path: Path) -> dict[str, int]:
     """Number of messages by topic, as metadata.yaml declares it if this file is its only one."""
-    try:
-        text = (path.parent / "metadata.yaml").read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+    if split.files_of(path.parent) != (path,):
         return {}
-    files = re.search(r"relative_file_paths:\s*\n((?:\s*-[^\n]*\n)+)", text)
-    if files is None or [line.strip(" -\"'") for line in files[1].splitlines()] != [path.name]:
-        return {}
+    text = (path.parent / split.METADATA).read_text(encoding="utf-8")
     declared = {}
     for item in re.split(r"\n\s*- (?=topic_metadata:|message_count:)", text.partition("topics_with_message_count:")[2]):
         name = re.search(r"\bname:\s*[\"']?([^\s\"']+)", item)
@@ -169,7 +156,6 @@ class _Batch:
     times: NDArray[np.int64]
     fault: str  # The fault after them; empty if there is none
     doubt: int  # Number of messages before the fault that may be damaged
-    missing: int  # Number of messages that are missing in the numbering
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,22 +164,21 @@ class _Reader:
 
     path: Path
     topic: _Topic
-    layout: Layout
     declared: int | None
     compressed: bool  # each message by zstd
 
-    def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
+    def load(self, layout: Layout, wanted: Sequence[int], exact: int | None) -> Loaded:
         parts: list[logs.Decoded] = []
-        rows, doubt, missing = 0, 0, 0
+        rows, doubt = 0, 0
         fault = ""
         try:
             for batch in self._messages():
                 part = logs.decode_messages(
-                    batch.data, batch.ends, batch.times, steps=self.layout.steps, cdr=True, wanted=wanted, exact=exact
+                    batch.data, batch.ends, batch.times, steps=layout.steps, cdr=True, wanted=wanted, exact=exact
                 )
                 parts.append(part)
                 rows += part.rows
-                fault, doubt, missing = batch.fault, batch.doubt, batch.missing
+                fault, doubt = batch.fault, batch.doubt
                 if part.rows != len(batch.ends):
                     fault, doubt = "a message does not match its definition", 0
                     break
@@ -203,11 +188,7 @@ class _Reader:
         if not rows and fault:
             raise DataError(f"{fault}: no message of {self.topic.name} could be read; copy or record the file again")
         joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
-        decoded = logs.Decoded(joined, rows)
-        return Loaded(
-            columns=dict(decoded.columns),
-            findings=self._findings(rows, fault, missing),
-        )
+        return Loaded(columns=joined, findings=self._findings(rows, fault))
 
     def _messages(self) -> Iterator[_Batch]:
         """Batches of messages in the order of recording; the last batch names the fault, if there is one."""
@@ -217,7 +198,7 @@ class _Reader:
                 "SELECT id, CASE WHEN topic_id = ? THEN data ELSE 0 END, timestamp FROM messages NOT INDEXED",
                 (self.topic.id,),
             )
-            fault, last, missing, intact = "", None, 0, None
+            fault, last, intact = "", None, None
             while not fault:
                 blobs: list[bytes] = []
                 times: list[int] = []
@@ -232,7 +213,6 @@ class _Reader:
                             if not intact or number <= last:
                                 fault = f"message {number!r} follows message {last} of all topics"
                                 break
-                            missing += number - last - 1
                         last = number
                         count += 1
                         if blob != 0:
@@ -256,16 +236,12 @@ class _Reader:
                     times=np.array(times, dtype=np.int64),
                     fault=fault,
                     doubt=doubt,
-                    missing=missing,
                 )
                 if not count and not fault:
                     return
 
-    def _findings(self, rows: int, fault: str, missing: int) -> tuple[Finding, ...]:
-        if fault or self.declared not in (None, rows):
-            kind = BrokenOff if fault and _cut(self.path) else Damaged
-            details = kind(reason=fault, kept=rows, declared=self.declared, counted="messages", topic=self.topic.name)
-            return (Finding(details=details, severity="error"),)
-        if missing:
-            return (Finding(details=DeletedMessages(count=missing, topic=self.topic.name), severity="info"),)
-        return ()
+    def _findings(self, rows: int, fault: str) -> tuple[Finding, ...]:
+        if not fault and self.declared in (None, rows):
+            return ()
+        share = {"kept": rows, "declared": self.declared, "counted": "messages", "topic": self.topic.name}
+        return (damage.fault(truncated=bool(fault) and _cut(self.path), reason=fault, **share),)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, Damaged, Place
+from sigmatau.findings.kinds.reading import Damaged, Place
 from sigmatau.io.read.formats.damage import behind
 from sigmatau.io.read.formats.messages import Layout, layout_of
 from sigmatau.io.read.table import Column, Head, Loaded, Table
@@ -17,14 +17,6 @@ from sigmatau.io.read.table import Column, Head, Loaded, Table
 _MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
 _IS_ROS1 = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
-
-_HEAD, _CHUNK, _MESSAGE, _CHUNK_CRC = (
-    9,
-    6,
-    5,
-    24,
-)  # mcap.dev/spec: header of a record; offset of the checksum of a chunk
-_RECORDS = 1000  # largest number of records before the first chunk
 
 _NOT_READ = "not read: "
 
@@ -65,44 +57,11 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             )
             tables.append(refused_table(kind, name, f"{why}, which are not read", rows))
             continue
-        try:
-            ros1 = _IS_ROS1[encoding, written]
-            layout = layout_of(definition.decode(errors="replace"), type_name, ros1=ros1)
-        except DataError as error:
-            tables.append(refused_table(kind, name, str(error), rows))
-            continue
-        reader = _Reader(
-            path=path,
-            kind=kind,
-            topic=name,
-            ids=tuple(c.id for c in channels),
-            layout=layout,
-            cdr=not ros1,
-            declared=rows if contents.declared else None,
-        )
-        tables.append(message_table(kind, name, type_name, layout, rows, reader))
-    note = _protection(path, kind)
-    return tuple(replace(table, notes=(*table.notes, note)) if note else table for table in some_readable(tables))
-
-
-def _protection(path: Path, kind: logs.LogKind) -> str:
-    """A note if the file has no checksums: bags have none, and the first chunk of an MCAP file shows whether it has."""
-    if kind == "rosbag1":
-        return "a ROS bag, without checksums: damaged numbers are not detected"
-    with path.open("rb") as stream:
-        at, size = len(_MCAP) + 3, path.stat().st_size
-        for _ in range(_RECORDS):
-            if at > size:  # a length that is damaged may be beyond what `seek` takes
-                break
-            stream.seek(at)
-            head = stream.read(_HEAD + _CHUNK_CRC + 4)
-            if len(head) < _HEAD + _CHUNK_CRC + 4 or head[0] == _MESSAGE:
-                break
-            if head[0] == _CHUNK:
-                checked = head[_HEAD + _CHUNK_CRC :] != bytes(4)
-                return "" if checked else "MCAP, chunks without checksums: damaged numbers are not detected"
-            at += _HEAD + int.from_bytes(head[1:_HEAD], "little")
-    return "MCAP, messages without checksums: damaged numbers are not detected"
+        text, ros1 = definition.decode(errors="replace"), _IS_ROS1[encoding, written]
+        declared, ids = rows if contents.declared else None, [c.id for c in channels]
+        load = partial(_load, path, kind, name, ids, not ros1, declared)
+        tables.append(message_table(kind, name, type_name, text, load, rows, ros1=ros1))
+    return some_readable(tables)
 
 
 def some_readable(tables: Sequence[Table]) -> tuple[Table, ...]:
@@ -117,16 +76,22 @@ def message_table(
     kind: str,
     topic: str,
     type_name: str,
-    layout: Layout,
+    definition: str,
+    load: Callable[[Layout, Sequence[int], int | None], Loaded],
     rows: int | None,
-    load: Callable[[Sequence[int], int | None], Loaded],
+    *,
+    ros1: bool = False,
 ) -> Table:
-    """The table of a topic."""
+    """The table of a topic, by the text that defines its messages."""
+    try:
+        layout = layout_of(definition, type_name, ros1=ros1)
+    except DataError as error:
+        return refused_table(kind, topic, str(error), rows)
     return Table(
         format=kind,
         columns=layout.columns,
         notes=(f"messages {type_name} of {topic}",),
-        load=load,
+        load=partial(load, layout),
         where=lambda row: f"message {row} (counted from 0) of {topic}",
         topic=topic,
         rows=rows,
@@ -150,8 +115,8 @@ def findings_of(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: i
         return behind(path, end.offset, "the log")
     if not end.kind and declared in (None, rows):
         return ()
-    kind = BrokenOff if end.kind in ("broken_off", "no_end") else Damaged
-    details = kind(
+    details = Damaged(
+        truncated=end.kind in ("broken_off", "no_end"),
         place=Place("byte", end.offset) if end.kind else None,
         reason=end.what,
         kept=rows,
@@ -162,32 +127,21 @@ def findings_of(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: i
     return (Finding(details=details, severity="warning" if end.kind == "no_end" else "error"),)
 
 
-class _Reader:
-    """Loads the columns of a topic."""
-
-    def __init__(
-        self,
-        *,
-        path: Path,
-        kind: logs.LogKind,
-        topic: str,
-        ids: tuple[int, ...],
-        layout: Layout,
-        cdr: bool,
-        declared: int | None,
-    ) -> None:
-        self.path, self.kind, self.topic, self.ids = path, kind, topic, ids
-        self.layout, self.cdr, self.declared = layout, cdr, declared
-
-    def __call__(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        decoded, end = logs.log_messages(
-            str(self.path), self.kind, self.ids, steps=self.layout.steps, cdr=self.cdr, wanted=wanted, exact=exact
+def _load(
+    path: Path,
+    kind: logs.LogKind,
+    topic: str,
+    ids: Sequence[int],
+    cdr: bool,  # noqa: FBT001  bound before the others
+    declared: int | None,
+    layout: Layout,
+    wanted: Sequence[int],
+    exact: int | None,
+) -> Loaded:
+    """The columns of a topic."""
+    found, end = logs.log_messages(str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact)
+    if not found.rows and end.kind:
+        raise DataError(
+            f"{end.what} (byte {end.offset}): no message of {topic} could be read; copy or record the file again"
         )
-        if not decoded.rows and end.kind:
-            raise DataError(
-                f"{end.what} (byte {end.offset}): no message of {self.topic} could be read; copy or record the file again"
-            )
-        return Loaded(
-            columns=dict(decoded.columns),
-            findings=findings_of(self.path, end, self.topic, decoded.rows, self.declared),
-        )
+    return Loaded(columns=dict(found.columns), findings=findings_of(path, end, topic, found.rows, declared))

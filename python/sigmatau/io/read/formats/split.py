@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import InFile, PartMissing, PartOfSeveral
+from sigmatau.findings.kinds.reading import InFile, PartMissing
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.table import Loaded, Table
 
@@ -40,7 +40,7 @@ def part_of(file: Path) -> tuple[Finding, ...]:
     names = [part.name for part in files_of(file.parent)]
     if len(names) < 2 or file.name not in names:
         return ()
-    details = PartOfSeveral(number=names.index(file.name) + 1, of=len(names))
+    details = PartMissing(number=names.index(file.name) + 1, of=len(names), alone=True)
     return (Finding(details=details, severity="info"),)
 
 

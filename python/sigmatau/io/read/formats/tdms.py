@@ -7,7 +7,6 @@ import io
 import logging
 import struct
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +15,13 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenOff, Damage, Damaged, Place, PropertyChanged
+from sigmatau.findings.kinds.reading import Place
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import Leaf, gather
-from sigmatau.io.read.formats.damage import library_faults
+from sigmatau.io.read.formats.damage import fault, library_faults
 from sigmatau.io.read.table import Head, Table, need
 
 _MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
-_CHECKED_PROPERTIES = ("unit_string", "wf_increment")
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
 
 
@@ -38,7 +36,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     end, findings = _segments(path)
     leaves: list[Leaf] = []
     others: list[str] = []
-    changes = _changes(path, end)
     with _opened(path, end) as file:
         cut: dict[str, int] = {}
         if findings and file.file_status.channel_statuses:
@@ -46,9 +43,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             cut = {name: max(0, s.expected_length - s.read_length) for name, s in states.items()}
         for group in file.groups():
             channels = [c for c in group.channels() if len(c)]
-            changed = [changes[c.path] for c in channels if c.path in changes]
-            upto = min((change.rows for change in changed), default=end)
-            findings = (*findings, *dict.fromkeys(change.finding(group.name) for change in changed))
             for channel in channels:
                 if len(channel) > end:
                     raise DataError(
@@ -59,12 +53,9 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                     continue
                 # Where the file is truncated some channels are shorter: all are cut to the same length.
                 whole = len(channel) + cut.get(channel.path, 0)
-                rows = min(upto, *(len(c) for c in channels if len(c) + cut.get(c.path, 0) == whole))
+                rows = min(len(c) for c in channels if len(c) + cut.get(c.path, 0) == whole)
                 stamps = channel.dtype.kind == "M"
-                properties = dict(channel.properties)
-                if channel.path in changes:
-                    properties[changes[channel.path].name] = changes[channel.path].old
-                unit = properties.get("unit_string")
+                unit = channel.properties.get("unit_string")
                 leaves.append(
                     Leaf(
                         group=(group.name,),
@@ -72,7 +63,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                         shape=(rows,),
                         load=_loader(path, end, group.name, channel.name, rows, len(channel)),
                         unit="us" if stamps else unit if isinstance(unit, str) else None,
-                        rate=_rate(properties),
+                        rate=_rate(channel.properties),
                     )
                 )
     notes = ["TDMS, without checksums: damaged numbers are not detected"]
@@ -103,82 +94,21 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
             stream.seek(at)
             lead = stream.read(_LEAD)
             if not _MARK.startswith(lead[:4]):
-                return at, (_error(Damaged(place=place, reason="it does not begin with its mark")),)
+                return at, (fault(place=place, reason="it does not begin with its mark"),)
             if len(lead) < _LEAD:
-                return at, (_error(BrokenOff(place=place, got=size - at, expected=_LEAD)),)
+                return at, (fault(truncated=True, place=place, reason=f"{size - at} of {_LEAD} bytes"),)
             order = ">" if lead[4] & _BIG_ENDIAN else "<"
             following, data = struct.unpack(f"{order}QQ", lead[12:28])
             if following == _UNKNOWN:
-                return size, (_error(BrokenOff(place=place, reason="its writer did not close it")),)
+                return size, (fault(truncated=True, place=place, reason="its writer did not close it"),)
             have = size - at - _LEAD
             if following > have:
                 end = size if data <= have else at  # data without their description cannot be read
-                return end, (_error(BrokenOff(place=place, got=have, expected=following)),)
+                return end, (fault(truncated=True, place=place, reason=f"{have} of {following} bytes"),)
             if data > following:
-                return at, (_error(Damaged(place=place, reason="its data begin after its end")),)
+                return at, (fault(place=place, reason="its data begin after its end"),)
             at += _LEAD + following
     return size, ()
-
-
-@dataclass(frozen=True, slots=True)
-class _Change:
-    """A property of a channel that changes after a row; npTDMS uses its last value for all rows."""
-
-    rows: int
-    name: str
-    old: object
-    new: object
-
-    def finding(self, group: str) -> Finding:
-        old, new = (value if isinstance(value, str | float) else str(value) for value in (self.old, self.new))
-        details = PropertyChanged(topic=group, name=self.name, old=old, new=new, kept=self.rows)
-        return Finding(details=details, severity="error")
-
-
-def _changes(path: Path, end: int) -> dict[str, _Change]:
-    """By channel, its first change of unit, rate or scale from one segment to another."""
-    from nptdms.reader import TdmsReader
-
-    class Watching(TdmsReader):  # type: ignore[misc]  # npTDMS has no types
-        """Records the changes of properties."""
-
-        def __init__(self, file: Any) -> None:  # noqa: ANN401
-            super().__init__(file)
-            self.seen: dict[tuple[str, str], object] = {}
-            self.before: dict[str, int] = {}
-            self.found: dict[str, _Change] = {}
-
-        def _update_object_metadata(self, segment: Any) -> None:  # noqa: ANN401
-            self.before = {name: int(held.num_values) for name, held in self.object_metadata.items()}
-            super()._update_object_metadata(segment)
-
-        def _update_object_properties(self, segment_object_properties: Any) -> None:  # noqa: ANN401
-            for name, items in (segment_object_properties or {}).items():
-                rows = self.before.get(name, 0)
-                for key, value in items:
-                    if key not in _CHECKED_PROPERTIES and not key.startswith("NI_Scale"):
-                        continue
-                    old = self.seen.get((name, key))
-                    if rows and old is not None and old != value:
-                        self.found.setdefault(name, _Change(rows, key, old, value))
-                    else:
-                        self.seen[name, key] = value
-            super()._update_object_properties(segment_object_properties)
-
-    with _quiet(), path.open("rb") as stream:
-        reader = Watching(_Part(stream, end))
-        reader.read_metadata()
-    scaled = [change for change in reader.found.values() if change.name.startswith("NI_Scale")]
-    if scaled:
-        raise DataError(
-            f"the scale {scaled[0].name} changes from {scaled[0].old!r:.40} to {scaled[0].new!r:.40} after"
-            f" {scaled[0].rows} rows; save each part as another file"
-        )
-    return reader.found
-
-
-def _error(details: Damage) -> Finding:
-    return Finding(details=details, severity="error")
 
 
 class _Part(io.RawIOBase):

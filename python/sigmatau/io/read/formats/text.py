@@ -14,20 +14,9 @@ from typing import Any
 from numpy.typing import NDArray
 
 from sigmatau._native import formats
-from sigmatau._native.formats import TextColumns
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import (
-    BrokenOff,
-    Comments,
-    Damage,
-    Damaged,
-    HeaderAgain,
-    HiddenRows,
-    NoLineEnd,
-    Place,
-    SecondHeader,
-)
+from sigmatau.findings.kinds.reading import Damaged, Place, SkippedLines
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout, header_fields
@@ -46,6 +35,8 @@ _SENSOR_LOGGER = {
     "totalacceleration": "accelerometer",
 }
 _IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
+_EXCHANGED = str.maketrans(",.", ".,")
+_TAIL = 1 << 10  # [bytes]
 _MIN_LINES = 16  # lines before the first bytes that are not text, to be a damaged table and not a binary file
 
 
@@ -148,30 +139,52 @@ class _Text:
             except formats.TextReadError:
                 raise _explained(error, self.layout) from None
             found = (Finding(details=replace(damage, kept=len(read.columns[0])), severity="error"),)
-        skipped = SkippedLines.between(read, self.layout)
         last = until
-        if skipped.stop is not None:
-            last = skipped.stop - 1
+        if (stop := self._other_header(read)) is not None:
+            last = stop - 1
             read = self._read(wanted, exact, last)
-            found = ()
+            kept = SkippedLines(what="header", line=stop, kept=len(read.columns[0]))
+            found = (Finding(details=kept, severity="error"),)
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, read.columns, strict=True))
         if exact is not None and read.integers is not None:
             raw[exact] = read.integers
             day = self.days.get(exact)
             if day is not None and (days := self._read((day,), day, last).integers) is not None:
                 raw[exact] = read.integers + days
-        found = (*found, *skipped.findings(len(read.columns[0])))
-        whole = until is None and skipped.stop is None
-        if whole and len(self.layout.columns) - 1 in wanted:
-            cut = truncation.cut_number(self.source, self.encoding, self.layout.delimiter, open_end=read.open_end)
-            if cut:
-                raw = {index: column[:-1] for index, column in raw.items()}
-                rows = len(raw[wanted[0]])
-                found = (*found, Finding(details=BrokenOff(inside="number", kept=rows), severity="error"))
-            elif cut is None:
-                raw = {index: column[:-1] for index, column in raw.items()}
-                found = (*found, Finding(details=NoLineEnd(), severity="info"))
+        if read.hidden and (stop is None or read.first_hidden < stop):
+            hidden = SkippedLines(what="comments", line=read.first_hidden, count=read.hidden)
+            found = (*found, Finding(details=hidden, severity="error"))
+        if last is None and len(self.layout.columns) - 1 in wanted and self._is_open(read):
+            raw = {index: column[:-1] for index, column in raw.items()}
+            found = (*found, Finding(details=SkippedLines(what="last"), severity="info"))
         return Loaded(columns=raw, findings=found)
+
+    def _is_open(self, read: formats.TextColumns) -> bool:
+        """Whether the last number may be truncated: no line end follows, and it has fewer decimals than the one above."""
+        if isinstance(self.source, Path) and self.gzip:
+            return read.open_end
+        tail = self.source
+        if isinstance(tail, Path):
+            with tail.open("rb") as stream:
+                stream.seek(max(stream.seek(0, 2) - _TAIL, 0))
+                tail = stream.read()
+        encoding, point = "latin-1" if self.encoding == "ascii" else self.encoding, ".,"[self.layout.decimal_comma]
+        lines = tail[-_TAIL:].decode(encoding, "replace").rstrip("\0 \t\x1a").split("\n")
+        if not lines[-1].strip():
+            return False
+        above, *_, last = 2 * [line.split(self.layout.delimiter)[-1].strip() for line in lines[-2:] if line.strip()]
+        return point not in last or len(last.partition(point)[2]) < len(above.partition(point)[2])
+
+    def _other_header(self, read: formats.TextColumns) -> int | None:
+        """The line of the first header that names other columns."""
+        own = [column.name for column in self.layout.columns]
+        for line, text in read.headers:
+            # In text with decimal commas the decoder exchanges commas and points.
+            fields = header_fields(text.translate(_EXCHANGED) if self.layout.decimal_comma else text, self.layout)
+            named = [Column(name=name) for name in fields]
+            if fields and fields != own and recognise(named) != recognise(self.layout.columns):
+                return line
+        return None
 
     def _read(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> formats.TextColumns:
         return formats.read_text(
@@ -197,7 +210,7 @@ class _Text:
         allowed = largest_expansion(self.source.stat().st_size)
         return allowed if free is None else min(allowed, free)
 
-    def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damage]:
+    def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damaged]:
         """The number of lines before the damage, and what it is; raises `DataError` for any other mistake in the file."""
         if error.kind == "too_large" and isinstance(self.source, Path):
             if (most := self._most()) < largest_expansion(stored := self.source.stat().st_size):
@@ -206,13 +219,13 @@ class _Text:
         if error.kind == "memory":
             raise DataError(f"its rows do not fit in memory; {_IN_PIECES}")
         if error.kind == "truncated":
-            return error.line, BrokenOff(what="gzip stream", place=Place("line", error.line + 1))
+            return error.line, Damaged(truncated=True, what="gzip stream", place=Place("line", error.line + 1))
         if error.kind in ("ragged", "not_a_number", "too_long"):
             line = truncation.line_at(self.source, error.line, self.encoding)
             columns = len(self.layout.columns)
             short = error.got < error.expected if error.kind == "ragged" else error.column == columns - 1
             if line.last and not line.ended and short and error.kind != "too_long":
-                return error.line - 1, BrokenOff(place=Place("line", error.line))
+                return error.line - 1, Damaged(truncated=True, place=Place("line", error.line))
             # In damaged compressed data earlier lines may be wrong and still look like rows.
             if not self.gzip and truncation.damaged(line.text, self.encoding):
                 return error.line - 1, Damaged(place=Place("line", error.line), reason="bytes that are not text")
@@ -259,7 +272,7 @@ def _no_time(error: formats.TextReadError, layout: Layout) -> DataError:
 def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
     place = f", line {error.line}"
     if layout.decimal_comma:
-        error.text = error.text.translate(str.maketrans(",.", ".,"))  # as in the file
+        error.text = error.text.translate(_EXCHANGED)  # as in the file
     if error.kind == "ragged":
         last = " (the file was truncated, if it is the last)" if error.got < error.expected else ""
         return DataError(
@@ -283,45 +296,3 @@ def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
     if error.kind == "empty":
         return DataError("has no row of data")
     return DataError(f"cannot be read: {error.text}")
-
-
-_EXCHANGED = str.maketrans(",.", ".,")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SkippedLines:
-    """Lines that were skipped among the rows. Lines count from 1."""
-
-    read: TextColumns
-    stop: int | None  # Line of the first header that differs from the header of the table: rows after it are not read
-    again: int | None  # Line of the first header before it that equals the header of the table
-
-    @classmethod
-    def between(cls, read: TextColumns, layout: Layout) -> SkippedLines:
-        own = [column.name for column in layout.columns]
-        stop = again = None
-        for line, text in read.headers:
-            # In text with decimal commas the decoder exchanges commas and points.
-            fields = header_fields(text.translate(_EXCHANGED) if layout.decimal_comma else text, layout)
-            if not fields:
-                continue
-            if fields != own and recognise([Column(name=name) for name in fields]) != recognise(layout.columns):
-                stop = line
-                break
-            again = again or line
-        return cls(read=read, stop=stop, again=again)
-
-    def findings(self, rows: int) -> tuple[Finding, ...]:
-        """Findings of the skipped lines; `rows` is the number of rows that were read."""
-        read, stop = self.read, self.stop
-        found: list[Finding] = []
-        if stop is not None:
-            found.append(Finding(details=SecondHeader(line=stop, kept=rows), severity="error"))
-        if self.again is not None:
-            found.append(Finding(details=HeaderAgain(line=self.again), severity="info"))
-        if read.hidden and (stop is None or read.first_hidden < stop):
-            hidden = HiddenRows(line=read.first_hidden, count=read.hidden)
-            found.append(Finding(details=hidden, severity="error"))
-        if read.remarks and (stop is None or read.first_remark < stop):
-            found.append(Finding(details=Comments(line=read.first_remark, count=read.remarks), severity="info"))
-        return tuple(found)

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damaged, InFile, LoggerDropouts, Place, UnfinishedMessage, UnknownMessages
+from sigmatau.findings.kinds.reading import LoggerDropouts, Place, SkippedMessages
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.formats.damage import broken
+from sigmatau.io.read.formats.damage import broken, fault
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps, without_absurd
 
 _MAGIC = b"ULog\x01\x12\x35"
@@ -83,10 +83,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     unusable = {t[2]: why for t in topics if t[3] and (why := layouts[t[2]].misfit(t[4]))}
     findings = (
         *broken(scan, size),
-        *(
-            Finding(details=Damaged(what=f"definition of {name}", reason=why), severity="error")
-            for name, why in unusable.items()
-        ),
+        *(fault(what=f"definition of {name}", reason=why) for name, why in unusable.items()),
         *_skipped(scan),
         *_dropouts(scan["dropouts"]),
     )
@@ -181,16 +178,10 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
     wrong = np.flatnonzero(counts > depth)
     good = int(wrong[0]) if len(wrong) else source.rows
     if len(wrong):
-        details = Damaged(
-            place=Place("message", good + 1),
-            got=int(counts[good]),
-            expected=depth,
-            measured="samples",
-            kept=int(counts[:good].sum()),
-            counted="samples",
-            topic=source.label,
-        )
-        findings = (*findings, Finding(details=details, severity="error"))
+        reason = f"{counts[good]} samples where at most {depth} fit"
+        kept = int(counts[:good].sum())
+        place, topic = Place("message", good + 1), source.label
+        findings = (*findings, fault(place=place, reason=reason, kept=kept, counted="samples", topic=topic))
     counts = counts[:good]
     columns = (Column(name=_STAMPS["timestamp_sample"]), *(Column(name=_named(name, axis)) for axis in "xyz"))
     first = np.concatenate(([0], np.cumsum(counts)))
@@ -313,8 +304,9 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
 
 
 def _skipped(scan: Mapping[str, Any]) -> list[Finding]:
-    skipped: list[InFile] = [UnknownMessages(count=scan["unknown"])] if scan["unknown"] else []
-    skipped += [UnfinishedMessage(place=Place("byte", start), bytes=stop - start) for start, stop in scan["unfinished"]]
+    skipped = [SkippedMessages(count=scan["unknown"], other=True)] if scan["unknown"] else []
+    if scan["unfinished"]:  # before data were appended
+        skipped.append(SkippedMessages(count=len(scan["unfinished"]), place=Place("byte", scan["unfinished"][0][0])))
     return [Finding(details=details, severity="warning") for details in skipped]
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from sigmatau._native import formats
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BrokenLines, BrokenOff, OtherSentences
-from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
+from sigmatau.findings.kinds.reading import Place, SkippedMessages
+from sigmatau.io.read.formats.damage import fault, largest_expansion, refuse_expansion
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 
 _LINE = re.compile(rb"^\$(VN[A-Z]{3}),([^*\r\n$]*)\*[0-9A-Fa-f]{2}(?:[0-9A-Fa-f]{2})?\s*$", re.MULTILINE)
@@ -85,7 +84,7 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
                 raise DataError("the compressed data are damaged; copy or record the file again") from None
             raise DataError(f"cannot be read: {error.text}") from None
         rows = len(found.columns[0])
-        return Loaded(columns=dict(zip(wanted, found.columns, strict=True)), findings=_findings(found, name, rows))
+        return Loaded(columns=dict(zip(wanted, found.columns, strict=True)), findings=_findings(found, rows))
 
     what = "" if known else f"; its {width} fields are not the documented ones and are named by number"
     return Table(
@@ -98,30 +97,19 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
     )
 
 
-def _findings(found: formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
+def _findings(found: formats.Sentences, rows: int) -> tuple[Finding, ...]:
     findings = []
     if found.broken:
-        details = BrokenLines(
-            count=found.broken,
-            inner=found.inner,
-            examples=tuple((line, what) for line, what in found.examples),
-            kept=rows,
-            topic=name,
-        )
-        findings.append(Finding(details=details, severity="error" if found.inner else "warning"))
-    findings.extend(_others(found, name, rows))
+        line, what = found.examples[0]
+        details = SkippedMessages(count=found.broken, unit="lines", place=Place("line", line), example=what, kept=rows)
+        findings.append(Finding(details=details, severity="error" if found.inner else "info"))
+    if found.others:
+        # Alternating sentences are spread evenly. A run longer than their shares explain shows a switch of the sensor.
+        longest, line = found.gap
+        switched = longest > _ALTERNATING + 4 * -(-found.others // max(rows, 1))
+        place = Place("line", line) if switched else None
+        details = SkippedMessages(count=found.others, other=True, example=f"${found.other}", place=place, kept=rows)
+        findings.append(Finding(details=details, severity="error" if switched else "info"))
     if found.cut:
-        findings.append(Finding(details=BrokenOff(inside="line", kept=rows), severity="error"))
+        findings.append(fault(truncated=True, inside="line", kept=rows))
     return tuple(findings)
-
-
-def _others(found: formats.Sentences, name: str, rows: int) -> tuple[Finding, ...]:
-    """A finding of whole sentences of other names; an error if the sensor was switched to them."""
-    if not found.others:
-        return ()
-    longest, line = found.gap
-    # Alternating sentences are spread evenly. A switch shows as a run that is longer than their shares explain.
-    details = OtherSentences(count=found.others, example=found.other, topic=name)
-    if longest <= _ALTERNATING + 4 * -(-found.others // max(rows, 1)):
-        return (Finding(details=details, severity="info"),)
-    return (Finding(details=replace(details, line=line, run=longest), severity="error"),)

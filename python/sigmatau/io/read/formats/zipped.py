@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
@@ -50,15 +51,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if left or ends:
         note = f"left out: {', '.join(left)}"[:300]
         tables = [
-            Table(
-                format=t.format,
-                columns=t.columns,
-                notes=(*t.notes, note) if left and t is tables[0] else t.notes,
-                load=t.load,
-                where=t.where,
-                topic=t.topic,
-                findings=(*t.findings, *ends),
-            )
+            replace(t, notes=(*t.notes, note) if left and t is tables[0] else t.notes, findings=(*t.findings, *ends))
             for t in tables
         ]
     return tuple(tables)
@@ -94,14 +87,8 @@ def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Tab
         except DataError as error:
             raise error.about(f", {member.filename}") from None
 
-    return Table(
-        format=shown.format,
-        columns=shown.columns,
-        notes=("zip", *shown.notes),
-        load=load,
-        where=lambda row: f"{member.filename}, {whole_table().where(row)}",
-        topic=member.filename,
-    )
+    where = lambda row: f"{member.filename}, {whole_table().where(row)}"  # noqa: E731
+    return replace(shown, notes=("zip", *shown.notes), load=load, where=where)
 
 
 def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:

@@ -14,7 +14,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.io.read.time.clock_line import BLOCK, Allowed, GridFit, about_line, allowed, few_steps, finished
+from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, finished
 
 _MAX_INTERVALS = 1 << 16  # intervals used for medians and quantiles
 _MAX_PHASES = 1 << 18  # stamps whose phase is computed
@@ -87,15 +87,12 @@ def fit_grid(
     even = _EVEN_INTERVALS[0] * mean < float(intervals.min()) and float(intervals.max()) < _EVEN_INTERVALS[1] * mean
     if even and float(np.std(some)) < _EVEN_SCATTER * mean:
         return finished(t, None, "grid", median, None)
-    if (stairs := _stairs(t, intervals, step)) is not None:
-        if given and stairs.least <= given <= stairs.most:
-            stairs = replace(stairs, interval=given)
-        elif stairs.least == 0:
-            stairs = replace(stairs, interval=stairs.most)
+    if (stairs := _stairs(intervals, t, step)) is not None:
+        interval, bound = stairs
+        most = interval if bound == math.inf else interval * (1 + bound)
+        interval = given if given and interval * (1 - bound) <= given <= most else interval
         one = finished(t, None, "coarse", median, intervals)
-        return replace(
-            one, interval=stairs.interval, error=stairs.error * stairs.interval, drift=None, bound=stairs.error
-        )
+        return replace(one, interval=interval, error=bound * interval, drift=None, bound=bound)
     if _even_line(t, intervals, step):
         period = pattern(intervals, step)
         stated = bool(given) and period > 0 and abs(cast("float", given) / step - 1) < _EQUAL_INTERVALS
@@ -121,14 +118,20 @@ def fit_grid(
     return finished(t[start:stop], places, kind, median, intervals[start : stop - 1], start=start, pieces=pieces)
 
 
-def _stairs(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> Allowed | None:
-    """The intervals allowed by a clock that makes few steps, if the stamps are of such a clock. A straight line is
-    within one step of all stamps, so that a drift of the rate is not visible.
+def _stairs(intervals: NDArray[np.float64], t: NDArray[np.float64], step: float) -> tuple[float, float] | None:
+    """The interval by the first and the last step of a clock that makes few steps, and its largest relative error; None
+    for other stamps. A step is one sample wide, whereas a staircase changes the slope of the least-squares line by up to
+    1/steps². After a single step the interval is the longest one, without a lower limit.
     """
-    if not (step > 0 and few_steps(len(t), int(np.count_nonzero(intervals)))):
+    n, up = len(t), np.flatnonzero(intervals) + 1
+    if not (step > 0 and len(up) ** 2 < n):
         return None
-    found = allowed(t, step)
-    return found if found.width <= _ONE_STEP * step else None
+    if len(up) == 1:
+        return float(t[-1]) / max(up[0] - 1, n - up[0] - 1, 1), math.inf
+    first, last = int(up[0]), int(up[-1])
+    interval = float(t[last] - t[first]) / (last - first)
+    width = float(np.ptp(t - interval * np.arange(n)))
+    return (interval, 1 / (last - first)) if width <= _ONE_STEP * step + interval else None
 
 
 def _even_line(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> bool:

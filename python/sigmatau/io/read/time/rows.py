@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from sigmatau.arrays import median_and_spread
 from sigmatau.errors import DataError, NonFiniteError, StampError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damaged, Place
-from sigmatau.findings.kinds.stamps import DuplicateSamples, MissingStamps, RowsOutOfOrder, WrongStamps
+from sigmatau.findings.kinds.reading import Place
+from sigmatau.findings.kinds.stamps import BadStamps
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.table import Loaded, Table
 
 NO_STAMP = np.iinfo(np.int64).min  # Stands for a missing stamp among integers, as NumPy's NaT does
@@ -122,7 +123,11 @@ def _with_stamp(
             index=_row(rows, first),
         )
     kept = np.flatnonzero(~missing) if rows is None else rows[~missing]
-    return kept, Finding(details=MissingStamps(rows=len(missing), place=place), severity="warning", size=count)
+    return kept, _finding("missing", count, len(missing), place)
+
+
+def _finding(what: Literal["missing", "wrong", "repeated", "late"], count: int, rows: int, place: str) -> Finding:
+    return Finding(details=BadStamps(what=what, rows=rows, place=place), severity="warning", size=count)
 
 
 def _sorted(
@@ -133,14 +138,11 @@ def _sorted(
     place = where(_row(rows, row))
     if len(back) <= _MAX_OUT_OF_ORDER * len(stamps):
         if (moved := _moved(stamps)) is not None:
-            order, count = moved
-            first = int(np.flatnonzero(order != np.arange(len(order)))[0])
-            details = RowsOutOfOrder(rows=len(stamps), place=place, stamp=stamps[order[first]].item())
-            return order, Finding(details=details, severity="warning", size=count)
+            return moved[0], _finding("late", moved[1], len(stamps), place)
         if (wrong := _wrong(stamps, back)) is not None:
             at = where(_row(rows, int(wrong[0])))
             kept = np.delete(np.arange(len(stamps)), wrong)
-            return kept, Finding(details=WrongStamps(rows=len(stamps), place=at), severity="warning", size=len(wrong))
+            return kept, _finding("wrong", len(wrong), len(stamps), at)
     times = "" if len(back) == 1 else f", and {len(back) - 1} times more after it"
     raise StampError(
         f", {place}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
@@ -251,11 +253,7 @@ def _without_twins(
     single[again] = False
     if np.count_nonzero(single) < 2:
         return np.ones(0, dtype=bool), None
-    place = where(_row(rows, int(again[0])))
-    share = len(again) / np.count_nonzero(single)
-    factor = float(np.sqrt((1 + 3 * share) / (1 + share))) if share <= 1 else float(np.sqrt(1 + share))
-    details = DuplicateSamples(rows=len(stamps), place=place, same_samples=bool(same.all()), factor=factor)
-    return single, Finding(details=details, severity="warning", size=len(again))
+    return single, _finding("repeated", len(again), len(stamps), where(_row(rows, int(again[0]))))
 
 
 def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least: int) -> Loaded:
@@ -271,19 +269,14 @@ def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least
     kept = int(back[0]) if len(back) else rows
     if not least <= kept < rows:
         raise with_damage(error, table, loaded.findings) from None
-    damaged = Damaged(place=Place("row", kept), reason="time goes backwards", kept=kept, declared=rows)
-    finding = Finding(details=damaged, severity="error")
+    finding = fault(place=Place("row", kept), reason="time goes backwards", kept=kept, declared=rows)
     columns = {index: array[:kept] for index, array in loaded.columns.items()}
     return replace(loaded, columns=columns, findings=(*loaded.findings, finding))
 
 
 def with_damage(error: DataError, table: Table, findings: Sequence[Finding]) -> DataError:
-    """An error about stamps with the damage that may have caused it, or that the log has no checksums to show damage."""
+    """An error about stamps with the damage that may have caused it."""
     if not isinstance(error, StampError):
         return error
     damage = [sentence(finding) for finding in (*table.findings, *findings) if finding.severity == "error"]
-    if damage:
-        return StampError(f"{error}. The log is damaged: {damage[0]}")
-    if any("without checksum" in note for note in table.notes):
-        return StampError(f"{error}. Or the log is damaged there; it has no checksums that would show it")
-    return error
+    return StampError(f"{error}. The log is damaged: {damage[0]}") if damage else error

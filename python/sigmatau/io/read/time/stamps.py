@@ -13,15 +13,38 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import OptionError, StampError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import RateMismatch
-from sigmatau.io.read.time import stamp_findings
+from sigmatau.findings.kinds.stamps import (
+    CoarseStamps,
+    Gap,
+    Gaps,
+    HostStamps,
+    ImplausibleRate,
+    IrregularStamps,
+    LongPauses,
+    RateDrift,
+    RateMismatch,
+    RateNotNominal,
+)
+from sigmatau.io.read.time.clock_line import GridFit
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows
-from sigmatau.io.read.time.stamp_findings import EQUAL_RATES
 from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
 
 _PRESENT_TIMES = (6e8, 4e9)  # years 1989 to 2096, counted from 1970. [s]
 _LARGEST_START = 1e8  # 3 years: stamps beyond it count from an epoch, whole seconds are subtracted. [s]
+
+# Relative difference up to which two rates are taken as equal: twice the resulting error of a random walk
+_EQUAL_RATES = 1e-3
+_NOMINAL_RATES = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # times a power of ten: rates that datasheets state. [Hz]
+_NEAR_NOMINAL = (
+    0.02  # relative difference up to which the nominal rate may have been meant: RC oscillators are within 2 %
+)
+# The range of ten equal rates is 3.1 ± 0.8 standard errors: more than 8 once in 1e7 records.
+_DRIFT_ERRORS = 8.0
+_DRIFT_INFO, _DRIFT_WARNING = 1e-4, 1e-3  # relative range of the rate; coefficients are off by up to half of it
+_RATE_ERROR_WARNING = 1e-2  # relative error of the rate; a random walk is off by half of it
+_LISTED_GAPS = 3
+_FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap, up to which gaps are no warning
 
 # Powers of (given / true rate) in the factors on coefficients of rates. All have the form coefficient² = avar·τ^(−2·slope),
 # and a rate that is too high makes the averaging times too short by the ratio. Increments are divided by an interval that
@@ -36,23 +59,36 @@ _POWERS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fit:
-    """Sampling rate and grid by the time stamps."""
+class Timing:
+    """Sampling times of a stream."""
 
     rate: float  # Sampling rate. [Hz]
-    start: float  # First stamp in use; without whole seconds if it counts from an epoch. [s]
-    source: str  # How the rate was found, in words
-    jitter: float  # Standard deviation of the stamps about their grid. [s]
-    step: float  # Resolution of the clock; 0 if the stamps show none. [s]
-    on_grid: bool  # Whether the stamps lie on a grid, so that lost samples are visible
-    rows: NDArray[np.int64] | None  # Rows of the table in use, in order; None for all
-    places: NDArray[np.int64] | None  # Places of the rows on the grid; None if no place is empty
-    n: int  # Places
-    notes: tuple[str, ...]
-    findings: tuple[Finding, ...]
+    # Time of the first sample; without whole seconds if the stamps count from an epoch. [s]
+    start: float = 0.0
+    source: str = "given"  # How the rate was found, in words
+    rows: NDArray[np.int64] | None = None  # Rows of the table in use, in order; None for all
+    places: NDArray[np.int64] | None = None  # Places of the rows on the grid; None if no place is empty
+    n: int | None = None  # Places; None without stamps
+    jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
+    step: float = 0.0  # Resolution of their clock; 0 if they show none. [s]
+    on_grid: bool = False  # Whether the stamps lie on a grid, so that lost samples are visible
+    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    def laid(self, column: NDArray[Any]) -> NDArray[Any]:
+        """A column of the table on this grid, NaN in empty places; the array itself if nothing changes."""
+        if self.rows is not None:
+            column = column[self.rows]
+        if self.places is None or self.n is None:
+            return column
+        grid = np.full(self.n, np.nan)
+        grid[self.places] = column
+        return grid
 
 
-def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None) -> Fit:
+def fit(
+    used: Rows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None
+) -> Timing:
     """Grid and sampling rate by the stamps, see `sigmatau.io.read.time.grid`. `second`: one unit of the stamps; if
     None, it follows from `rate` [s]; `where`: place of a row in the file, for the messages; `name`: the column, as
     messages name it; `rate`: sampling rate given by the user [Hz].
@@ -68,7 +104,7 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
     given = 1 / (rate * second) if rate and second else None
     found = fit_grid(t, used.intervals, step, given=given)
     if found.bound == math.inf and rate is None:
-        single = " (the resolution of single precision)" if stamp_findings.is_single_precision(used, step) else ""
+        single = " (the resolution of single precision)" if _is_single_precision(used, step) else ""
         raise StampError(
             f"stamps in column {name} have two values only, {stamps[0]} and {stamps[-1]}{single}, which give no upper limit"
             f" of the rate of {found.n} samples; give --rate HZ, or write the stamps with all their digits"
@@ -91,7 +127,7 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
     rows = used.rows
     if found.start > 0 or found.stop < len(stamps):
         rows = (np.arange(len(stamps)) if rows is None else rows)[found.start : found.stop]
-    return Fit(
+    return Timing(
         rate=1.0 / tau0,
         start=start,
         source=source,
@@ -104,12 +140,12 @@ def fit(used: Rows, second: float | None, where: Callable[[int], str], name: str
         notes=notes,
         findings=(
             *used.findings,
-            *(stamp_findings.implausible_rate(1.0 / tau0) if known else ()),
-            *stamp_findings.pauses(found, used, second, place),
-            *stamp_findings.gaps(found, second, place),
-            *stamp_findings.resolution_or_host(found, used, second, step, place),
-            *stamp_findings.rate_drift(found, tau0),
-            *(stamp_findings.rate_not_nominal(1.0 / tau0, found) if known and rate is None else ()),
+            *(_implausible_rate(1.0 / tau0) if known else ()),
+            *_pauses(found, used, second, place),
+            *_gaps(found, second, place),
+            *_resolution_or_host(found, used, second, step),
+            *_rate_drift(found, tau0),
+            *(_rate_not_nominal(1.0 / tau0, found) if known and rate is None else ()),
         ),
     )
 
@@ -124,14 +160,14 @@ def _start(stamp: Any, second: float) -> tuple[float, tuple[str, ...]]:  # noqa:
     return float(rest) * second, (f"{int(whole)} s taken off the time stamps",)
 
 
-def mismatch(given: float, found: Fit, kind: InputKind = "rate") -> tuple[Finding, ...]:
-    """A finding if the rate that was given is not that of the stamps."""
-    ratio = given / found.rate
-    if abs(1 / ratio - 1) <= EQUAL_RATES:
+def mismatch(given: float, other: float, kind: InputKind = "rate", *, stated: bool = False) -> tuple[Finding, ...]:
+    """A finding if the rate that was given is not that of the stamps, or not that which the file states."""
+    ratio = given / other
+    if abs(1 / ratio - 1) <= _EQUAL_RATES:
         return ()
     more = 0.0 if kind == "rate" else 1.0
     factors = tuple((term, ratio ** (power + more)) for term, power in _POWERS.items() if power + more)
-    details = RateMismatch(used=given, by_stamps=found.rate)
+    details = RateMismatch(used=given, other=other, stated=stated)
     return (Finding(details=details, severity="warning", size=ratio - 1, factors=factors),)
 
 
@@ -155,3 +191,130 @@ def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
         f" give e.g. --unit time={example[0]}, or --rate HZ",
         option="unit",
     )
+
+
+def _implausible_rate(rate: float) -> tuple[Finding, ...]:
+    """A finding if no usual sensor has this rate."""
+    if PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]:
+        return ()
+    return (Finding(details=ImplausibleRate(rate=rate), severity="warning", size=rate, unit="Hz"),)
+
+
+def _gaps(
+    found: GridFit, second: float, place: Callable[[int], str], *, few_lost: float = _FEW_LOST
+) -> tuple[Finding, ...]:
+    """A finding about the empty places of the grid; a warning if more than the share `few_lost` is missing."""
+    if found.places is None:
+        return ()
+    holes = np.diff(found.places) - 1
+    at = np.flatnonzero(holes)
+    lost = int(holes.sum())
+    tau0 = found.interval * second
+    longest = tuple(
+        Gap(
+            samples=int(holes[k]),
+            start=float(found.places[k] + 1) * tau0,
+            length=float(holes[k]) * tau0,
+            place=place(found.start + int(k) + 1),
+        )
+        for k in at[np.argsort(-holes[at], kind="stable")][:_LISTED_GAPS]
+    )
+    even_rate = None
+    if found.period:
+        even_rate = found.period / (float(found.places[found.period] - found.places[0]) * tau0)
+    details = Gaps(
+        samples=found.n,
+        gaps=len(at),
+        longest=longest,
+        rate=1 / tau0,
+        estimated=found.kind == "host",
+        period=found.period,
+        even_rate=even_rate,
+    )
+    return (
+        Finding(
+            details=details,
+            severity="info" if max(lost, longest[0].samples) <= few_lost * found.n else "warning",
+            spans=tuple((gap.start, gap.start + gap.length) for gap in longest),
+            size=lost,
+        ),
+    )
+
+
+def _pauses(found: GridFit, used: Rows, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
+    """A finding about pauses that are cut out, or about more pauses than can be cut out."""
+    if found.pieces == 1:
+        return ()
+    row = int(np.argmax(used.intervals))
+    longest = float(used.intervals[row]) * second
+    behind = place(row + 1)
+    if not found.pieces:
+        irregular = IrregularStamps(interval=found.interval * second, longest=longest, place=behind)
+        return (Finding(details=irregular, severity="warning", size=longest, unit="s"),)
+    details = LongPauses(
+        pauses=found.pieces - 1,
+        longest=longest,
+        place=behind,
+        used=found.stop - found.start,
+        total=len(used.stamps),
+    )
+    return (Finding(details=details, severity="warning", size=longest, unit="s"),)
+
+
+def _resolution_or_host(found: GridFit, used: Rows, second: float, step: float) -> tuple[Finding, ...]:
+    """A finding about a clock of low resolution, or about stamps that a host made in bunches."""
+    rate = 1 / (found.interval * second)
+    if found.kind == "grid" and found.places is None and found.period:
+        lost = round(found.interval * found.period / step) - found.period
+        details = CoarseStamps(step=step * second, rate=rate, period=found.period + lost, lost=lost)
+        return (Finding(details=details, severity="info", size=step * second, unit="s"),)
+    if found.kind == "grid" or not found.pieces:
+        return ()
+    if found.kind == "coarse":
+        single = _is_single_precision(used, step)
+        details = CoarseStamps(
+            step=step * second,
+            rate=rate,
+            rate_error=None if found.bound == math.inf else found.bound,  # infinite only if the rate is given
+            hidden=max(round(step / found.interval), 1) + 1,
+            single_precision=single,
+        )
+        severe = found.bound > _RATE_ERROR_WARNING or single
+        return (Finding(details=details, severity="warning" if severe else "info", size=step * second, unit="s"),)
+    host = HostStamps(rate=rate, median_rate=1 / (found.median * second) if found.median > 0 else None)
+    return (Finding(details=host, severity="warning", size=found.short),)
+
+
+def _is_single_precision(used: Rows, step: float) -> bool:
+    """Whether the step of the clock is the resolution of single-precision numbers as large as the stamps."""
+    last = float(np.abs(used.stamps[-1]))
+    return step >= 1 and last < float(np.finfo(np.float32).max) and float(np.spacing(np.float32(last))) == step
+
+
+def _rate_drift(found: GridFit, tau0: float, *, least: float = _DRIFT_INFO) -> tuple[Finding, ...]:
+    """A finding if the mean rates of ten equal parts differ significantly, and relatively by at least `least`."""
+    change = found.drift
+    if change is None or change.size < max(least, _DRIFT_ERRORS * change.error):
+        return ()
+    part = found.n * tau0 / len(change.rates)
+    start = int(np.argmax(np.abs(change.rates - np.median(change.rates)))) * part
+    return (
+        Finding(
+            details=RateDrift(
+                lowest=float(1 + change.rates.min()) / tau0, highest=float(1 + change.rates.max()) / tau0
+            ),
+            severity="warning" if change.size > _DRIFT_WARNING else "info",
+            spans=((start, start + part),),
+            size=change.size,
+        ),
+    )
+
+
+def _rate_not_nominal(rate: float, found: GridFit) -> tuple[Finding, ...]:
+    """A finding if the rate is close to a nominal rate, and significantly different from it."""
+    power = 10.0 ** math.floor(math.log10(rate))
+    nominal = min((m * power for m in _NOMINAL_RATES), key=lambda stated: abs(rate / stated - 1))
+    off = rate / nominal - 1
+    if not max(_EQUAL_RATES, 5 * found.error / found.interval) < abs(off) < _NEAR_NOMINAL:
+        return ()
+    return (Finding(details=RateNotNominal(rate=rate, nominal=nominal), severity="info", size=off),)

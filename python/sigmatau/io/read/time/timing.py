@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -12,39 +12,18 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau._native import kernels
-from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
+from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import EmptyChannel, Jitter, RateOverruled
+from sigmatau.findings.kinds.stamps import Jitter
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.rows import in_order
+from sigmatau.io.read.time.stamps import Timing
 from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
 from sigmatau.record.streams import CHUNK, Stream
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Timing:
-    """Sampling times of a stream."""
-
-    rate: float  # Sampling rate. [Hz]
-    start: float = 0.0  # Time of the first sample. [s]
-    source: str = "given"  # How the rate was found, in words
-    # See `sigmatau.io.read.time.stamps.Fit`; n is None where there are no stamps
-    rows: NDArray[np.int64] | None = None
-    places: NDArray[np.int64] | None = None
-    n: int | None = None
-    jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
-    step: float = 0.0  # Resolution of their clock. [s]
-    counted: bool = False  # Whether the stamps show lost samples
-    notes: tuple[str, ...] = ()
-    findings: tuple[Finding, ...] = ()
-
-    def laid(self, column: NDArray[Any]) -> NDArray[Any]:
-        """A column of the table on this grid."""
-        return laid(column, self.rows, self.places, self.n)
 
 
 def timed(
@@ -66,7 +45,8 @@ def timed(
             source = table.rate_source or "the file"
             return Timing(rate=table.rate, source=source, notes=(f"sampling rate {table.rate:.6g} Hz from {source}",))
         rate = cast("float", options.rate)
-        return Timing(rate=rate, findings=_rate_overruled(rate, table))
+        known = None if table.rate is None else stamps.mismatch(rate, table.rate, options.input, stated=True)
+        return Timing(rate=rate, findings=known or ())
     name = table.label(choice.time)
     stamps_raw = raw[choice.time]
     members = [i for channel, i in choice.channels.items() if not stream or stream_name(channel) == stream]
@@ -97,39 +77,18 @@ def timed(
     elif second is None:
         notes = (f"time stamps in column {name} checked for order and gaps only",)
     else:
-        findings = (*stamps.mismatch(options.rate, found, options.input), *findings)
+        findings = (*stamps.mismatch(options.rate, found.rate, options.input), *findings)
     if own is not None:
         findings = tuple(f if f.channels else replace(f, channels=(stream,)) for f in findings)
         notes = (*notes, f"{stream} in {len(own)} of {len(stamps_raw)} rows, with the stamps of these")
-    return Timing(
-        rate=found.rate if options.rate is None else options.rate,
-        start=0.0 if second is None else found.start,
-        source=_source(found, options.rate, known=second is not None),
-        rows=found.rows,
-        places=found.places,
-        n=found.n,
-        jitter=found.jitter,
-        step=found.step,
-        counted=found.on_grid,
-        notes=notes,
-        findings=findings,
-    )
+    source, given = found.source, options.rate
+    if given is not None:  # "given" alone: the log does not confirm it
+        confirmed = second is not None and not stamps.mismatch(given, found.rate)
+        source = f"given, and {source} agree" if confirmed else "given"
+    start = 0.0 if second is None else found.start
+    return replace(found, rate=given or found.rate, start=start, source=source, notes=notes, findings=findings)
 
 
-def _source(found: stamps.Fit, given: float | None, *, known: bool) -> str:
-    """How the rate was found: "given" alone means that the log does not confirm it."""
-    if given is None:
-        return found.source
-    return f"given, and {found.source} agree" if known and not stamps.mismatch(given, found) else "given"
-
-
-def _rate_overruled(rate: float, table: Table) -> tuple[Finding, ...]:
-    if table.rate is None or math.isclose(rate, table.rate, rel_tol=1e-3):
-        return ()
-    return (Finding(details=RateOverruled(given=rate, stated=table.rate), severity="warning"),)
-
-
-_MOST_EMPTY = 0.5  # share of empty rows above which a column is not used
 _LEAST_OTHER_ROWS = 0.15  # share of empty rows from which on a stream may have separate rows
 _FILLED_BY_OTHERS = 0.95  # share of these empty rows that other streams must fill
 
@@ -176,62 +135,6 @@ def own_rows(
     return found
 
 
-def mostly_missing(
-    raw: Mapping[int, NDArray[Any]],
-    by_stream: Mapping[str, Mapping[str, int]],
-    missing: set[int],
-    own: Mapping[str, NDArray[np.int64]],
-    where: Callable[[int], str],
-    label: Callable[[int], str],
-    *,
-    timed: bool,
-) -> dict[str, Finding]:
-    """Findings about channels that are empty in more than half of the rows of their stream. `where, label`: places of
-    rows and names of columns, for the messages; `timed`: whether the rows have time stamps; without them, the times of
-    streams with separate rows are unknown.
-    """
-    found: dict[str, Finding] = {}
-    refused: NonFiniteError | None = None
-    others_rows = False
-    for stream, columns in by_stream.items():
-        rows = own.get(stream) if timed else None
-        kept = False
-        for channel, index in columns.items():
-            bad = np.isnan(raw[index] if rows is None else raw[index][rows]) if index in missing else np.zeros(1, bool)
-            count, total = int(np.count_nonzero(bad)), len(bad)
-            if count <= _MOST_EMPTY * total:
-                kept = True
-                continue
-            at = int(np.argmax(bad))
-            first = at if rows is None else int(rows[at])
-            refused = refused or NonFiniteError(
-                f", {where(first)}: column {label(index)} has no number there, nor in {count - 1} other rows of {total};"
-                " leave it out by naming the other channels in --channels; if its sensor has rows of its own, name their"
-                " time stamps with --channels time=…",
-                channel=channel,
-                index=first,
-            )
-            details = EmptyChannel(column=label(index), count=count, rows=total, place=where(first))
-            found[channel] = Finding(details=details, severity="error", channels=(channel,), size=count / total)
-        others_rows |= kept and not timed and stream in own
-    if refused is not None and (others_rows or len(found) == sum(map(len, by_stream.values()))):
-        raise refused
-    return found
-
-
-def laid(
-    column: NDArray[Any], rows: NDArray[np.int64] | None, places: NDArray[np.int64] | None, n: int | None
-) -> NDArray[Any]:
-    """A column on its grid, NaN in empty places; the array itself if nothing changes."""
-    if rows is not None:
-        column = column[rows]
-    if places is None or n is None:
-        return column
-    grid = np.full(n, np.nan)
-    grid[places] = column
-    return grid
-
-
 def missing_in(
     raw: Mapping[int, NDArray[Any]],
     channels: Mapping[str, int],
@@ -239,6 +142,8 @@ def missing_in(
     used: Mapping[int, NDArray[np.int64]],
     where: Callable[[int], str],
     tau0: float,
+    *,
+    dropped: bool = False,
 ) -> tuple[Finding, ...]:
     """A finding about missing numbers in the rows in use; `tau0` is the time from row to row."""
     said: dict[str, NDArray[np.bool_]] = {}
@@ -252,15 +157,11 @@ def missing_in(
             bad &= inside
         said[channel] = bad
     of = {channel: len(used[channels[channel]]) for channel in said if channels[channel] in used}
-    return missing_values(said, where, tau0, of=of)
+    return missing_values(said, where, tau0, of=of, dropped=dropped)
 
 
 _LEAST_JITTER = 0.03  # share of the sample interval from which on jitter is a finding
 _ROUNDING_FACTOR = 1.3  # times the scatter that the resolution of the clock makes: up to it, jitter is rounding
-_LEAST_SHARE = 0.2  # of the squared quantization noise: less changes the coefficient by less than 12 %
-_MOST_SHARE = 1.5  # the samples cannot have less noise than their jitter makes: above, only the stamps scatter
-_LEAST_OWN = 0.05  # share of the sensor's own noise from which on the factor on it is known
-_SEGMENTS, _SEGMENT_LENGTH = 64, 4096  # evenly spread segments from which mean and covariance are computed
 _INTEGRALS = {"m/s^2": "m/s", "rad/s": "rad"}
 
 
@@ -268,77 +169,23 @@ def jitter_findings(
     streams: Sequence[Stream], times: Sequence[Timing], *, least: float = _LEAST_JITTER
 ) -> tuple[Finding, ...]:
     """Findings about jitter of more than the share `least` of the interval that the resolution does not explain. An
-    integrating sensor whose intervals scatter shows its mean times the scatter as noise of its angle or velocity: σ_j
-    |m| is quantization noise. The mean of a rate does not depend on the instant of sampling.
+    integrating sensor whose intervals scatter so shows its mean times the scatter as quantization noise. The mean of a
+    rate does not depend on the instant of sampling.
     """
     found: list[Finding] = []
     for timing in times:
         jitter = timing.jitter or 0.0
         rounding = timing.step / math.sqrt(12)
-        if not timing.counted or jitter * timing.rate <= least or jitter <= _ROUNDING_FACTOR * rounding:
+        if not timing.on_grid or jitter * timing.rate <= least or jitter <= _ROUNDING_FACTOR * rounding:
             continue
         own = [s for s in streams if s.grid.jitter == timing.jitter]
         integrating = [s for s in own if s.samples.transforms[0].kind != "rate"]
-        if integrating:
-            found += [f for s in integrating for channel in s.channels if (f := _of_channel(s, channel, jitter))]
-            continue
-        details = Jitter(sigma=jitter, interval=1 / timing.rate)
-        levels = [(abs(_mean(s, c)), c, s.unit) for s in own for c in s.channels if s.quantity != "signal"]
-        if levels:
-            mean, channel, unit = max(levels)
-            details = Jitter(sigma=jitter, interval=1 / timing.rate, mean=mean, strongest=channel, unit=_integral(unit))
-        found.append(Finding(details=details, severity="info", size=jitter, unit="s"))
+        for stream in integrating or own[:1]:
+            details = Jitter(sigma=jitter, interval=1 / timing.rate)
+            if integrating:
+                means = np.abs(sum(np.nansum(chunk, axis=0) for chunk in stream.chunks())) / stream.grid.n
+                unit = _INTEGRALS.get(stream.unit, f"{stream.unit} s")
+                details = replace(details, added=float(np.max(means)) * jitter, unit=unit)
+            channels = stream.channels if integrating else ()
+            found.append(Finding(details=details, severity="info", channels=channels, size=jitter, unit="s"))
     return tuple(found)
-
-
-def _integral(unit: str) -> str:
-    return _INTEGRALS.get(unit, f"{unit} s")
-
-
-def _of_channel(stream: Stream, channel: str, jitter: float) -> Finding | None:
-    """A finding if the scatter would make a considerable part of the quantization noise of an integrating channel."""
-    tau0 = stream.grid.tau0
-    mean = abs(_mean(stream, channel))
-    made = mean * jitter
-    # Quantization noise Q contributes -Q²/τ0² to the covariance, other terms nothing.
-    seen = math.sqrt(max(-_covariance(stream, channel), 0.0)) * tau0
-    unit = _integral(stream.unit)
-    share = (made / seen) ** 2 if seen > 0 else math.inf
-    if share < _LEAST_SHARE:
-        return None
-    details = Jitter(sigma=jitter, interval=tau0, mean=mean, strongest=channel, unit=unit, seen=seen, share=share)
-    if share > _MOST_SHARE:
-        return Finding(details=details, severity="info", channels=(channel,), size=jitter, unit="s")
-    own = 1 - share
-    factors = (("quantization", 1 / math.sqrt(own)),) if own > _LEAST_OWN else ()
-    return Finding(details=details, severity="warning", channels=(channel,), size=made, unit=unit, factors=factors)
-
-
-def _segments(stream: Stream) -> list[tuple[int, int]]:
-    n = stream.grid.n
-    if n <= _SEGMENTS * _SEGMENT_LENGTH:
-        return [(0, n)]
-    return [(int(a), int(a) + _SEGMENT_LENGTH) for a in np.linspace(0, n - _SEGMENT_LENGTH, _SEGMENTS)]
-
-
-def _mean(stream: Stream, channel: str) -> float:
-    k = stream.channels.index(channel)
-    parts = [stream.samples.read(k, a, b) for a, b in _segments(stream)]
-    total = sum(float(np.nansum(part)) for part in parts)
-    return total / max(sum(int(np.count_nonzero(~np.isnan(part))) for part in parts), 1)
-
-
-def _covariance(stream: Stream, channel: str) -> float:
-    """Covariance of samples one interval apart, less that of samples two intervals apart: slow changes cancel. With d
-    the differences, E[d²] = 2(γ0 − γ1) and E[d_k d_k+1] = 2γ1 − γ0 − γ2, so that γ1 − γ2 = E[d²]/2 + E[d_k d_k+1].
-    """
-    k = stream.channels.index(channel)
-    squares, products = [], []
-    for a, b in _segments(stream):
-        d = np.diff(stream.samples.read(k, a, b))
-        squares.append(d * d)
-        products.append(d[1:] * d[:-1])
-    square, product = (
-        float(np.nanmean(np.concatenate(parts))) if sum(map(len, parts)) else 0.0 for parts in (squares, products)
-    )
-    return square / 2 + product

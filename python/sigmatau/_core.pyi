@@ -28,6 +28,7 @@ __all__ = [
     "distribution_of_shape",
     "flicker_poles",
     "format_text",
+    "from_sides",
     "gauss_markov_avar",
     "gauss_markov_psd",
     "log_contents",
@@ -36,6 +37,9 @@ __all__ = [
     "masked_expectations",
     "masked_variances",
     "masked_white_slopes",
+    "neighbour_medians",
+    "neighbour_scatter",
+    "outliers",
     "parse_text",
     "quadratic_edf",
     "read_sentences",
@@ -131,6 +135,10 @@ def masked_expectations(there: NDArray[np.bool_], m: _Ints, threads: int) -> tup
 def masked_variances(
     column: _Floats, m: _Ints, overlapped: bool, paper: bool, threads: int
 ) -> tuple[_Floats, _Floats, _Ints]: ...
+def from_sides(x: _Floats, at: _Ints, side: int) -> _Floats: ...
+def neighbour_medians(x: _Floats, side: int, least: int) -> _Floats: ...
+def neighbour_scatter(x: _Floats, at: _Ints, quantile: list[float]) -> _Floats: ...
+def outliers(x: _Floats, limits: list[float], side: int, quantile: list[float]) -> _Ints: ...
 def quadratic_edf(kind: str, samples: int, m: _Ints, coefficients: list[float], tau0: float) -> _Floats: ...
 def stationary_moments(
     kind: str, overlapped: bool, samples: int, m: _Ints, coefficients: list[float], tau0: float

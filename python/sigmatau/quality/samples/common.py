@@ -219,10 +219,10 @@ def white_level(x: Floats, tau0: float) -> tuple[float, int]:
 
 def mask_of_runs(n: int, first: Ints, lengths: Ints) -> Bools:
     """True in runs of n samples that do not overlap, given by first samples and lengths; shape (n,)."""
-    edges = np.zeros(n + 1, dtype=np.int8)
-    np.add.at(edges, first, 1)
-    np.add.at(edges, first + lengths, -1)
-    return np.asarray(np.cumsum(edges[:-1], dtype=np.int8) > 0)
+    mask = np.zeros(n, dtype=bool)
+    before = np.cumsum(lengths) - lengths
+    mask[np.repeat(first - before, lengths) + np.arange(int(lengths.sum()))] = True
+    return mask
 
 
 MOST_SPANS = 8  # spans that a finding of many runs lists: the longest

@@ -137,7 +137,12 @@ def step_of_changes(changes: Floats) -> float:
     size = size[size > usual / 4] / usual  # less is the compensation
     steps = np.geomspace(_LARGEST_STEP, _LEAST_STEP, _STEPS_TRIED)
     for some, least in ((size[:_FIRST], _LATTICE_OF_FIRST), (size, _LATTICE)):
-        whole = np.array([np.cos(2 * np.pi / step * some).mean() for step in steps.tolist()])
+        whole = np.concatenate(
+            [
+                np.cos((2 * np.pi / part)[:, None] * some).mean(axis=1)
+                for part in np.split(steps, range(50, len(steps), 50))
+            ]
+        )
         steps = steps[whole > least]
         if len(steps) == 0:
             return 0.0

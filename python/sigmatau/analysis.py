@@ -298,7 +298,7 @@ def analyze(
     if window is not None:
         record, chosen = choose(record, window)
         findings += chosen
-    resting = rest_of(record)
+    resting = rest_of(record, threads=threads)
     record, told = at_rest_only(record, resting, assumed=at_rest)
     findings += told
     moving = resting.verdict == "not_at_rest" and not at_rest
@@ -323,20 +323,21 @@ def analyze(
         coarse = {finding.channel: finding.details for finding in findings if rounded(finding)}
         fitted_on = curves | fitted_on
 
-        def fitted(channel: str) -> tuple[NoiseFit, DeviationCurve]:
+        def fitted(channel: str) -> tuple[NoiseFit, NoiseFit, DeviationCurve, Finding | None]:
             curve, on = curves[channel], fitted_on[channel]
             found = fit_channel(record, channel, method=method, curve=on, tau_min=tau_min, threads=threads)
-            with_freedom = curve.overlap == "full"
-            return found, replace(curve, edf=found.degrees_of_freedom(m=curve.m)) if with_freedom else curve
-
-        for channel, (fit_of_it, curve) in in_threads(fitted, tuple(curves), threads).items():
-            fits[channel], curves[channel] = fit_of_it, curve
-            findings += fit_findings(fits[channel], missing=_lost(record, channel), beside=findings)
+            if curve.overlap == "full":
+                curve = replace(curve, edf=found.degrees_of_freedom(m=curve.m))
+            final = found
             if isinstance(steps := coarse.get(channel), CoarseResolution):
-                fits[channel] = allowing_for_rounding(fits[channel], step=steps.step, noise=steps.noise)
-            if short_times := angle_noise(record, fits[channel], threads=threads):
-                findings.append(short_times)
-        of_fits = check_fits(record, fits, looked_at=looked_at, found=findings)
+                final = allowing_for_rounding(found, step=steps.step, noise=steps.noise)
+            return found, final, curve, angle_noise(record, final, threads=threads)
+
+        for channel, (found, final, curve, short_times) in in_threads(fitted, tuple(curves), threads).items():
+            fits[channel], curves[channel] = final, curve
+            findings += fit_findings(found, missing=_lost(record, channel), beside=findings)
+            findings += filter(None, [short_times])
+        of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=threads)
         findings = [*without_consequences(findings, fits), *of_fits]
         if window is not None:
             findings += bias_finding(whole, window, fits)

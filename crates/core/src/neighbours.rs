@@ -41,13 +41,18 @@ pub fn outliers(x: &[f64], limits: &Limits) -> Vec<usize> {
         away > limits.threshold
             && away > limits.multiple * scatter(x, at, limits.quantile, &mut values) + limits.least
     };
-    let there: Vec<usize> = (0..x.len()).filter(|&k| !x[k].is_nan()).collect();
+    let mut there = Vec::new(); // all of them if none is missing
+    if x.iter().any(|y| y.is_nan()) {
+        there.extend((0..x.len()).filter(|&k| !x[k].is_nan()));
+    }
+    let (whole, count) = (there.is_empty(), if there.is_empty() { x.len() } else { there.len() });
+    let place = |k: usize| if whole { k } else { there[k] };
     let mut found = Vec::new();
     let mut judged = 0;
-    for (edge, pair) in there.windows(2).enumerate() {
-        if (x[pair[1]] - x[pair[0]]).abs() > 0.5 * limits.threshold {
-            let beyond = (edge + 3).min(there.len());
-            found.extend(there[judged.max(edge.saturating_sub(1))..beyond].iter().filter(|&&at| far(at)));
+    for edge in 1..count {
+        if (x[place(edge)] - x[place(edge - 1)]).abs() > 0.5 * limits.threshold {
+            let beyond = (edge + 2).min(count);
+            found.extend((judged.max(edge.saturating_sub(2))..beyond).map(place).filter(|&at| far(at)));
             judged = beyond;
         }
     }

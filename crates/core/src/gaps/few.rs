@@ -3,9 +3,10 @@
 use super::{BLOCK, Block, mean_of};
 use crate::allan::Estimate;
 use crate::compensated::Sum;
+use pulp::{Arch, Simd, WithSimd};
 
-/// Partial sums that run side by side.
-const LANES: usize = 8;
+/// Of the lanes of the widest vectors.
+const FIRST_PLACES: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// Starts whose sums stay in a second-level cache.
 const STRETCH: usize = 8192;
@@ -66,14 +67,7 @@ impl Points {
         let window =
             |shift: usize| (&self.high[first + shift..last + shift], &self.low[first + shift..last + shift]);
         let windows = [window(0), window(m), window(2 * m)];
-        if step > 1 {
-            return line.sums::<1>(windows, step);
-        }
-        #[cfg(target_arch = "x86_64")]
-        if let Some(vectors) = pulp::x86::V3::try_new() {
-            return vectors.vectorize(Vectors { line, windows });
-        }
-        line.sums::<LANES>(windows, 1)
+        if step > 1 { line.sums(windows, 0, step) } else { Arch::new().dispatch(AllStarts { line, windows }) }
     }
 }
 
@@ -174,58 +168,60 @@ struct Line {
 type Window<'a> = (&'a [f64], &'a [f64]);
 
 impl Line {
-    /// Sums over every `step`-th of the starts, of lanes side by side.
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for vectors.
-    fn sums<'a, const WIDE: usize>(&self, [first, middle, last]: [Window<'a>; 3], step: usize) -> Block {
-        let (mut squares, mut products, mut distances) = ([0.0; WIDE], [0.0; WIDE], [0.0; WIDE]);
-        let mut add = |lane: usize, k: f64, [a, b, c]: [f64; 3], [low_a, low_b, low_c]: [f64; 3]| {
-            let s1 = (b - a) + (low_b - low_a);
-            let s2 = (c - b) + (low_c - low_b);
+    /// Sums over every `step`-th of the starts from `from` on.
+    fn sums(&self, [first, middle, last]: [Window; 3], from: usize, step: usize) -> Block {
+        let mut sums = Block::default();
+        for k in (from..first.0.len()).step_by(step) {
+            let s1 = (middle.0[k] - first.0[k]) + (middle.1[k] - first.1[k]);
+            let s2 = (last.0[k] - middle.0[k]) + (last.1[k] - middle.1[k]);
             let z = s2 * self.r2 - s1 * self.r1;
-            let d = self.distance + k * self.slope;
-            squares[lane] += z * z;
-            products[lane] += z * d;
-            distances[lane] += d * d;
-        };
-        let whole = if step == 1 { first.0.len() / WIDE * WIDE } else { 0 };
-        let chunks = |window: Window<'a>| {
-            window.0[..whole].chunks_exact(WIDE).zip(window.1[..whole].chunks_exact(WIDE))
-        };
-        let together = chunks(first).zip(chunks(middle)).zip(chunks(last)).enumerate();
-        for (chunk, (((a, low_a), (b, low_b)), (c, low_c))) in together {
-            let start = (chunk * WIDE) as f64;
-            for lane in 0..WIDE {
-                let at = |of: &[f64]| of[lane];
-                add(lane, start + lane as f64, [a, b, c].map(at), [low_a, low_b, low_c].map(at));
-            }
+            let d = self.distance + k as f64 * self.slope;
+            sums.squares += z * z;
+            sums.products += z * d;
+            sums.distances += d * d;
         }
-        for k in (whole..first.0.len()).step_by(step) {
-            add(0, k as f64, [first.0[k], middle.0[k], last.0[k]], [first.1[k], middle.1[k], last.1[k]]);
-        }
-        Block {
-            squares: squares.iter().sum(),
-            products: products.iter().sum(),
-            distances: distances.iter().sum(),
-            ..Block::default()
-        }
+        sums
     }
 }
 
-/// [`Line::sums`] for the vectors that `pulp` compiles it for.
-#[cfg(target_arch = "x86_64")]
-struct Vectors<'a> {
+/// [`Line::sums`] over all starts, by the vectors that the processor has.
+struct AllStarts<'a> {
     line: &'a Line,
     windows: [Window<'a>; 3],
 }
 
-#[cfg(target_arch = "x86_64")]
-impl pulp::NullaryFnOnce for Vectors<'_> {
+impl WithSimd for AllStarts<'_> {
     type Output = Block;
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
-    fn call(self) -> Block {
-        self.line.sums::<LANES>(self.windows, 1)
+    fn with_simd<S: Simd>(self, simd: S) -> Block {
+        let Self { line, windows } = self;
+        let [(a, low_a), (b, low_b), (c, low_c)] =
+            windows.map(|(high, low)| (S::as_simd_f64s(high).0, S::as_simd_f64s(low).0));
+        let (r1, r2) = (simd.splat_f64s(line.r1), simd.splat_f64s(line.r2));
+        let (distance, slope) = (simd.splat_f64s(line.distance), simd.splat_f64s(line.slope));
+        let change = |a, b, low_a, low_b| simd.add_f64s(simd.sub_f64s(b, a), simd.sub_f64s(low_b, low_a));
+        let zero = simd.splat_f64s(0.0);
+        let (mut squares, mut products, mut distances) = (zero, zero, zero);
+        let mut place = simd.partial_load_f64s(&FIRST_PLACES[..S::F64_LANES]);
+        let lanes = simd.splat_f64s(S::F64_LANES as f64);
+        let starts = a.iter().zip(b).zip(c).zip(low_a).zip(low_b).zip(low_c);
+        for (((((&a, &b), &c), &low_a), &low_b), &low_c) in starts {
+            let (s1, s2) = (change(a, b, low_a, low_b), change(b, c, low_b, low_c));
+            let z = simd.sub_f64s(simd.mul_f64s(s2, r2), simd.mul_f64s(s1, r1));
+            let d = simd.add_f64s(distance, simd.mul_f64s(place, slope));
+            squares = simd.add_f64s(squares, simd.mul_f64s(z, z));
+            products = simd.add_f64s(products, simd.mul_f64s(z, d));
+            distances = simd.add_f64s(distances, simd.mul_f64s(d, d));
+            place = simd.add_f64s(place, lanes);
+        }
+        let rest = line.sums(windows, a.len() * S::F64_LANES, 1);
+        Block {
+            squares: simd.reduce_sum_f64s(squares) + rest.squares,
+            products: simd.reduce_sum_f64s(products) + rest.products,
+            distances: simd.reduce_sum_f64s(distances) + rest.distances,
+            ..rest
+        }
     }
 }

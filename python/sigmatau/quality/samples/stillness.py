@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sigmatau.arrays import Bools, Floats
 from sigmatau.findings.finding import Span
 from sigmatau.findings.kinds.rest import Motion
+from sigmatau.quality.facts import in_threads
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.quality.samples.shocks_and_steps import LARGEST_BIAS
@@ -63,14 +64,14 @@ class Moved:
     motion: Motion | None
 
 
-def moved(streams: Iterable[Stream]) -> Moved:
+def moved(streams: Iterable[Stream], *, threads: int | None = None) -> Moved:
     """When the sensors of a record move, by their angular rates and accelerations.
 
     Seconds move if their means, or those of quarters of them, depart from those beside them as in someone's hands, for more
     than a moment or to another position. Of the rest, a block of 40 s or more moves, or the whole, if the median of its
     second differences is beyond noise at some averaging time.
     """
-    means = [one for stream in streams for one in _of_stream(stream)]
+    means = [one for stream in streams for one in _of_stream(stream, threads)]
     handled = [_seconds(one) for one in means]
     gone = joined(span for one in handled for span in one.spans)
     for one in means:
@@ -80,7 +81,7 @@ def moved(streams: Iterable[Stream]) -> Moved:
     return Moved(joined(span for one in found for span in one.spans), strongest)
 
 
-def _of_stream(stream: Stream) -> Sequence[_Means]:
+def _of_stream(stream: Stream, threads: int | None) -> Sequence[_Means]:
     if stream.quantity not in _LEVELS or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return ()
     base = max(round(_SHORTEST / stream.grid.tau0), 1)
@@ -89,8 +90,8 @@ def _of_stream(stream: Stream) -> Sequence[_Means]:
         return ()
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
     known = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
-    found = (_Means(stream, channel, base, first) for channel in known)
-    return [one for one in found if one.floor > 0]  # a constant is not measured
+    found = in_threads(lambda channel: _Means(stream, channel, base, first), known, threads)
+    return [one for one in found.values() if one.floor > 0]  # a constant is not measured
 
 
 def joined(spans: Iterable[Span], gap: float = _GAP) -> tuple[Span, ...]:

@@ -42,6 +42,7 @@ from sigmatau.quality.selection.rest import rest as rest_of
 from sigmatau.quality.selection.selection_bias import bias_finding
 from sigmatau.quality.selection.window import choose
 from sigmatau.record import memory
+from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
 from sigmatau.results import Printed
@@ -298,6 +299,8 @@ def analyze(
     if window is not None:
         record, chosen = choose(record, window)
         findings += chosen
+    if long != "strided":
+        record = replace(record, streams=tuple(map(loaded, record.streams)))
     resting = rest_of(record, threads=threads)
     record, told = at_rest_only(record, resting, assumed=at_rest)
     findings += told

@@ -119,7 +119,8 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
 # usual change.
 _LATTICE, _LEAST_STEP, _LARGEST_STEP, _STEPS_TRIED = 0.8, 1 / 6, 2.0, 400
 _CHANGES = 4096
-_FIRST, _LATTICE_OF_FIRST = 256, 0.6  # changes that most steps are refused by: 0.8 less four standard errors
+# The first changes, that most steps are refused by: 0.8 less four standard errors.
+_FIRST, _LATTICE_OF_FIRST = (64, 256), (0.4, 0.6)
 _SAME_STEP = 0.8  # steps no smaller than this part of the largest are about the same one
 
 
@@ -136,7 +137,8 @@ def step_of_changes(changes: Floats) -> float:
     usual = float(np.median(size))
     size = size[size > usual / 4] / usual  # less is the compensation
     steps = np.geomspace(_LARGEST_STEP, _LEAST_STEP, _STEPS_TRIED)
-    for some, least in ((size[:_FIRST], _LATTICE_OF_FIRST), (size, _LATTICE)):
+    for count, least in zip((*_FIRST, len(size)), (*_LATTICE_OF_FIRST, _LATTICE), strict=True):
+        some = size[:count]
         whole = np.concatenate(
             [
                 np.cos((2 * np.pi / part)[:, None] * some).mean(axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
@@ -183,10 +184,11 @@ def _one(
     record = read_log(log, reading, quiet=quiet)
     checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
     if outputs.json is not None:
-        checksum.start()
+        with contextlib.suppress(RuntimeError):  # without memory for a thread, it is computed when it is written
+            checksum.start()
     with working("computing Allan variances, fitting", quiet=quiet):
         analysis = analyze(record, **settings)
-    if outputs.json is not None:
+    if checksum.ident is not None:
         checksum.join()
     if outputs.plot is not None:
         with working(f"drawing {outputs.plot}", quiet=quiet):

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benches import checks, fits, growth, kernels, peers, processes, simulation, stream, text
+from benches import checks, fits, growth, job, kernels, peers, processes, simulation, stream, text
 
 SECTIONS = {
     module.__name__.split(".")[-1]: module
-    for module in (peers, kernels, processes, stream, simulation, growth, fits, checks)
+    for module in (job, peers, kernels, processes, stream, simulation, growth, fits, checks)
 }
 
 

@@ -73,10 +73,19 @@ STARTS = {
 }
 
 
+def compiled() -> None:
+    """Compile the package: an installed one is, a checkout may be told not to."""
+    compileall.compile_dir(Path(sigmatau.__file__).parent, quiet=1)
+
+
+def bare_curves(log: str) -> list[str]:
+    """Arguments of Python for six curves by pandas and allantools."""
+    return ["-c", _PANDAS + _OCTAVES, log]
+
+
 def measure(settings: Settings) -> dict[str, Any]:
     """Both kinds of processes."""
-    # Installed packages come compiled; a checkout may be told not to.
-    compileall.compile_dir(Path(sigmatau.__file__).parent, quiet=1)
+    compiled()
     n = settings.samples(1.44e6)
     axes: dict[str, Any] = {axis: noise(n, k) for k, axis in enumerate(AXES)}
     with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
@@ -85,7 +94,7 @@ def measure(settings: Settings) -> dict[str, Any]:
         size = Path(log).stat().st_size
         commands = {
             "sigmatau": ["-c", _OURS, log],
-            "pandas + allantools": ["-c", _PANDAS + _OCTAVES, log],
+            "pandas + allantools": bare_curves(log),
             "numpy.loadtxt + allantools": ["-c", _LOADTXT + _OCTAVES, log],
         }
         _check({name: _printed(arguments) for name, arguments in commands.items()})

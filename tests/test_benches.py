@@ -50,6 +50,7 @@ def test_probes():
 def test_every_counted_work_has_its_limit():
     stored = json.loads(instructions.STORED.read_text(encoding="utf-8"))
     assert set(stored) == set(instructions.LESS)
+    assert set(json.loads(instructions.STORED_JOB.read_text(encoding="utf-8"))) == {"python", "numpy", "instructions"}
     works = (ROOT / "crates" / "formats" / "examples" / "instructions.rs").read_text(encoding="utf-8")
     (listed,) = re.findall(r'const WORKS: &str = "(.*)";', works)
     assert set(listed.split(", ")) == set(instructions.LESS) | {"nothing"}
@@ -58,7 +59,16 @@ def test_every_counted_work_has_its_limit():
 def test_a_run_from_end_to_end(tmp_path):
     for package in PEERS:
         pytest.importorskip(package, reason=f"{package}, a peer, is not installed: make bench installs it")
-    parts = ["peers", "processes", "stream", "simulation", "growth", "fits", "checks"]  # all that needs no compiler
+    parts = [
+        "job",
+        "peers",
+        "processes",
+        "stream",
+        "simulation",
+        "growth",
+        "fits",
+        "checks",
+    ]  # all that needs no compiler
     command = [sys.executable, "-m", "benches.run", "--rounds", "1", "--scale", "0.002", "--only", *parts]
     folders = ["--cache", str(tmp_path / "kept"), "--output", str(tmp_path)]
     subprocess.run([*command, *folders], cwd=ROOT, check=True, capture_output=True)

@@ -28,12 +28,16 @@ __all__ = [
     "distribution_of_shape",
     "flicker_poles",
     "format_text",
+    "from_sides",
     "gauss_markov_avar",
     "gauss_markov_psd",
     "log_contents",
     "log_messages",
     "masked_expectations",
     "masked_variances",
+    "neighbour_medians",
+    "neighbour_scatter",
+    "outliers",
     "parse_text",
     "quadratic_edf",
     "read_sentences",
@@ -125,6 +129,10 @@ def masked_expectations(there: NDArray[np.bool_], m: _Ints, threads: int) -> _Fl
 def masked_variances(
     column: _Floats, m: _Ints, overlapped: bool, paper: bool, threads: int
 ) -> tuple[_Floats, _Floats, _Ints]: ...
+def from_sides(x: _Floats, at: _Ints, side: int) -> _Floats: ...
+def neighbour_medians(x: _Floats, side: int, least: int) -> _Floats: ...
+def neighbour_scatter(x: _Floats, at: _Ints, quantile: list[float]) -> _Floats: ...
+def outliers(x: _Floats, limits: list[float], side: int, quantile: list[float]) -> _Ints: ...
 def quadratic_edf(kind: str, samples: int, m: _Ints, coefficients: list[float], tau0: float) -> _Floats: ...
 def stationary_moments(
     kind: str, overlapped: bool, samples: int, m: _Ints, coefficients: list[float], tau0: float

@@ -40,6 +40,7 @@ from sigmatau.quality.selection.rest import Rest, at_rest_only
 from sigmatau.quality.selection.rest import rest as rest_of
 from sigmatau.quality.selection.window import choose
 from sigmatau.record import memory
+from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
 from sigmatau.results import Printed
@@ -295,7 +296,9 @@ def analyze(
     if window is not None:
         record, chosen = choose(record, window)
         findings += chosen
-    resting = rest_of(record)
+    if long != "strided":
+        record = replace(record, streams=tuple(map(loaded, record.streams)))
+    resting = rest_of(record, threads=threads)
     record, told = at_rest_only(record, resting, assumed=at_rest)
     findings += told
     moving = resting.verdict == "not_at_rest" and not at_rest
@@ -320,18 +323,20 @@ def analyze(
         coarse = {finding.channel: finding.details for finding in findings if rounded(finding)}
         fitted_on = curves | fitted_on
 
-        def fitted(channel: str) -> tuple[NoiseFit, DeviationCurve]:
+        def fitted(channel: str) -> tuple[NoiseFit, NoiseFit, DeviationCurve]:
             curve, on = curves[channel], fitted_on[channel]
             found = fit_channel(record, channel, method=method, curve=on, tau_min=tau_min, threads=threads)
-            with_freedom = curve.overlap == "full"
-            return found, _with_freedom(curve, found) if with_freedom else curve
-
-        for channel, (fit_of_it, curve) in in_threads(fitted, tuple(curves), threads).items():
-            fits[channel], curves[channel] = fit_of_it, curve
-            findings += fit_findings(fits[channel], missing=_lost(record, channel), beside=findings)
+            if curve.overlap == "full":
+                curve = _with_freedom(curve, found)
+            final = found
             if isinstance(steps := coarse.get(channel), CoarseResolution):
-                fits[channel] = allowing_for_rounding(fits[channel], step=steps.step, noise=steps.noise)
-        of_fits = check_fits(record, fits, looked_at=looked_at, found=findings)
+                final = allowing_for_rounding(found, step=steps.step, noise=steps.noise)
+            return found, final, curve
+
+        for channel, (found, final, curve) in in_threads(fitted, tuple(curves), threads).items():
+            fits[channel], curves[channel] = final, curve
+            findings += fit_findings(found, missing=_lost(record, channel), beside=findings)
+        of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=threads)
         findings = [*without_consequences(findings, fits), *of_fits]
     maps: Mapping[str, DynamicAllan] = {}
     if stability:

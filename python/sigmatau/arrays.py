@@ -57,5 +57,6 @@ def runs(mask: ArrayLike) -> list[tuple[int, int]]:
     >>> runs([False, True, True, False, True])
     [(1, 3), (4, 5)]
     """
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], np.asarray(mask, dtype=np.int8), [0]))))
+    inside = np.concatenate(([False], np.asarray(mask, dtype=bool), [False]))
+    edges = np.flatnonzero(inside[1:] != inside[:-1])
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -8,6 +8,7 @@
 mod counts;
 pub mod expected;
 mod exponential;
+mod few;
 
 use crate::allan::{Counting, Estimate, Overlap, check_sizes};
 use crate::compensated::Sum;
@@ -18,6 +19,12 @@ use rayon::prelude::*;
 
 /// Starts whose squares are added plainly; the sums of such blocks are carried with their rounding errors.
 const BLOCK: usize = 1024;
+
+/// One in so many samples: below this share, most neighbouring starts miss the same ones, and are summed together.
+const FEW: usize = 64;
+
+/// Sizes that one thread works off together.
+const TOGETHER: usize = 16;
 
 /// Running sums over the samples before a point that are there.
 #[derive(Clone, Copy, Default)]
@@ -61,30 +68,38 @@ pub fn allan_variance(
     threads: Option<usize>,
 ) -> Result<Vec<Estimate>, Error> {
     check_sizes(rate.len(), m, overlap, counting)?;
-    let points = running_sums(rate)?;
+    if let Some(index) = rate.iter().position(|y| !(y.is_nan() || y.abs() <= LARGEST_RATE)) {
+        return Err(Error::NonFinite { index });
+    }
     let used = match (overlap, counting) {
         (Overlap::Full, Counting::Paper) => rate.len() - 1,
         _ => rate.len(),
     };
-    let of_size = |&m: &usize| {
-        let step = if overlap == Overlap::Full { 1 } else { m };
-        estimate(&points[..=used], m, step)
-    };
-    on_threads(threads, || m.par_iter().map(of_size).collect())
+    let step = |m: usize| if overlap == Overlap::Full { 1 } else { m };
+    let missing: Vec<usize> = (0..rate.len()).filter(|&k| rate[k].is_nan()).collect();
+    if missing.len() < rate.len() / FEW {
+        let points = few::Points::of(rate, missing);
+        let some = |sizes: &[usize]| points.estimates(used, sizes, step);
+        return on_threads(threads, || m.par_chunks(TOGETHER).flat_map_iter(some).collect());
+    }
+    let points = running_sums(rate);
+    on_threads(threads, || m.par_iter().map(|&m| estimate(&points[..=used], m, step(m))).collect())
 }
 
-fn running_sums(rate: &[f64]) -> Result<Vec<Point>, Error> {
-    if let Some(index) = rate.iter().position(|y| !(y.is_nan() || y.abs() <= LARGEST_RATE)) {
-        return Err(Error::NonFinite { index });
-    }
+/// Mean of the samples that are there; 0 without one.
+fn mean_of(rate: &[f64]) -> f64 {
     let mut total = Sum::default();
     let mut valid = 0.0;
     for &y in rate.iter().filter(|y| !y.is_nan()) {
         total.add(y);
         valid += 1.0;
     }
+    if valid > 0.0 { total.value() / valid } else { 0.0 }
+}
+
+fn running_sums(rate: &[f64]) -> Vec<Point> {
     // The variance does not see a constant, the rounding does.
-    let mean = if valid > 0.0 { total.value() / valid } else { 0.0 };
+    let mean = mean_of(rate);
     let mut points = Vec::with_capacity(rate.len() + 1);
     let mut sum = Sum::default();
     let mut point = Point::default();
@@ -97,7 +112,7 @@ fn running_sums(rate: &[f64]) -> Result<Vec<Point>, Error> {
         }
         points.push(point);
     }
-    Ok(points)
+    points
 }
 
 /// Averages over the pairs of clusters of `m` samples that begin at every `step`-th sample.
@@ -198,6 +213,24 @@ mod tests {
             assert!(estimate.pairs > 0);
             // Clusters of 1000 are half full everywhere.
             assert_eq!(estimate.pairs < 3001 - 2 * estimate.m, estimate.m < 1000, "{estimate:?}");
+        }
+    }
+
+    #[test]
+    fn few_missing_samples_by_both_ways() {
+        let mut y = noise(5000);
+        for k in [0, 1, 700, 701, 1450, 2501, 4990, 4999] {
+            y[k] = f64::NAN;
+        }
+        let used = y.len();
+        let missing: Vec<usize> = (0..used).filter(|&k| y[k].is_nan()).collect();
+        let points = few::Points::of(&y, missing);
+        for (m, step) in [(1, 1), (2, 1), (3, 3), (17, 1), (256, 256), (1024, 1), (2500, 1)] {
+            let got = points.estimates(used, &[m], |_| step)[0];
+            let expected = estimate(&running_sums(&y), m, step);
+            assert_eq!(got.pairs, expected.pairs);
+            assert!((got.avar / expected.avar - 1.0).abs() < 1e-13, "{got:?} {expected:?}");
+            assert!((got.ramp - expected.ramp).abs() < 1e-14, "{got:?} {expected:?}");
         }
     }
 

@@ -21,6 +21,7 @@ pub mod gaps;
 pub mod generate;
 mod kernel;
 pub mod likelihood;
+pub mod neighbours;
 pub mod phase;
 mod points;
 pub mod pole_bank;

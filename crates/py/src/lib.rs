@@ -14,6 +14,7 @@ mod flight;
 mod gaps;
 mod generate;
 mod likelihood;
+mod neighbours;
 mod pool;
 mod ros;
 mod sentences;
@@ -43,6 +44,8 @@ mod _core {
     use crate::generate::{Generator, flicker_poles};
     #[pymodule_export]
     use crate::likelihood::{LikelihoodPass, LikelihoodSummary};
+    #[pymodule_export]
+    use crate::neighbours::{from_sides, neighbour_medians, neighbour_scatter, outliers};
     #[pymodule_export]
     use crate::ros::{decode_messages, log_contents, log_messages, unpacked};
     #[pymodule_export]

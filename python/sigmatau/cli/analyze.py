@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from threading import Thread
 from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
@@ -180,8 +182,14 @@ def _one(
         check_output(path, (), "export")
     refuse_same(log, **outputs.files, **{f"export {name}": path for name, path in exports.files.items()})
     record = read_log(log, reading, quiet=quiet)
+    checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
+    if outputs.json is not None:
+        with contextlib.suppress(RuntimeError):  # without memory for a thread, it is computed when it is written
+            checksum.start()
     with working("computing Allan variances, fitting", quiet=quiet):
         analysis = analyze(record, **settings)
+    if checksum.ident is not None:
+        checksum.join()
     if outputs.plot is not None:
         with working(f"drawing {outputs.plot}", quiet=quiet):
             write_figure(analysis.plot(), outputs.plot)

@@ -158,6 +158,7 @@ def check_fits(
     *,
     looked_at: int = LOOKED_AT,
     found: Sequence[Finding] | None = None,
+    threads: int | None = None,
 ) -> tuple[Finding, ...]:
     """Faults of a record that need a fit.
 
@@ -178,21 +179,25 @@ def check_fits(
     tuple of Finding
     """
     disturbed = found is None or any(one.code in DISTURBANCES and not one.left_out for one in found)
-    said: list[Finding] = []
-    for stream in record.streams:
-        if stream.quantity == "temperature" or stream.grid.n < LEAST_SAMPLES:
-            continue
-        of_stream = {channel: fits[channel] for channel in stream.channels if channel in fits}
-        if not of_stream:
-            continue
-        stream = _beginning(stream, looked_at)
-        flat = without_drifts(record, stream, of_stream)
+    streams = {
+        stream.name: stream
+        for stream in record.streams
+        if stream.quantity != "temperature"
+        and stream.grid.n >= LEAST_SAMPLES
+        and not fits.keys().isdisjoint(stream.channels)
+    }
+
+    def of_stream(name: str) -> list[Finding]:
+        stream, said = _beginning(streams[name], looked_at), list[Finding]()
+        fitted = {channel: fits[channel] for channel in stream.channels if channel in fits}
+        flat = without_drifts(record, stream, fitted)
         still = without(flat)[0] if disturbed else flat
         if flat is not stream:
-            said += steps_beside_drifts(still, of_stream)
+            said += steps_beside_drifts(still, fitted)
         steady = bridged(between_steps(still, [*(found or ()), *said]))
-        said += non_stationary(steady, of_stream)
-    return tuple(said)
+        return [*said, *non_stationary(steady, fitted)]
+
+    return tuple(one for said in in_threads(of_stream, tuple(streams), threads).values() for one in said)
 
 
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:

@@ -11,7 +11,7 @@ import functools
 import os
 import threading
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar, copy_context
 from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
@@ -57,11 +57,13 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
                 errors[name] = error
 
     others = [threading.Thread(target=copy_context().run, args=(work,)) for _ in range(workers - 1)]
-    for thread in others:
-        thread.start()
+    with suppress(RuntimeError):  # without memory for another thread, those that are there do the work
+        for thread in others:
+            thread.start()
     work()
     for thread in others:
-        thread.join()
+        if thread.ident is not None:
+            thread.join()
     for name in names:
         if name in errors:
             raise errors[name]

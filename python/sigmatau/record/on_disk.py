@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,12 +18,14 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.record.memory import available
+from sigmatau.record.streams import Stream
 
-__all__ = ["FileColumn", "FileRows", "file_bytes"]
+__all__ = ["FileColumn", "FileRows", "file_bytes", "loaded"]
 
 _PIECE = 1 << 16  # rows read at a time, if a row is short
 _PIECE_BYTES = 1 << 22  # bytes read at a time, at most, if they are more than a row
 _SPARSE = 1 << 14  # rows that are read one by one where steps are long
+_LOADED = 0.2  # share of the free memory that columns may take: an analysis needs three times as much as its samples
 
 
 _CHANGED = "the file changed while it was being read; wait until it is written, or copy it first"
@@ -38,6 +41,24 @@ def file_bytes(path: Path) -> NDArray[np.uint8]:
         raise DataError(_CHANGED)
     found.flags.writeable = False
     return found
+
+
+def loaded(stream: Stream) -> Stream:
+    """The stream with its columns in memory, if they stay in their file and are a small part of the free memory.
+
+    The columns of a row share its bytes: one column after the other would read the whole file for each.
+    """
+    columns = stream.samples.raw
+    size, free = sum(len(column) * column.dtype.itemsize for column in columns), available()
+    if not all(isinstance(column, FileColumn) for column in columns) or (free is not None and size > _LOADED * free):
+        return stream
+    arrays = tuple(np.empty(len(column), column.dtype) for column in columns)
+    at = 0
+    for pieces in zip(*(cast("FileColumn", column).pieces() for column in columns), strict=True):
+        for array, piece in zip(arrays, pieces, strict=True):
+            array[at : at + len(piece)] = piece
+        at += len(pieces[0])
+    return replace(stream, samples=replace(stream.samples, raw=arrays))
 
 
 class FileRows:

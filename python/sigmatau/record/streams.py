@@ -136,7 +136,11 @@ class Columns:
             factor /= self.tau0
         if factor != 1.0:
             x = x * factor
-        return x if self.missing is None else np.where(self.missing[start:stop, channel], np.nan, x)
+        if self.missing is None:
+            return x
+        x = x.copy() if np.may_share_memory(x, self.raw[channel]) else x
+        np.copyto(x, np.nan, where=self.missing[start:stop, channel])
+        return x
 
 
 @frozen(eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from numbers import Integral
 
@@ -13,9 +14,12 @@ from sigmatau.errors import OptionError
 Floats = NDArray[np.float64]
 
 
+@functools.lru_cache(maxsize=8)
 def hann(n: int) -> Floats:
-    """Hann's taper, periodic; shape (n,)."""
-    return np.asarray(0.5 - 0.5 * np.cos(2 * np.pi / n * np.arange(n)))
+    """Hann's taper, periodic; shape (n,), read-only."""
+    taper: Floats = 0.5 - 0.5 * np.cos(2 * np.pi / n * np.arange(n))
+    taper.setflags(write=False)
+    return taper
 
 
 def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:

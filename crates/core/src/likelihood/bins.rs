@@ -1,6 +1,6 @@
 //! The numbers that a model is compared with: some 200 means of powers of a channel, with their degrees of freedom.
 
-use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, flicker_modes};
+use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, fine_densities, flicker_modes};
 use crate::likelihood::linear::dot_of_many;
 use crate::likelihood::lines::Line;
 use crate::likelihood::pass::Summary;
@@ -395,9 +395,7 @@ impl<'a> Bins<'a> {
     /// The same into a column that is there.
     pub(crate) fn fill(&self, part: Part, column: &mut Column) {
         if self.leak.is_some() {
-            for (slot, point) in column.high.iter_mut().zip(&self.fine_points) {
-                *slot = point.density(part, self.record.tau0);
-            }
+            fine_densities(part, &self.fine_points, self.record.tau0, &mut column.high);
             column.low = self.gathered(&[], &column.high);
             return;
         }
@@ -409,14 +407,19 @@ impl<'a> Bins<'a> {
                 let inside = &self.kept[pair[0]..pair[1]];
                 *slot = length * inside.iter().map(|&k| all[k]).sum::<f64>() / inside.len() as f64;
             }
+        } else if let Part::GaussMarkov { time } = part {
+            let process = blocks.gauss_markov(time);
+            self.mode_means(column, |point| process.density(point));
         } else {
-            for (slot, pair) in column.low.iter_mut().zip(self.mode_starts.windows(2)) {
-                let points = &self.mode_points[pair[0]..pair[1]];
-                *slot = points.iter().map(|p| blocks.density(part, p)).sum::<f64>() / points.len() as f64;
-            }
+            self.mode_means(column, |point| blocks.density(part, point));
         }
-        for (slot, point) in column.high.iter_mut().zip(&self.fine_points) {
-            *slot = point.density(part, self.record.tau0);
+        fine_densities(part, &self.fine_points, self.record.tau0, &mut column.high);
+    }
+
+    fn mode_means(&self, column: &mut Column, density: impl Fn(&ModePoint) -> f64) {
+        for (slot, pair) in column.low.iter_mut().zip(self.mode_starts.windows(2)) {
+            let points = &self.mode_points[pair[0]..pair[1]];
+            *slot = points.iter().map(&density).sum::<f64>() / points.len() as f64;
         }
     }
 

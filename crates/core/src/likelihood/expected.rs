@@ -47,9 +47,10 @@ impl Part {
 /// Where a mode is evaluated: k with θ = πk/M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ModePoint {
-    theta: f64,
     sin: f64,
     cos: f64,
+    /// 4 sin²(θ/2).
+    chord: f64,
     /// Of θ(M − 1).
     last_sin: f64,
     last_cos: f64,
@@ -76,9 +77,9 @@ impl Blocks {
         // θ(M − 1) = πk − θ.
         let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
         ModePoint {
-            theta,
             sin,
             cos,
+            chord: 4.0 * (0.5 * theta).sin().powi(2),
             last_sin: -sign * sin,
             last_cos: sign * cos,
             frequency: k as f64 / (2.0 * m * self.length()),
@@ -89,24 +90,23 @@ impl Blocks {
     /// the angle are regressors; flicker noise is in [`flicker_modes`].
     pub(crate) fn density(self, part: Part, at: &ModePoint) -> f64 {
         let (n, length) = (self.samples as f64, self.length());
-        let chord = 4.0 * (0.5 * at.theta).sin().powi(2);
         match part {
-            Part::Quantization => chord / length,
+            Part::Quantization => at.chord / length,
             Part::RandomWalk => 1.0,
             Part::RateRandomWalk => {
                 // The differences of block means of a sampled random walk are a moving average of order 1.
                 let own = self.tau0 * (2.0 * n * n + 1.0) / (3.0 * n);
                 let next = self.tau0 * (n * n - 1.0) / (6.0 * n);
-                length * (own + 2.0 * next * at.cos) / chord
+                length * (own + 2.0 * next * at.cos) / at.chord
             }
-            Part::GaussMarkov { time } => self.gauss_markov(time, at),
+            Part::GaussMarkov { time } => self.gauss_markov(time).density(at),
             Part::Resonance { frequency, width } => resonance(frequency, width, at.frequency),
             Part::BiasInstability => f64::NAN,
         }
     }
 
-    /// Unit variance and the correlation exp(−τ₀/T) of neighbours: closed geometric sums for the finite record.
-    fn gauss_markov(self, time: f64, at: &ModePoint) -> f64 {
+    /// A Gauss-Markov process of unit variance.
+    pub(crate) fn gauss_markov(self, time: f64) -> MarkovModes {
         let (n, m) = (self.samples as f64, self.count as f64);
         let rate = self.tau0 / time;
         let (p, lost) = ((-rate).exp(), -(-rate).exp_m1());
@@ -118,9 +118,28 @@ impl Blocks {
             let shared = p * (lost_block / (n * lost)).powi(2);
             (block_variance(n, rate, p, lost, lost_block), shared)
         };
+        MarkovModes { own, next, q, tail: (-(m - 1.0) * n * rate).exp(), m, length: self.length() }
+    }
+}
+
+/// The correlation exp(−τ₀/T) of neighbours: closed geometric sums for the finite record.
+pub(crate) struct MarkovModes {
+    /// Variance of the mean of a block, and its covariance with the next one.
+    own: f64,
+    next: f64,
+    /// Correlation of blocks beside each other, and of the first and the last.
+    q: f64,
+    tail: f64,
+    /// Blocks, and the length of one. [s]
+    m: f64,
+    length: f64,
+}
+
+impl MarkovModes {
+    pub(crate) fn density(&self, at: &ModePoint) -> f64 {
+        let &Self { own, next, q, tail, m, length } = self;
         // z = q·e^{iθ}; sums of z^l and l·z^l.
         let (zr, zi) = (q * at.cos, q * at.sin);
-        let tail = (-(m - 1.0) * n * rate).exp();
         let (tr, ti) = (tail * at.last_cos, tail * at.last_sin);
         let (dr, di) = (1.0 - zr, -zi);
         let (ur, ui) = (1.0 - tr, -ti);
@@ -129,7 +148,7 @@ impl Blocks {
         let (tz_r, tz_i) = multiply((tr, ti), (zr, zi));
         let bracket = (1.0 - m * tr + (m - 1.0) * tz_r, -m * ti + (m - 1.0) * tz_i);
         let second = divide(multiply((er, ei), bracket), multiply((dr, di), (dr, di)));
-        self.length() * (own + 2.0 * next * (first.0 - second.0 / m - first.1 / (m * at.sin)))
+        length * (own + 2.0 * next * (first.0 - second.0 / m - first.1 / (m * at.sin)))
     }
 }
 
@@ -189,12 +208,42 @@ impl FinePoint {
             Part::RandomWalk => 1.0,
             Part::BiasInstability => tau0 / (2.0 * self.sin) * (1.0 + 2.0 * self.smear),
             Part::RateRandomWalk => tau0 * tau0 / (4.0 * self.square) * (1.0 + 6.0 * self.smear),
-            Part::GaussMarkov { time } => {
-                let (p, lost) = ((-tau0 / time).exp(), -(-tau0 / time).exp_m1());
-                tau0 * lost * (1.0 + p) / (lost * lost + 4.0 * p * self.square)
-            }
+            Part::GaussMarkov { time } => MarkovDensity::new(time, tau0).at(self),
             Part::Resonance { frequency, width } => resonance(frequency, width, self.frequency),
         }
+    }
+}
+
+/// Density of a Gauss-Markov process of unit variance.
+struct MarkovDensity {
+    above: f64,
+    square: f64,
+    slope: f64,
+}
+
+impl MarkovDensity {
+    fn new(time: f64, tau0: f64) -> Self {
+        let (p, lost) = ((-tau0 / time).exp(), -(-tau0 / time).exp_m1());
+        Self { above: tau0 * lost * (1.0 + p), square: lost * lost, slope: 4.0 * p }
+    }
+
+    fn at(&self, point: &FinePoint) -> f64 {
+        self.above / (self.square + self.slope * point.square)
+    }
+}
+
+/// Densities of a part of unit amplitude at some points; what depends on the part alone is computed once.
+pub(crate) fn fine_densities(part: Part, points: &[FinePoint], tau0: f64, densities: &mut [f64]) {
+    let pairs = densities.iter_mut().zip(points);
+    match part {
+        Part::GaussMarkov { time } => {
+            let process = MarkovDensity::new(time, tau0);
+            pairs.for_each(|(density, point)| *density = process.at(point));
+        }
+        Part::Resonance { frequency, width } => {
+            pairs.for_each(|(density, point)| *density = resonance(frequency, width, point.frequency));
+        }
+        _ => pairs.for_each(|(density, point)| *density = point.density(part, tau0)),
     }
 }
 

@@ -305,13 +305,13 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
         columns = table.load(list(range(count)), None).columns
     except DataError:  # raised again when the record is read
         return None
-    rows = np.stack([np.asarray(columns[k][:_ROWS_TESTED], dtype=np.float64) for k in range(count)], axis=1)
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < _MIN_ROWS or (count == 7 and not (np.all(np.diff(rows[:, 0]) >= 0) and rows[-1, 0] > rows[0, 0])):
+    rows = np.stack([np.asarray(columns[k][:_ROWS_TESTED], dtype=np.float64) for k in range(count)])
+    rows = rows[:, np.isfinite(rows).all(axis=0)]
+    if rows.shape[1] < _MIN_ROWS or (count == 7 and not (np.all(np.diff(rows[0]) >= 0) and rows[0, -1] > rows[0, 0])):
         return None
-    triples = rows[:, count - 6 : count - 3], rows[:, count - 3 :]
+    triples = rows[count - 6 : count - 3], rows[count - 3 :]
     found = [_is_gravity(three) for three in triples]
-    sizes = [float(np.linalg.norm(three.mean(axis=0))) for three in triples]
+    sizes = [float(np.linalg.norm(three.mean(axis=1))) for three in triples]
     which = 0 if found[0] else 1
     if found[0] == found[1] or sizes[1 - which] > _GYRO_MEAN * sizes[which]:
         return None
@@ -333,17 +333,17 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
 def gravity_on_gyro(gyro: Sequence[NDArray[Any]], accel: Sequence[NDArray[Any]]) -> tuple[float, float] | None:
     """Sizes of the means of the two sensors, if gravity is on the gyro and not on the accelerometer; in units of the log."""
     step = max(len(gyro[0]) // _ROWS_TESTED, 1)
-    triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor], axis=1) for sensor in (gyro, accel)]
-    finite = [three[np.isfinite(three).all(axis=1)] for three in triples]
-    if min(map(len, finite)) < _MIN_ROWS or not _is_gravity(finite[0]) or _is_gravity(finite[1]):
+    triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor]) for sensor in (gyro, accel)]
+    finite = [three[:, np.isfinite(three).all(axis=0)] for three in triples]
+    if min(three.shape[1] for three in finite) < _MIN_ROWS or not _is_gravity(finite[0]) or _is_gravity(finite[1]):
         return None
-    sizes = [float(np.linalg.norm(three.mean(axis=0))) for three in finite]
+    sizes = [float(np.linalg.norm(three.mean(axis=1))) for three in finite]
     return (sizes[0], sizes[1]) if sizes[1] <= _GYRO_MEAN * sizes[0] else None
 
 
 def _is_gravity(three: NDArray[np.float64]) -> bool:
-    size = float(np.linalg.norm(three.mean(axis=0)))
-    return any(low <= size <= high for low, high in _GRAVITY) and bool(three.std(axis=0).max() < _SCATTER * size)
+    size = float(np.linalg.norm(three.mean(axis=1)))
+    return any(low <= size <= high for low, high in _GRAVITY) and bool(three.std(axis=1).max() < _SCATTER * size)
 
 
 def degrees_of(column: Column) -> str | None:

@@ -8,9 +8,10 @@ from statistics import NormalDist
 
 import numpy as np
 
+from sigmatau._native.neighbours import medians_of_others, residuals, scatter
 from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.quality.samples.common import present
-from sigmatau.quality.samples.local_scatter import medians, neighbours, residuals, scatter
+from sigmatau.quality.samples.local_scatter import medians, neighbours
 from sigmatau.record.streams import CHUNK
 
 __all__ = ["dense_spikes", "hidden"]
@@ -181,16 +182,7 @@ def _scale(ordered: Floats) -> tuple[float, float]:
 
 def _residual(x: Floats, side: int, step: float) -> Floats:
     """Samples less the median of those on both sides, NaN where more than half of these are missing; steps are blurred."""
-    ends = np.full(side, np.nan)
-    windows = np.lib.stride_tricks.sliding_window_view(np.concatenate((ends, x, ends)), 2 * side + 1)
-    others = np.delete(windows, side, axis=1)
-    missing = np.isnan(others).sum(axis=1)
-    median = np.full(len(others), np.nan)
-    whole, enough = missing == 0, (missing > 0) & (missing <= side)
-    median[whole] = np.median(others[whole], axis=1)
-    if enough.any():
-        median[enough] = medians(others[enough])
-    result: Floats = x - median
+    result: Floats = x - medians_of_others(x, side, side)
     if step > 0:
         golden = (math.sqrt(5) - 1) / 2
         result += step / 2 * (np.arange(len(x)) * golden % 1 - 0.5)

@@ -114,11 +114,8 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
 # usual change.
 _LATTICE, _LEAST_STEP, _LARGEST_STEP, _STEPS_TRIED = 0.8, 1 / 6, 2.0, 400
 _CHANGES = 4096
-_STAGES = (
-    (64, 0.4),
-    (256, 0.6),
-    (_CHANGES, _LATTICE),
-)  # most steps are refused by few changes: 0.8 less four standard errors
+# Most steps are refused by few changes: the limit is 0.8 less four standard errors.
+_STAGES = ((64, 0.4), (256, 0.6), (_CHANGES, _LATTICE))
 _SAME_STEP = 0.8  # steps no smaller than this part of the largest are about the same one
 
 

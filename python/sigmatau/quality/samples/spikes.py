@@ -7,16 +7,17 @@ from statistics import NormalDist
 
 import numpy as np
 
+from sigmatau._native.neighbours import outliers
 from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.quality.facts import channel_fact, stream_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
-from sigmatau.quality.samples.local_scatter import AROUND, neighbours, residuals, scatter
+from sigmatau.quality.samples.local_scatter import neighbours
 from sigmatau.quality.samples.masking import Found, in_seconds, masked
 from sigmatau.quality.samples.resolution import step_of_changes
-from sigmatau.record.streams import CHUNK, Stream
+from sigmatau.record.streams import Stream
 
 __all__ = ["find_spikes", "more_below", "spike_mask", "spikes", "spikes_missing"]
 
@@ -42,6 +43,7 @@ _STRETCH, _STRETCHES = 1024, 24  # samples that the scale is taken from
 # A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
 _STEPS, _UNSEEN = 1.0, 0.3
 
+_AROUND = 32  # neighbours on either side whose scatter a spike must exceed too: in a shock all samples are large
 _FEW = 1024  # with fewer samples that have all four neighbours before them, samples with two of these count too
 _LEAST = 32  # samples from which a scale can be taken
 
@@ -77,7 +79,8 @@ def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
         threshold = _multiple(n, false_spikes) * max(scale, _UNSEEN * step) + least
         if not (math.isfinite(threshold) and threshold > 0):
             break
-        more = _found(rest, threshold, _multiple(n, false_spikes), least, side, part)
+        multiple = _multiple(n, false_spikes)
+        more = outliers(rest, threshold=threshold, multiple=multiple, least=least, side=side, part=part)
         if len(more) == 0:
             break
         found[more] = True
@@ -94,21 +97,6 @@ def spike_mask(stream: Stream, channel: str) -> Bools:
     found = find_spikes(stream.column(channel))
     found.setflags(write=False)
     return found
-
-
-def _found(x: Floats, threshold: float, multiple: float, least: float, side: int, part: float) -> Ints:
-    """Indices of the samples beyond a threshold, and beyond a multiple of the scatter of their neighbours."""
-    found = [np.empty(0, dtype=np.int64)]
-    candidates = _candidates(x, threshold)
-    for start in range(0, len(candidates), _BATCH):
-        some = candidates[start : start + _BATCH]
-        residual = residuals(x, some, side)
-        kept = np.abs(residual) > threshold
-        some, residual = some[kept], residual[kept]
-        if len(some):
-            around = scatter(x, some, part)
-            found.append(some[np.abs(residual) > multiple * around + least])
-    return np.concatenate(found)
 
 
 def more_below(rest: Floats) -> bool:
@@ -161,7 +149,7 @@ def _finding(stream: Stream, channel: str, found: Bools) -> Finding:
 def _multiple(n: int, false_spikes: float = FALSE_SPIKES) -> float:
     """Threshold in standard deviations: six, more for long records, and for short ones, whose scale is uncertain."""
     needed = -NormalDist().inv_cdf(false_spikes / (2 * n))
-    return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / AROUND))
+    return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / _AROUND))
 
 
 def _heights(x: Floats, clean: Floats, at: Ints) -> Floats:
@@ -170,7 +158,9 @@ def _heights(x: Floats, clean: Floats, at: Ints) -> Floats:
     for start in range(0, len(at), _BATCH):
         some = at[start : start + _BATCH]
         near = neighbours(clean, some, -_WIDE, _WIDE)
-        near[~np.isfinite(near).any(axis=1)] = np.nanmedian(clean)
+        lonely = ~np.isfinite(near).any(axis=1)
+        if lonely.any():
+            near[lonely] = np.nanmedian(clean)
         heights[start : start + _BATCH] = x[some] - np.nanmedian(near, axis=1)
     return heights
 
@@ -220,17 +210,3 @@ def _median(x: Floats) -> Floats:
     low = np.minimum(np.maximum(a, b), np.maximum(c, d))
     high = np.maximum(np.minimum(a, b), np.minimum(c, d))
     return np.asarray((low + high) / 2)
-
-
-def _candidates(x: Floats, threshold: float) -> Ints:
-    """Samples within two of a change that a spike cannot do without: half of the threshold. Missing ones are passed over."""
-    there = np.flatnonzero(~np.isnan(x))
-    whole = len(there) == len(x)
-    found = []
-    for start in range(0, len(there), CHUNK):
-        part = slice(start, start + CHUNK + 1)
-        steps = np.abs(np.diff(x[part] if whole else x[there[part]]))
-        found.append(start + np.flatnonzero(steps > threshold / 2))
-    edges = np.concatenate([*found, np.empty(0, dtype=np.int64)])
-    edges = np.unique(edges[:, None] + np.arange(-1, 3))
-    return np.asarray(there[edges[(edges >= 0) & (edges < len(there))]])

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sigmatau.arrays import Bools, Floats
 from sigmatau.findings.finding import Span
 from sigmatau.findings.kinds.rest import Motion
+from sigmatau.quality.facts import in_threads
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
@@ -65,14 +66,14 @@ class Moved:
     motion: Motion | None
 
 
-def moved(streams: Iterable[Stream]) -> Moved:
+def moved(streams: Iterable[Stream], *, threads: int | None = None) -> Moved:
     """When the sensors of a record move, by their angular rates and accelerations.
 
     Seconds move if their means, or those of quarters of them, depart from those beside them as in someone's hands, for more
     than a moment or to another position. Of the rest, a block of 40 s or more moves, or the whole, if the median of its
     second differences is beyond noise at some averaging time.
     """
-    means = [one for stream in streams for one in _of_stream(stream)]
+    means = [one for stream in streams for one in _of_stream(stream, threads)]
     handled = [_seconds(one) for one in means]
     gone = joined(span for one in handled for span in one.spans)
     for one in means:
@@ -82,7 +83,7 @@ def moved(streams: Iterable[Stream]) -> Moved:
     return Moved(joined(span for one in found for span in one.spans), strongest)
 
 
-def _of_stream(stream: Stream) -> Sequence[_Means]:
+def _of_stream(stream: Stream, threads: int | None) -> Sequence[_Means]:
     if stream.quantity not in _LEVELS or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return ()
     base = max(round(_SHORTEST / stream.grid.tau0), 1)
@@ -91,8 +92,8 @@ def _of_stream(stream: Stream) -> Sequence[_Means]:
         return ()
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
     known = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
-    found = (_Means(stream, channel, base, first) for channel in known)
-    return [one for one in found if one.floor > 0]  # a constant is not measured
+    found = in_threads(lambda channel: _Means(stream, channel, base, first), known, threads)
+    return [one for one in found.values() if one.floor > 0]  # a constant is not measured
 
 
 def joined(spans: Iterable[Span], gap: float = _GAP) -> tuple[Span, ...]:
@@ -120,7 +121,6 @@ class _Means:
             means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
         self.step = step_of(stream, channel) or 0.0
         self.floor = self._floor()
-        self._counted: dict[int, tuple[Counts, Counts]] | None = None
 
     def tau(self, octave: int) -> float:
         """Averaging time of an octave. [s]"""
@@ -133,25 +133,20 @@ class _Means:
         x = x[round(start / tau) : min(round(min(stop / tau, len(x))), len(x))]
         return np.asarray(np.abs(x[:-2] - 2 * x[1:-1] + x[2:]) / math.sqrt(6))
 
-    def reaches(self, limit: float, start: float, stop: float) -> bool:
-        """Whether the median of a stretch may reach a level at some averaging time, by counts of second differences."""
-        if self._counted is None:
-            self._counted = self._counts(limit)
-        for octave, (known, above) in self._counted.items():
-            tau = self.tau(octave)
-            a, b = round(start / tau), min(round(min(stop / tau, len(known) + 1)), len(known) + 1) - 2
-            if b > a and 2 * (above[b] - above[a]) >= known[b] - known[a]:
-                return True
-        return False
-
-    def _counts(self, limit: float) -> dict[int, tuple[Counts, Counts]]:
-        """By octave, numbers of second differences before each one: of those that are known, and of those beyond a level."""
-        counts = {}
+    def reach(self, limit: float, edges: Floats) -> Bools:
+        """Whether medians between edges may reach a level at some averaging time, by counts of second differences."""
+        start, stop = edges[:-1], edges[1:]
+        found = np.zeros(len(start), dtype=bool)
         for octave in self.by_octave:
-            d = self.differences(octave)
-            above = d > _NORMAL_MEDIAN * limit / math.sqrt(self.tau(octave))
-            counts[octave] = (_before(~np.isnan(d)), _before(above))
-        return counts
+            tau, d = self.tau(octave), self.differences(octave)
+            known, above = _before(~np.isnan(d)), _before(d > _NORMAL_MEDIAN * limit / math.sqrt(tau))
+            n = len(known) + 1
+            a = np.rint(start / tau).astype(int)
+            b = np.minimum(np.rint(np.minimum(stop / tau, n)).astype(int), n) - 2
+            some = np.flatnonzero(b > a)
+            a, b = a[some], b[some]
+            found[some[2 * (above[b] - above[a]) >= known[b] - known[a]]] = True
+        return found
 
     def _floor(self) -> float:
         """√τ times the deviation of means in the quiet parts of the record, with what rounding makes. [unit/√Hz]"""
@@ -169,7 +164,6 @@ class _Means:
 
     def leave_out(self, spans: Iterable[Span]) -> None:
         """Take the means of some stretches of the log for missing."""
-        self._counted = None
         lead = self.stream.grid.lead
         for octave, x in self.by_octave.items():
             tau = self.tau(octave)
@@ -181,7 +175,9 @@ class _Means:
 
 
 def _before(flags: Bools) -> Counts:
-    return np.concatenate([[0], np.cumsum(flags)])
+    before = np.zeros(len(flags) + 1, dtype=np.int64)
+    np.cumsum(flags, out=before[1:])
+    return before
 
 
 def _means(stream: Stream, channel: str, base: int) -> Floats:
@@ -197,24 +193,29 @@ def _blocks(found: _Means) -> Moved:
     block = found.stream.grid.duration / length
     spans: list[Span] = []
     motions: list[Motion] = []
-    for k in range(length):
+    edges = np.arange(length + 1, dtype=np.float64) * block
+    for k in np.flatnonzero(_may_move(found, edges)).tolist():
         if (motion := _judged(found, k * block, (k + 1) * block)) is not None:
             spans.append(found.span(k * block, (k + 1) * block))
             motions.append(motion)
     found.leave_out(spans)
-    if length > len(spans) and (motion := _judged(found, 0.0, found.stream.grid.duration)) is not None:
-        spans.append(found.span(0.0, found.stream.grid.duration))
+    whole = found.stream.grid.duration
+    may_move = length > len(spans) and _may_move(found, np.array([0.0, whole])).any()
+    if may_move and (motion := _judged(found, 0.0, whole)) is not None:
+        spans.append(found.span(0.0, whole))
         motions.append(motion)
     return Moved(tuple(spans), max(motions, key=lambda one: one.times, default=None))
+
+
+def _may_move(found: _Means, edges: Floats) -> Bools:
+    """Whether stretches between edges reach the level that both conditions of `_judged` need."""
+    limit, high_limit = _LEVELS[found.quantity]
+    return found.reach(min(high_limit, max(limit, _RISE * found.floor)), edges)
 
 
 def _judged(found: _Means, start: float, stop: float) -> Motion | None:
     """The strongest motion by the median of second differences; None at rest."""
     limit, high_limit = _LEVELS[found.quantity]
-    if not found.reaches(
-        min(high_limit, max(limit, _RISE * found.floor)), start, stop
-    ):  # both conditions below need that
-        return None
     lowest = math.inf
     motions: list[Motion] = []
     for octave in range(found.first, _OCTAVES):

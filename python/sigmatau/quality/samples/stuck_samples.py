@@ -110,9 +110,9 @@ def stuck_samples(stream: Stream) -> list[Found]:
 
 def held(kind: type[Dropout | StuckSamples], stream: Stream, mask: Bools) -> list[Found]:
     """One finding about samples of a mask; none if it is empty."""
-    counts = np.count_nonzero(mask, axis=0)
-    if not counts.any():
+    if not mask.any():
         return []
+    counts = np.count_nonzero(mask, axis=0)
     strongest, tau0 = int(np.argmax(counts)), stream.grid.tau0
     first, lengths = runs_of_places(np.flatnonzero(mask[:, strongest]))
     k = int(np.argmax(lengths))

@@ -68,19 +68,21 @@ class Rest:
         }
 
 
-def rest(record: Record) -> Rest:
+def rest(record: Record, *, threads: int | None = None) -> Rest:
     """The verdict on a record, by its angular rates and accelerations.
 
     Parameters
     ----------
     record : Record
         Samples may be missing; spikes and runs of equal values are not motion.
+    threads : int, optional
+        Default: all processors.
     """
     begins = min(stream.grid.lead for stream in record.streams)
     ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
-    found = moved(record.streams)
+    found = moved(record.streams, threads=threads)
     if found.spans:  # bad samples move means too
-        found = moved(map(_without_faults, record.streams))
+        found = moved(map(_without_faults, record.streams), threads=threads)
     spans, motion = found.spans, found.motion
     if motion is None:
         return Rest(verdict="at_rest", still=((begins, ends),))

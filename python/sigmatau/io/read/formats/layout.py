@@ -60,6 +60,13 @@ class _Line:
             self.fields[delimiter] = _split(self.text, delimiter)
         return self.fields[delimiter]
 
+    def values(self, delimiter: str | None) -> list[float]:
+        """The fields as numbers; NaN for others."""
+        fields = self.split(delimiter)
+        if delimiter == "," and _NUMBERS.fullmatch(self.text):
+            return list(map(float, fields))
+        return [float(f) if _is_number(f) else math.nan for f in fields]
+
     def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
         """Number of fields, number of numeric fields, and whether the last is empty; 0 fields if the line is not a row."""
         if delimiter == "," and _NUMBERS.fullmatch(self.text):
@@ -141,7 +148,7 @@ def _first_sample(
 
 def _is_odd(rows: list[_Line], delimiter: str | None, columns: int) -> bool:
     """Whether most numbers of the first row are far outside those of all others, or broken among whole ones."""
-    table = [[float(f) if _is_number(f) else math.nan for f in row.split(delimiter)[:columns]] for row in rows]
+    table = [row.values(delimiter)[:columns] for row in rows]
     first, others = table[0], list(zip(*table[1:], strict=True))
     if not any(first):
         return False  # a row without a sample
@@ -239,6 +246,8 @@ def _is_data(fields: list[str], columns: int | None = None) -> bool:
     if columns is not None and len(fields) != columns:
         return False
     numbers = sum(map(_is_number, fields))
+    if 2 * numbers >= max(len(fields), 1):
+        return True  # fast path: most rows
     missing = sum(map(_is_missing, fields))
     words = sum(bool(f) and _is_missing(f) for f in fields)
     return (numbers > 0 or words > 0) and 2 * (numbers + missing) >= len(fields)

@@ -1,0 +1,227 @@
+//! The Allan variance of a record of which few samples are missing: most pairs of neighbouring starts have the same ones.
+
+use super::{BLOCK, Block, mean_of};
+use crate::allan::Estimate;
+use crate::compensated::Sum;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Of the lanes of the widest vectors.
+const FIRST_PLACES: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+/// Starts whose sums stay in a second-level cache.
+const STRETCH: usize = 8192;
+
+/// Running sums over the samples that are there, and the places of those that are not.
+pub(super) struct Points {
+    /// Before each sample and at the end, the mean removed, in two parts: the first alone would lose the digits of a rate
+    /// that wanders.
+    high: Vec<f64>,
+    low: Vec<f64>,
+    missing: Vec<usize>,
+    /// Sums of the first of these places: whole numbers, exact up to records of 10⁸ samples.
+    places: Vec<f64>,
+}
+
+impl Points {
+    /// Of samples of which those at `missing` are NaN, in order.
+    pub(super) fn of(rate: &[f64], missing: Vec<usize>) -> Self {
+        let mean = mean_of(rate);
+        let (mut high, mut low) = (Vec::with_capacity(rate.len() + 1), Vec::with_capacity(rate.len() + 1));
+        let mut sum = Sum::default();
+        for &y in std::iter::once(&f64::NAN).chain(rate) {
+            if !y.is_nan() {
+                sum.add(y - mean);
+            }
+            high.push(sum.hi);
+            low.push(sum.lo);
+        }
+        let mut places = vec![0.0];
+        let mut place = 0.0;
+        for &k in &missing {
+            place += k as f64;
+            places.push(place);
+        }
+        Self { high, low, missing, places }
+    }
+
+    /// Averages over the pairs of clusters of each size of the first `used` samples, that begin at every `step`-th sample.
+    ///
+    /// All sizes are worked off for a stretch of starts while its sums are in the cache.
+    pub(super) fn estimates(
+        &self,
+        used: usize,
+        sizes: &[usize],
+        step: impl Fn(usize) -> usize,
+    ) -> Vec<Estimate> {
+        let mut running: Vec<Running> = sizes
+            .iter()
+            .map(|&m| Running { m, step: step(m), starts: used + 1 - 2 * m, ..Running::default() })
+            .collect();
+        for stretch in (0..used).step_by(STRETCH) {
+            running.iter_mut().for_each(|one| one.go_on(self, stretch + STRETCH));
+        }
+        running.iter().map(Running::estimate).collect()
+    }
+
+    fn block(&self, line: &Line, first: usize, last: usize, m: usize, step: usize) -> Block {
+        let window =
+            |shift: usize| (&self.high[first + shift..last + shift], &self.low[first + shift..last + shift]);
+        let windows = [window(0), window(m), window(2 * m)];
+        if step > 1 { line.sums(windows, 0, step) } else { Arch::new().dispatch(AllStarts { line, windows }) }
+    }
+}
+
+/// Sums of one size, up to some start.
+#[derive(Default)]
+struct Running {
+    m: usize,
+    step: usize,
+    starts: usize,
+    next: usize,
+    pair: Pair,
+    pairs: usize,
+    squares: Sum,
+    products: Sum,
+    distances: Sum,
+}
+
+impl Running {
+    /// Takes the starts before `end`.
+    fn go_on(&mut self, points: &Points, end: usize) {
+        let end = end.min(self.starts);
+        while self.next < end {
+            let first = self.next;
+            self.pair.advance(points, first, self.m);
+            // Starts from here on of which neither cluster loses or gains a missing sample.
+            let last = self.pair.end(points, self.m).min(end).min(first + BLOCK * self.step);
+            let counts = (last - first).div_ceil(self.step);
+            if let Some(line) = self.pair.line(points, first, self.m) {
+                let block = points.block(&line, first, last, self.m, self.step);
+                self.pairs += counts;
+                self.squares.add(block.squares);
+                self.products.add(block.products);
+                self.distances.add(block.distances);
+            }
+            self.next = first + counts * self.step;
+        }
+    }
+
+    fn estimate(&self) -> Estimate {
+        // Without a pair both are 0 / 0.
+        let avar = self.squares.value() / (2.0 * self.pairs as f64);
+        Estimate { m: self.m, avar, pairs: self.pairs, ramp: self.products.value() / self.distances.value() }
+    }
+}
+
+/// Missing samples before the beginning, the middle and the end of a pair of clusters.
+#[derive(Clone, Copy, Default)]
+struct Pair([usize; 3]);
+
+impl Pair {
+    /// To the pair that begins at `start`, which is not before that of the last call.
+    fn advance(&mut self, points: &Points, start: usize, m: usize) {
+        for (before, edge) in self.0.iter_mut().zip([start, start + m, start + 2 * m]) {
+            while points.missing.get(*before).is_some_and(|&place| place < edge) {
+                *before += 1;
+            }
+        }
+    }
+
+    /// The first start beyond this one at which another sample is missing.
+    fn end(self, points: &Points, m: usize) -> usize {
+        let edges = self.0.iter().zip([0, m, 2 * m]);
+        let next = edges.map(|(&before, shift)| {
+            points.missing.get(before).map_or(usize::MAX, |&place| place + 1 - shift)
+        });
+        next.min().unwrap_or(usize::MAX)
+    }
+
+    /// The weights of the sums of this pair, if both clusters are at least half full.
+    fn line(self, points: &Points, start: usize, m: usize) -> Option<Line> {
+        let [a, b, c] = self.0;
+        let (gone1, gone2) = (b - a, c - b);
+        if 2 * gone1 > m || 2 * gone2 > m {
+            return None;
+        }
+        let (r1, r2) = (1.0 / (m - gone1) as f64, 1.0 / (m - gone2) as f64);
+        let place = |k: usize| points.places[k];
+        // Times of a cluster, from the start of the pair: m of them, less those of the missing samples.
+        let (m, start) = (m as f64, start as f64);
+        let all = 0.5 * m * (m - 1.0);
+        let t1 = all - (place(b) - place(a) - start * gone1 as f64);
+        let t2 = all + m * m - (place(c) - place(b) - start * gone2 as f64);
+        Some(Line { r1, r2, distance: t2 * r2 - t1 * r1, slope: gone2 as f64 * r2 - gone1 as f64 * r1 })
+    }
+}
+
+/// Pairs whose clusters have the same missing samples.
+struct Line {
+    /// One over the samples of either cluster.
+    r1: f64,
+    r2: f64,
+    /// Distance of the mean times of the first pair, and its change from start to start.
+    distance: f64,
+    slope: f64,
+}
+
+/// Running sums, in two parts, at consecutive starts.
+type Window<'a> = (&'a [f64], &'a [f64]);
+
+impl Line {
+    /// Sums over every `step`-th of the starts from `from` on.
+    fn sums(&self, [first, middle, last]: [Window; 3], from: usize, step: usize) -> Block {
+        let mut sums = Block::default();
+        for k in (from..first.0.len()).step_by(step) {
+            let s1 = (middle.0[k] - first.0[k]) + (middle.1[k] - first.1[k]);
+            let s2 = (last.0[k] - middle.0[k]) + (last.1[k] - middle.1[k]);
+            let z = s2 * self.r2 - s1 * self.r1;
+            let d = self.distance + k as f64 * self.slope;
+            sums.squares += z * z;
+            sums.products += z * d;
+            sums.distances += d * d;
+        }
+        sums
+    }
+}
+
+/// [`Line::sums`] over all starts, by the vectors that the processor has.
+struct AllStarts<'a> {
+    line: &'a Line,
+    windows: [Window<'a>; 3],
+}
+
+impl WithSimd for AllStarts<'_> {
+    type Output = Block;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
+    fn with_simd<S: Simd>(self, simd: S) -> Block {
+        let Self { line, windows } = self;
+        let [(a, low_a), (b, low_b), (c, low_c)] =
+            windows.map(|(high, low)| (S::as_simd_f64s(high).0, S::as_simd_f64s(low).0));
+        let (r1, r2) = (simd.splat_f64s(line.r1), simd.splat_f64s(line.r2));
+        let (distance, slope) = (simd.splat_f64s(line.distance), simd.splat_f64s(line.slope));
+        let change = |a, b, low_a, low_b| simd.add_f64s(simd.sub_f64s(b, a), simd.sub_f64s(low_b, low_a));
+        let zero = simd.splat_f64s(0.0);
+        let (mut squares, mut products, mut distances) = (zero, zero, zero);
+        let mut place = simd.partial_load_f64s(&FIRST_PLACES[..S::F64_LANES]);
+        let lanes = simd.splat_f64s(S::F64_LANES as f64);
+        let starts = a.iter().zip(b).zip(c).zip(low_a).zip(low_b).zip(low_c);
+        for (((((&a, &b), &c), &low_a), &low_b), &low_c) in starts {
+            let (s1, s2) = (change(a, b, low_a, low_b), change(b, c, low_b, low_c));
+            let z = simd.sub_f64s(simd.mul_f64s(s2, r2), simd.mul_f64s(s1, r1));
+            let d = simd.add_f64s(distance, simd.mul_f64s(place, slope));
+            squares = simd.add_f64s(squares, simd.mul_f64s(z, z));
+            products = simd.add_f64s(products, simd.mul_f64s(z, d));
+            distances = simd.add_f64s(distances, simd.mul_f64s(d, d));
+            place = simd.add_f64s(place, lanes);
+        }
+        let rest = line.sums(windows, a.len() * S::F64_LANES, 1);
+        Block {
+            squares: simd.reduce_sum_f64s(squares) + rest.squares,
+            products: simd.reduce_sum_f64s(products) + rest.products,
+            distances: simd.reduce_sum_f64s(distances) + rest.distances,
+            ..rest
+        }
+    }
+}

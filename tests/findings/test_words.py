@@ -13,7 +13,7 @@ import pytest
 
 from sigmatau.findings.finding import Details
 from sigmatau.findings.wording import SUBJECTS
-from sigmatau.findings.wording.phrases import keep_option, leave_out_option
+from sigmatau.findings.wording.phrases import keep_option, largest_factor_text, leave_out_option
 
 HERE = Path(__file__).parent
 LONGEST = 120  # characters of a sentence, see CONTRIBUTING
@@ -64,3 +64,12 @@ def test_options_leave_out_the_whole_of_a_fault():
     """Times have milliseconds: the ends of what is left out are rounded outwards, those of what is kept inwards."""
     assert leave_out_option([(720.0006, 722.0002)]) == "--leave-out 720s:722.001s"
     assert keep_option((600.0004, 7200.0016)) == "--window 600.001s:7200.001s"
+
+
+def test_the_factor_farthest_from_one_is_named():
+    """By its ratio: half is farther than a quarter more."""
+    assert (
+        largest_factor_text([("random_walk", 1.25), ("rate_random_walk", 0.5)]) == "rate random walk 2 times too small"
+    )
+    assert largest_factor_text([("random_walk", 3.0), ("rate_random_walk", 0.5)]) == "random walk 3 times too large"
+    assert largest_factor_text([("random_walk", 1.0)]) == "no coefficient changed"

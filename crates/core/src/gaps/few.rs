@@ -58,7 +58,9 @@ impl Points {
             .map(|&m| Running { m, step: step(m), starts: used + 1 - 2 * m, ..Running::default() })
             .collect();
         for stretch in (0..used).step_by(STRETCH) {
-            running.iter_mut().for_each(|one| one.go_on(self, stretch + STRETCH));
+            for one in &mut running {
+                one.go_on(self, stretch + STRETCH);
+            }
         }
         running.iter().map(Running::estimate).collect()
     }

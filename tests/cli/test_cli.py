@@ -74,7 +74,7 @@ class TestAnalyze:
         figure, result = tmp_path / "a.png", tmp_path / "r.json"
         code, out, err = run("analyze", log, "--rate", 100, "-v", "--plot", figure, "--json", result, capsys=capsys)
         assert (code, err) == (0, "")
-        assert "gyro_x                      adequate: τ from 0.01 s to 1.28 s, p = " in out
+        assert "gyro_x                      the model fits, τ from 0.01 s to 1.28 s, p = " in out
         assert "  velocity random walk" in out
         assert "95 % interval" in out
         assert "eq. (26)" in out
@@ -119,7 +119,7 @@ class TestAnalyze:
             assert fit["verdict"] == verdict, name
             assert bool(fit["terms"]["sinusoid"]) == (name in ("line", "lines"))
             assert ("gyro_x: not" in err) == (verdict == "too_short")
-            assert ("widened: " in out) == (verdict == "widened")
+            assert ("the model fits roughly" in out) == (verdict == "widened")
             assert ("no fit: " in out) == (verdict == "too_short")
 
     def test_json_has_the_published_form(self, log, capsys):
@@ -148,7 +148,7 @@ class TestAnalyze:
             assert curve["m"] == list(range(1, samples // 2 + 1))
             assert {len(curve[key]) for key in ("tau_s", "adev", "low", "high", "edf", "n_pairs")} == {samples // 2}
             assert channel["fit"] == default["channels"][name]["fit"]
-        assert "adequate" in table
+        assert "the model fits" in table
         assert figure.stat().st_size < 500_000
 
     @pytest.mark.parametrize("ending", ["svg", "pdf", "png"])

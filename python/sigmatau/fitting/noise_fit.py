@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.estimators.gaps import Gaps
-from sigmatau.findings.kinds.fit import BandsOff, Reason
-from sigmatau.findings.wording.fit import filter_text, reasons_text
+from sigmatau.findings.kinds.fit import Reason
+from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
 from sigmatau.noise import terms
@@ -302,35 +302,22 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         if self.verdict == "too_short" or self.tau_min is None or self.tau_max is None:
             return f"no fit: {self.reason}"
         if self.verdict == "descriptive":
-            return "no adequate model: values without intervals"
+            return verdict_text(self.verdict)
         if self.method == "likelihood":
-            verdict = "adequate"
-            if self.verdict == "widened":
-                off = any(isinstance(reason, BandsOff) for reason in self.reasons)
-                if off:
-                    return f"widened: the model{self._with()} is not quite right, p = {self.p_value:.2g}"
-                verdict = "widened: the resolution is coarse"
-            return f"{verdict}{self._with()}, p = {self.p_value:.2g}"
+            return f"{verdict_text(self.verdict, self._beside)}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
-        return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"
+        how = "generalised least squares" if method else verdict_text(self.verdict)
+        return f"{how}, {times}, p = {self.p_value:.2g}"
 
-    def _with(self) -> str:
-        """What was found beside the terms, in a few words."""
-        named = []
-        if self.response is not None:
-            named.append("a filter")
-        if self.sinusoid:
-            named.append(f"{len(self.sinusoid)} lines" if len(self.sinusoid) > 1 else "a line")
-        if self.gauss_markov:
-            many = len(self.gauss_markov)
-            named.append(f"{many} Gauss-Markov processes" if many > 1 else "a Gauss-Markov process")
-        if self.resonance:
-            named.append(f"{len(self.resonance)} resonances" if len(self.resonance) > 1 else "a resonance")
-        if self.warm_up is not None:
-            named.append("a warm-up")
-        if not named:
-            return ""
-        return f" with {', '.join(named[:-1])}{' and ' if len(named) > 1 else ''}{named[-1]}"
+    @property
+    def _beside(self) -> str:
+        return beside_text(
+            response=self.response is not None,
+            lines=len(self.sinusoid),
+            processes=len(self.gauss_markov),
+            resonances=len(self.resonance),
+            warm_up=self.warm_up is not None,
+        )
 
     def notes(self) -> list[str]:
         """Gauss-Markov processes and sinusoids in words, and terms that the record does not distinguish."""

@@ -441,7 +441,7 @@ class ChannelModel(Mapping[str, float], Printed):
         if self.alike_from is not None:
             rows.append(alike_text(self.alike_from.time))
         if not self.adequate:
-            rows.append("from a fit that is not adequate: no intervals")
+            rows.append("no model fits this axis: no intervals")
         return ", ".join(rows)
 
 

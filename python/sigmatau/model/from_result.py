@@ -16,7 +16,9 @@ from sigmatau.model.processes import GaussMarkov, LowPass, real
 from sigmatau.noise.terms import TERMS
 
 _QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whose coefficients have intervals
-NOT_AT_REST = "the sensor was not at rest: the result has no coefficients to use"
+NOT_AT_REST = (
+    "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
+)
 _WITH_MODEL = (*_QUANTIFIED, "descriptive")  # Verdicts of a fit that has coefficients
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import functools
+import html
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, ParamSpec, cast, get_args
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,14 +16,14 @@ from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap
 from sigmatau.estimators.deviation_kinds import TauGrid
-from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.finding import Finding, Findings, by_severity
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
 from sigmatau.findings.kinds.values import CoarseResolution
 from sigmatau.findings.wording import causes, words
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
-from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.overview import overview
+from sigmatau.fitting.noise_fit import Fits, NoiseFit
+from sigmatau.fitting.overview import overview, overview_rows, trust
 from sigmatau.fitting.read_off import ReadOff, read_off
 from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.fitting.tables import fit_table, read_off_table
@@ -44,7 +45,7 @@ from sigmatau.quality.selection.window import choose
 from sigmatau.record import memory
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
-from sigmatau.results import Printed
+from sigmatau.results import TablesByChannel, Tabular, html_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from sigmatau.estimators.stability import DynamicAllan
     from sigmatau.exporting.choices import Choices
     from sigmatau.exporting.source import Source
+    from sigmatau.plot.style import Panels, Style
 
 __all__ = ["Analysis", "Long", "Method", "analyze", "of_curves"]
 
@@ -73,18 +75,19 @@ _LOOKED_AT_BOUNDED = 1 << 20  # samples that are checked of a record that does n
 
 
 @frozen(eq=False)
-class Analysis(Printed):
+class Analysis(Tabular):
     """Result of `analyze`.
 
     Attributes
     ----------
     source : Provenance
-    findings : tuple of Finding
-        Faults of the record and other facts that affect the results.
+    findings : Findings
+        A tuple of `Finding`: faults of the record and other facts that affect the results.
     curves : Curves
         Allan deviation by channel; a channel that cannot be analysed is absent and has a finding.
-    fits : mapping of str to NoiseFit
-        Coefficients with intervals, by channel; empty if they were only read off.
+    fits : Fits
+        Mapping of channel to `NoiseFit`, coefficients with intervals; empty if they were only read off.
+        ``analysis["gyro_x"]`` is ``analysis.fits["gyro_x"]``.
     read_off : mapping of str to ReadOff
         Coefficients by the paper's method, by channel.
     grids : mapping of str to str
@@ -96,9 +99,9 @@ class Analysis(Printed):
     """
 
     source: Provenance
-    findings: tuple[Finding, ...]
+    findings: Findings
     curves: Curves
-    fits: Mapping[str, NoiseFit]
+    fits: Fits
     read_off: Mapping[str, ReadOff]
     grids: Mapping[str, str]
     stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
@@ -131,14 +134,48 @@ class Analysis(Printed):
         """The noise model of the channels that have one; see `NoiseModel.from_result`. Raises `DataError` if none has."""
         return NoiseModel.from_result(self.to_dict())
 
-    def plot(self) -> Figure:
-        """Draw the curves of all channels with their intervals and fits, with one panel for each stream."""
+    def __getitem__(self, channel: str) -> NoiseFit:
+        """The fit of a channel; the `KeyError` of any other says why there is none."""
+        if channel in self.fits or channel not in self.curves:
+            known = self.fits or self.curves
+            if channel not in known:
+                lost = [
+                    words(one).message
+                    for one in self.findings
+                    if channel in one.channels and one.code in _WITHOUT_CURVE
+                ]
+                why = f" ({lost[0]})" if lost else ""
+                raise KeyError(f"no channel {channel!r}{why}; channels: {', '.join(known)}")
+            return self.fits[channel]
+        moving = self.rest is not None and self.rest.verdict == "not_at_rest"
+        why = "the sensor was not at rest" if moving else "the coefficients were read off: .read_off has them"
+        raise KeyError(f"no fit of {channel!r}: {why}")
+
+    def plot(self, *channels: str, ax: Panels = None, style: Style = "screen") -> Figure:
+        """Draw the curves with their intervals and fits, with one panel for each stream.
+
+        Parameters
+        ----------
+        *channels : str
+            Which channels. Default: all. A panel with one channel has a line of each term, with its value.
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        style : {"screen", "paper"}
+            ``"paper"``: for a column of a two-column paper.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.curves import draw_analysis
+        from sigmatau.plot.style import styled
 
-        return draw_analysis(self.curves, self.read_off, self.fits)
+        curves = {name: self.curves[name] for name in channels or self.curves}
+        with styled(style):
+            return draw_analysis(curves, self.read_off, self.fits, ax=ax)
 
-    def plot_stability(self) -> Figure:
-        """Draw the dynamic Allan deviation of each channel, which must have been requested.
+    def plot_stability(self, ax: Panels = None) -> Figure:
+        """Draw the dynamic Allan deviation of each channel, which must have been requested; `ax` is one axes a channel.
 
         Raises
         ------
@@ -151,7 +188,7 @@ class Analysis(Printed):
             )
         from sigmatau.plot.stability import draw_all
 
-        return draw_all(self.stability)
+        return draw_all(self.stability, ax=ax)
 
     def export(self, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> str | bytes:
         """Write the fitted model for another program; see `sigmatau.export`.
@@ -184,6 +221,26 @@ class Analysis(Printed):
             return "not at rest: no coefficients"
         return fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
 
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a channel and term, with how far to trust it; see `Tabular.columns`."""
+        if not self.fits:
+            return TablesByChannel(self.read_off).columns()
+        columns = self.fits.columns()
+        return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}
+
+    def _repr_html_(self) -> str:
+        told = "".join(f"<li>{html.escape(line)}</li>" for line in causes(self.findings))
+        if not self.fits:
+            return f"<pre>{html.escape(self.coefficients())}</pre><ul>{told}</ul>"
+        from sigmatau.plot.terminal import sparkline
+
+        head, *rows = overview_rows(self.fits, self.findings)
+        shown = [(*head, "σ(τ)")]
+        for row in rows:
+            curve = self.curves.get(row[0])
+            shown.append((*row, "" if curve is None else sparkline(curve.tau, curve.adev)))
+        return f"{html_table(shown, ready={len(head)})}<ul>{told}</ul>"
+
     def __repr__(self) -> str:
         return "\n".join([self.overview(), *causes(self.findings)])
 
@@ -196,8 +253,9 @@ def _bounded_if_memory_lacks(function: Callable[P, Analysis]) -> Callable[P, Ana
         try:
             return function(*args, **options)
         except MemoryError:
-            record = cast("Record", args[0] if args else options["record"])
-            if options.get("long", "auto") != "auto" or any(stream.mask is not None for stream in record.streams):
+            record = args[0] if args else options["record"]
+            whole = isinstance(record, Record) and all(stream.mask is None for stream in record.streams)
+            if options.get("long", "auto") != "auto" or not whole:
                 raise
         options["long"] = "strided"
         return function(*args, **options)
@@ -208,7 +266,7 @@ def _bounded_if_memory_lacks(function: Callable[P, Analysis]) -> Callable[P, Ana
 @_bounded_if_memory_lacks
 @facts_kept()
 def analyze(
-    record: Record,
+    record: Record | object,
     *,
     taus: TauGrid | ArrayLike = "half",
     overlap: Overlap = "full",
@@ -228,8 +286,9 @@ def analyze(
 
     Parameters
     ----------
-    record : Record
-        From `sigmatau.read` or `Record.from_arrays`.
+    record : Record, str, Path or data frame
+        From `sigmatau.read` or `Record.from_arrays`; or a log that `sigmatau.read` needs no arguments for, by its path; or a
+        data frame that `sigmatau.from_frame` needs none for.
     taus, overlap, counting, threads
         See `sigmatau.allan`.
     method : {"likelihood", "gls", "read-off"}
@@ -277,11 +336,7 @@ def analyze(
     """
     if method not in get_args(Method):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Method))}, not {method!r}", option="method")
-    if not isinstance(record, Record):
-        hint = (
-            "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(record, Mapping) else ""
-        )
-        raise TypeError(f"`record` must be a Record, see sigmatau.read, not a {type(record).__name__}{hint}")
+    record = _record_of(record)
     if tau_min is not None:
         _refuse_time(tau_min, method)
     if long not in get_args(Long):
@@ -348,7 +403,7 @@ def analyze(
         source=record.provenance,
         findings=by_severity(findings),
         curves=Curves(curves),
-        fits=fits,
+        fits=Fits(fits),
         read_off={} if moving else {channel: read_off(curve) for channel, curve in curves.items()},
         grids={stream.name: grid_text(stream) for stream in record.streams},
         stability=maps,
@@ -393,10 +448,31 @@ def of_curves(
         source=source,
         findings=by_severity(found),
         curves=Curves(kept),
-        fits=fits,
+        fits=Fits(fits),
         read_off={channel: read_off(curve) for channel, curve in kept.items()},
         grids=dict(grids or {}),
     )
+
+
+def _record_of(given: object) -> Record:
+    """The record of a path or a data frame; raises `TypeError` for what is none."""
+    if isinstance(given, Record):
+        return given
+    if isinstance(given, str | Path):
+        from sigmatau.io.read import read
+
+        return read(given)
+    if isinstance(given, Curves) or not (hasattr(given, "columns") or isinstance(given, Mapping)):
+        more = "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(given, Curves) else ""
+        more = (
+            "; an array has channels: sigmatau.Record.from_arrays(rate=100, gyro=x)" if hasattr(given, "ndim") else more
+        )
+        raise TypeError(
+            f"`record` must be a Record, see sigmatau.read, a path or a data frame, not a {type(given).__name__}{more}"
+        )
+    from sigmatau.io.read.frame import from_frame
+
+    return from_frame(given)
 
 
 def _maps(

@@ -50,8 +50,8 @@ def export_command(
     rate
         Sampling rate in Hz (default: that of the record, if the source is a result).
     from_datasheet
-        Instead of a source: typical values of a sensor, a name of "sigmatau datasheet list" or your file (.toml). If a convention
-        is not stated, the one with more noise is taken; a rate random walk is matched at --horizon (default 10s).
+        Instead of a source: typical values of a sensor, by a name of "sigmatau datasheet list" or your file (.toml). If a
+        convention is not stated, that with more noise is taken; a rate random walk is matched at --horizon (default 10s).
     inflate
         JSON of the same sensor at rest, if the source is one with engines or motors on: print the factor of each
         coefficient, or with --to, write the numbers of the source with these factors beside them.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Iterator, Mapping
 from dataclasses import field
 from typing import Any, Literal
@@ -18,9 +19,19 @@ from sigmatau.frozen import frozen
 from sigmatau.noise import terms
 from sigmatau.noise.resonance import resonance_avar, resonance_psd
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import Printed, duration_text, interval_texts, plain, seconds, two_digits
+from sigmatau.results import (
+    TablesByChannel,
+    Tabular,
+    duration_text,
+    html_table,
+    interval_texts,
+    plain,
+    seconds,
+    two_digits,
+)
 from sigmatau.units import find
 
+_TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
 _MOST_LINES = 3  # that are printed one by one
 
 Verdict = Literal["adequate", "adequate_with", "widened", "descriptive", "too_short"]
@@ -122,7 +133,7 @@ class WarmUp:
 
 
 @frozen(eq=False)
-class NoiseFit(Mapping[str, FittedTerm], Printed):
+class NoiseFit(Mapping[str, FittedTerm], Tabular):
     """Fit of one channel: a mapping from term to `FittedTerm`, empty if the record is too short.
 
     Attributes
@@ -352,6 +363,13 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             texts.append(f"{either}: at least one is present, the record does not show which")
         return texts
 
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a term, see `Tabular.columns`."""
+        every = list(self.terms.values())
+        rows: dict[str, list[Any]] = {name: [getattr(term, name) for term in every] for name in _TERM_COLUMNS}
+        same = len(every)
+        return {"channel": [self.channel] * same, **rows, "verdict": [self.verdict] * same}
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI without NaN: the ``fit`` of the JSON form."""
         names, matrix = self.covariance
@@ -373,6 +391,12 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         reason = {"reason": self.why_not(name)} if term.observed is False else {}
         return {**term.to_dict(), **reason}
 
+    def _repr_html_(self) -> str:
+        rows = [(TERMS[name].label(self.quantity), *self.texts(name)[-1]) for name in self.terms]
+        table = html_table([(self.channel, "value", f"{100 * self.level:g} % interval", "unit"), *rows])
+        notes = "".join(f"<li>{html.escape(text)}</li>" for text in self.notes())
+        return f"{table}<p>{html.escape(self.headline())}</p><ul>{notes}</ul>"
+
     def __repr__(self) -> str:
         rows = []
         for name, term in self.terms.items():
@@ -392,6 +416,12 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         if self.reason and self.verdict != "too_short":
             lines.append(f"  {self.reason}")
         return "\n".join([*lines, *(f"  {text}" for text in self.notes())])
+
+
+class Fits(TablesByChannel[NoiseFit]):
+    """Fits by channel: an immutable mapping in the record's order."""
+
+    __slots__ = ()
 
 
 def _in_words(interval: Interval, factor: float, unit: str) -> str:

@@ -36,16 +36,22 @@ def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = ()) -> 
     str
         At most 80 columns for names of up to 16 characters.
     """
+    rows = overview_rows(fits, findings)
+    widths = [max(len(row[k]) for row in rows) for k in range(len(COLUMNS) + 2)]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
+
+def overview_rows(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = ()) -> list[tuple[str, ...]]:
+    """The cells of `overview`: a head, and for each sensor a row of units and a row a channel."""
     findings = tuple(findings)
-    rows = [("", *(TERMS[term].label("signal") for term in COLUMNS), "trust")]
+    rows: list[tuple[str, ...]] = [("", *(TERMS[term].label("signal") for term in COLUMNS), "trust")]
     for (quantity, unit, n, tau0), group in groupby(fits.items(), lambda item: _kind(item[1])):
         units = (display_units(term, quantity, unit)[-1][0] for term in COLUMNS)
         rows.append((f"[{duration_text(n * tau0)}]", *units, ""))
         for channel, fitted in group:
             values = (_text(fitted, term) for term in COLUMNS)
             rows.append((channel, *values, trust(fitted, findings, channel)))
-    widths = [max(len(row[k]) for row in rows) for k in range(len(COLUMNS) + 2)]
-    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+    return rows
 
 
 def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:

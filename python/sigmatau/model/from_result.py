@@ -19,6 +19,7 @@ _QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whos
 NOT_AT_REST = (
     "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
 )
+_FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
 _WITH_MODEL = (*_QUANTIFIED, "descriptive")  # Verdicts of a fit that has coefficients
 
 
@@ -112,6 +113,7 @@ def channel_of_fit(
         duration=duration,
         rate=rate,
         adequate=fit["verdict"] in _QUANTIFIED,
+        highest=_highest(fit, rate),
     )
 
 
@@ -123,6 +125,14 @@ def _alike(fit: Mapping[str, Any]) -> GaussMarkov | None:
     """The process that explains the record as well as the rate random walk."""
     time, sigma = fit.get("alike_from_s"), fit.get("alike_sigma")
     return None if time is None or sigma is None else GaussMarkov(sigma=sigma, time=time)
+
+
+def _highest(fit: Mapping[str, Any], rate: float) -> float | None:
+    """The frequency up to which the model describes the record: that of the fit, or half over its shortest time."""
+    shortest = _number("tau_min_s", fit.get("tau_min_s"))
+    ends = [_number("highest_hz", fit["highest_hz"])] if fit.get("highest_hz") else []
+    ends += [0.5 / shortest] if shortest * rate > _FIRST_SAMPLES else []
+    return min(ends, default=None)
 
 
 def _bandwidth(fit: Mapping[str, Any], rate: float) -> LowPass | None:

@@ -6,15 +6,32 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sigmatau.plot.curves import CurveLike, curve_unit
+from sigmatau.plot.curves import COLOURS, CurveLike, curve_unit
 
-__all__ = ["MARKS", "text_plot"]
+__all__ = ["MARKS", "sparkline", "text_plot"]
 
 MARKS = "xyzabcdefgh"
 """Characters of the curves of a panel, in their order."""
 
 _MARGIN = 10
+_SPARK_DECADE = 16  # [px]
+
+
+def sparkline(tau: NDArray[np.float64], adev: NDArray[np.float64]) -> str:
+    """A curve as a small picture for a table of a notebook (SVG), log-log, a decade as high as it is wide."""
+    there = adev > 0
+    if there.sum() < 2:
+        return ""
+    x, y = np.log10(tau[there]), np.log10(adev[there])
+    size = _SPARK_DECADE * (x - x[0]), _SPARK_DECADE * (y.max() - y)
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(size[0] + 1, size[1] + 1, strict=True))
+    width, height = size[0].max() + 2, size[1].max() + 2
+    return (
+        f'<svg width="{width:.0f}" height="{height:.0f}"><polyline points="{points}" fill="none" stroke="{COLOURS[0]}"'
+        ' stroke-width="1.5"/></svg>'
+    )
 
 
 def text_plot(curves: Mapping[str, CurveLike], *, width: int, height: int) -> list[str]:

@@ -61,8 +61,20 @@ P = ParamSpec("P")
 Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
+
+
+def failed_result(path: str | Path, message: str, *, exit_code: int) -> dict[str, Any]:
+    """The JSON form of an analysis that failed: why, and no channels."""
+    return {
+        "schema": SCHEMA,
+        "sigmatau": __version__,
+        "source": {"path": str(path)},
+        "error": {"message": message, "exit_code": exit_code},
+        "findings": [],
+        "channels": {},
+    }
 
 
 _WITHOUT_CURVE = (
@@ -108,7 +120,7 @@ class Analysis(Tabular):
     rest: Rest | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """The stable JSON form, schema 1: plain values, no NaN."""
+        """The stable JSON form, schema 2: plain values, no NaN."""
         return {
             "schema": SCHEMA,
             "sigmatau": __version__,
@@ -122,12 +134,18 @@ class Analysis(Tabular):
                     "samples": curve.n,
                     "curve": curve.to_dict(),
                     "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
-                    **({"fit": self.fits[channel].to_dict()} if channel in self.fits else {}),
+                    **self._fit_to_dict(channel),
                     **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
                 }
                 for channel, curve in self.curves.items()
             },
         }
+
+    def _fit_to_dict(self, channel: str) -> dict[str, Any]:
+        if channel not in self.fits:
+            return {}
+        fitted = self.fits[channel]
+        return {"fit": fitted.to_dict(), "trust": trust(fitted, self.findings, channel)}
 
     @property
     def model(self) -> NoiseModel:

@@ -120,7 +120,7 @@ class TestModel:
         with pytest.raises(OptionError, match=r"ICM-42688-P: gyro: .*noise density.*`sided` one or two") as error:
             datasheet("icm42688p").model()
         assert error.value.option == "sided"
-        with pytest.raises(OptionError, match="--bias minimum or coefficient"):
+        with pytest.raises(OptionError, match="`bias` minimum or coefficient"):
             datasheet("stim300").model()
         with pytest.raises(OptionError, match="`sided`"):
             datasheet("stim300").model(sided="both")

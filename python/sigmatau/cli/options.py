@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
 from cyclopts import Parameter
@@ -25,7 +25,10 @@ from sigmatau.findings.wording import line
 from sigmatau.io.atomic import atomic
 from sigmatau.io.read import read
 from sigmatau.record.record import Record
-from sigmatau.results import printable
+from sigmatau.results import csv_text, printable
+
+if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 _PROGRESS_INTERVAL = 0.2  # [s]
@@ -118,6 +121,14 @@ def write_json(content: object, path: Path) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def write_csv(analysis: Analysis, path: Path) -> None:
+    """Write the coefficients, and the curves to a file beside it; an error leaves neither half written."""
+    beside = path.with_name(f"{path.stem}-curves{path.suffix}")
+    for table, file in ((analysis, path), (analysis.curves, beside)):
+        with atomic(file) as temporary:
+            temporary.write_text(csv_text(table.columns()), encoding="utf-8")
+
+
 def write_figure(figure: Any, path: Path) -> None:  # noqa: ANN401  matplotlib is optional
     """Write a figure; an error leaves no file."""
     from sigmatau.plot.curves import save
@@ -133,7 +144,8 @@ def write_result(table: str, content: object, json: Path | None) -> None:
         return
     if json is not None:
         write_json(content, json)
-    sys.stdout.write(table + "\n")
+    if table:
+        sys.stdout.write(table + "\n")
 
 
 def averaging_times(text: str) -> str | list[float]:

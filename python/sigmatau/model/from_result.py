@@ -20,6 +20,7 @@ NOT_AT_REST = (
     "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
 )
 _FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
+_SCHEMAS = (1, 2)  # Forms of a result that are read
 _WITH_MODEL = (*_QUANTIFIED, "descriptive")  # Verdicts of a fit that has coefficients
 
 
@@ -43,6 +44,13 @@ def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(content, Mapping):
         hint = "; its model is the attribute `model`" if hasattr(type(content), "model") else ""
         raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}{hint}")
+    error, schema = content.get("error"), content.get("schema", 1)
+    if isinstance(error, Mapping):
+        raise DataError(f"the analysis failed: {error.get('message')!s:.500}")
+    if schema not in _SCHEMAS:
+        raise DataError(
+            f"schema {schema!r:.20} is of a newer version of sigmatau; known: {', '.join(map(str, _SCHEMAS))}"
+        )
     channels = content.get("channels")
     if not isinstance(channels, Mapping) or not channels:
         raise DataError("this is not a result of sigmatau analyze: it has no channels")

@@ -45,7 +45,7 @@ from sigmatau.quality.selection.window import choose
 from sigmatau.record import memory
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
-from sigmatau.results import TablesByChannel, Tabular, html_table
+from sigmatau.results import TablesByChannel, Tabular, duration_text, html_table, printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,6 +77,13 @@ def failed_result(path: str | Path, message: str, *, exit_code: int) -> dict[str
     }
 
 
+_RESTING = {
+    "at_rest": "at rest",
+    "partly_at_rest": "at rest in part",
+    "not_at_rest": "not at rest",
+    "assumed": "taken as at rest",
+}
+
 _WITHOUT_CURVE = (
     "out_of_range",
     "constant_channel",
@@ -106,6 +113,8 @@ class Analysis(Tabular):
         Samples, rate and length by stream, in words.
     stability : mapping of str to DynamicAllan
         Dynamic Allan deviation by channel; empty if it was not requested.
+    rate_source : str
+        Where the sampling rate comes from: ``"given"``, ``"time stamps"`` …
     rest : Rest or None
         Whether the sensor is at rest: without that there are curves, and no coefficients. None for curves alone.
     """
@@ -118,6 +127,7 @@ class Analysis(Tabular):
     grids: Mapping[str, str]
     stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
     rest: Rest | None = None
+    rate_source: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """The stable JSON form, schema 2: plain values, no NaN."""
@@ -165,8 +175,7 @@ class Analysis(Tabular):
                 why = f" ({lost[0]})" if lost else ""
                 raise KeyError(f"no channel {channel!r}{why}; channels: {', '.join(known)}")
             return self.fits[channel]
-        moving = self.rest is not None and self.rest.verdict == "not_at_rest"
-        why = "the sensor was not at rest" if moving else "the coefficients were read off: .read_off has them"
+        why = "the sensor was not at rest" if self._moving else "the coefficients were read off: .read_off has them"
         raise KeyError(f"no fit of {channel!r}: {why}")
 
     def plot(self, *channels: str, ax: Panels = None, style: Style = "screen") -> Figure:
@@ -223,11 +232,32 @@ class Analysis(Tabular):
 
         return Source.of_result(self.to_dict())
 
-    def overview(self) -> str:
-        """The main coefficients of each axis in a row, with how far to trust them, as the command line prints them."""
-        if not self.fits:
+    def headline(self) -> str:
+        """The record in a line: its file, axes, rate and where that comes from, length, and whether it is at rest."""
+        curves = list(self.curves.values())
+        rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
+        source = f" ({self.rate_source.partition(' in ')[0].partition(',')[0]})" if self.rate_source else ""
+        words = [
+            f"{len(curves)} {'axis' if len(curves) == 1 else 'axes'} at {' and '.join(rates)} Hz{source}",
+            duration_text(max(curve.n * curve.tau0 for curve in curves)),
+        ]
+        if self.rest is not None:
+            words.append(_RESTING["assumed" if self._moving and self.fits else self.rest.verdict])
+        name = "" if self.source.path is None else f"{Path(self.source.path).name}: "
+        return printable(name + ", ".join(words))
+
+    @property
+    def _moving(self) -> bool:
+        return self.rest is not None and self.rest.verdict == "not_at_rest"
+
+    def overview(self, *, width: int = 80) -> str:
+        """The record in a line, and the main coefficients of each axis in a row with how far to trust them, as the command
+        line prints them.
+        """
+        if self.read_off and not self.fits:
             return self.summary()
-        return overview(self.fits, self.findings)
+        table = [overview(self.fits, self.findings, width=width)] if self.fits else []
+        return "\n".join([self.headline(), *table])
 
     def summary(self) -> str:
         """The grids and the table of all coefficients, as the command line prints them with ``--verbose``."""
@@ -426,6 +456,7 @@ def analyze(
         grids={stream.name: grid_text(stream) for stream in record.streams},
         stability=maps,
         rest=resting,
+        rate_source=record.streams[0].grid.source,
     )
 
 

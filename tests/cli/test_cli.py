@@ -237,7 +237,7 @@ class TestAnalyze:
             )  # fmt: skip
             assert code == 0
             tables.append(out)
-        assert tables[0] == tables[1] == tables[2]
+        assert len({table.partition(": ")[2] for table in tables}) == 1  # but for the names of the logs
 
     def test_scale_and_offset(self, tmp_path, log, capsys):
         volts = tmp_path / "volts.csv"
@@ -258,7 +258,7 @@ class TestAnalyze:
         assert code == 0
         assert "gyro_x" not in out
         assert "gyro_y" in out
-        assert err.startswith("error: gyro_x: 400 samples of")
+        assert err.startswith("!! gyro x: 400 samples of")
 
     def test_an_even_growth_is_a_constant_rate(self, tmp_path, capsys):
         """Accumulated angle of a constant rate: what is left is rounding."""
@@ -367,7 +367,7 @@ def test_a_log_that_is_cut_off_is_analysed_and_said_so(tmp_path, capsys):
     code, out, err = run("analyze", path, "--rate", "100", capsys=capsys)
     assert code == 4
     assert "gyro_x" in out
-    assert "error: the gzip stream is truncated in line" in err
+    assert "!! the gzip stream is truncated in line" in err
 
 
 def test_the_log_is_never_overwritten(log, tmp_path, capsys):
@@ -417,7 +417,7 @@ def test_as_a_module_on_a_terminal_without_unicode(one):
     )  # fmt: skip
     assert "random walk" in done.stdout
     assert "deg/?h" in done.stdout
-    assert done.stderr == ""
+    assert done.stderr == "More: -v ? picture: --plot p.png ? filter: --export kalibr=imu.yaml\n"
 
 
 class TestSimulate:

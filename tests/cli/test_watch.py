@@ -313,11 +313,12 @@ class TestTextPlot:
         lines = text_plot(curves, width=60, height=20)
         assert len(lines) == 20
         assert all(len(line) <= 60 for line in lines)
-        rows = [line.find("x", 11) for line in lines[1:-2]]
-        # White noise falls: the marks of lower rows lie further right.
-        columns = [column for column in rows if column >= 0]
-        assert columns[0] == 11
+        rows = [[k for k, dot in enumerate(line) if "\u2800" < dot <= "\u28ff"] for line in lines[1:-2]]
+        # White noise falls: the dots of lower rows lie further right.
+        columns = [row[0] for row in rows if row]
+        assert columns[0] == lines[1].index("│") + 1
         assert columns == sorted(columns)
+        assert lines[0].endswith("gyro x")
 
     def test_nothing_to_draw(self):
         assert text_plot({}, width=80, height=20) == []

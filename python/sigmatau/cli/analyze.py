@@ -27,7 +27,9 @@ from sigmatau.cli.options import (
     read_log,
     refuse_same,
     say,
+    screen,
     working,
+    wrapped,
     write_csv,
     write_figure,
     write_json,
@@ -205,11 +207,14 @@ def _one(
             write_figure(analysis.plot_stability(), outputs.stability)
     if outputs.csv is not None:
         write_csv(analysis, outputs.csv)
-    table = analysis.summary() if verbose else analysis.overview()
+    told = finding_lines(analysis.findings) if verbose else wrapped(causes(analysis.findings))
+    table = analysis.summary() if verbose else screen(analysis, below=len(told) + 1)
     write_result(table, analysis.to_dict() if outputs.json is not None else None, outputs.json)
     sys.stdout.flush()
-    for line in finding_lines(analysis.findings) if verbose else causes(analysis.findings):
+    for line in told:
         say(line, quiet=quiet)
+    if not verbose:
+        say(_next(outputs, exports, analysis), quiet=quiet)
     code = exit_code(analysis.findings)
     if code == NOT_AT_REST and exports.files:
         say("nothing to export: the sensor is not at rest", quiet=quiet)
@@ -277,6 +282,14 @@ def _in_a_process(
     if outputs.csv is not None:
         write_csv(analysis, outputs.csv / f"{names[log]}.csv")
     return analysis
+
+
+def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
+    """What comes next: options that were not given."""
+    offers = ["-v"]
+    offers += ["picture: --plot p.png"] if outputs.plot is None else []
+    offers += ["filter: --export kalibr=imu.yaml"] if analysis.fits and not exports.files else []
+    return f"More: {' · '.join(offers)}"
 
 
 @contextmanager

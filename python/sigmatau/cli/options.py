@@ -5,8 +5,11 @@ from __future__ import annotations
 import contextlib
 import json as json_module
 import math
+import os
 import re
+import shutil
 import sys
+import textwrap
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,8 +32,10 @@ from sigmatau.results import csv_text, printable
 
 if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
+    from sigmatau.estimators.allan import DeviationCurve
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+_LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
 _PROGRESS_INTERVAL = 0.2  # [s]
 _LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
 
@@ -207,6 +212,37 @@ def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: b
     for name in left:
         say(f"warning: {name}: it {why}; left out", quiet=quiet)
     return good
+
+
+def screen(analysis: Analysis, *, below: int) -> str:
+    """The overview for the width of the terminal, with the curves in dots if the terminal shows them and has room for them.
+
+    `below`: lines that follow.
+    """
+    size = shutil.get_terminal_size()
+    if not sys.stdout.isatty():
+        return analysis.overview()
+    text = analysis.overview(width=size.columns)
+    panels: dict[str, dict[str, DeviationCurve]] = {}
+    for channel, curve in analysis.curves.items():
+        panels.setdefault(f"{curve.quantity} {curve.unit}", {})[channel] = curve
+    height = min(size.lines - len(text.splitlines()) - below - 2, _MOST_PLOT_LINES)
+    if height < _LEAST_PLOT_LINES or "utf" not in (sys.stdout.encoding or "").lower() or len(panels) > _MOST_PANELS:
+        return text
+    from sigmatau.plot.terminal import text_plot
+
+    width = (size.columns - 1) // len(panels) - 1
+    drawn = [text_plot(panel, width=width, height=height) for panel in panels.values()]
+    rows = zip(*(lines for lines in drawn if lines), strict=True)
+    return "\n".join([text, *("  ".join(line.ljust(width) for line in row).rstrip() for row in rows)])
+
+
+def wrapped(lines: Sequence[str]) -> list[str]:
+    """Lines as wide as the terminal, those that follow the first one indented; unchanged in a pipe."""
+    if not (sys.stderr.isatty() or "COLUMNS" in os.environ):
+        return list(lines)
+    width = shutil.get_terminal_size().columns
+    return [part for line in lines for part in textwrap.wrap(line, width, subsequent_indent="  ")]
 
 
 def say(message: str, *, quiet: bool = False) -> None:

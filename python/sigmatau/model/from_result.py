@@ -42,8 +42,7 @@ def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | 
 def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
     """Results by channel; raises `DataError` if there are none."""
     if not isinstance(content, Mapping):
-        hint = "; its model is the attribute `model`" if hasattr(type(content), "model") else ""
-        raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}{hint}")
+        raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}")
     error, schema = content.get("error"), content.get("schema", 1)
     if isinstance(error, Mapping):
         raise DataError(f"the analysis failed: {error.get('message')!s:.500}")

@@ -8,6 +8,20 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 
+@pytest.fixture(autouse=True)
+def all_digits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exports have all digits, so that tests hold their formulas to 1e-12; not with the marker ``as_written``."""
+    if request.path.parent.name == "exporting" and not request.node.get_closest_marker("as_written"):
+        monkeypatch.setattr("sigmatau.exporting.text.DIGITS", None)
+
+
+@pytest.fixture(autouse=True)
+def options_as_typed(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors of readers are tested in the words of the command line; `test_errors` tests how Python words them."""
+    if request.path.parent.name == "io":
+        monkeypatch.setattr("sigmatau.errors._as_arguments", lambda message: message)
+
+
 @pytest.fixture(scope="session")
 def field_data() -> Path:
     """The folder of records made by others, which are not ours to ship."""

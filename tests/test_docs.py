@@ -147,6 +147,7 @@ def _write_logs(folder):
     for log, first, second in (("static", "result", "static"), ("unit", "unit1", "unit2")):
         assert main(["analyze", str(folder / f"{log}.csv"), "--json", str(folder / f"{first}.json"), "-q"]) == 0
         shutil.copy(folder / f"{first}.json", folder / f"{second}.json")
+    shutil.copy(folder / "static.json", folder / "running.json")
 
 
 @pytest.fixture(scope="module")

@@ -249,8 +249,10 @@ class TestCalls:
             st.fit(self.record())
 
     def test_an_analysis_where_its_content_is_meant(self):
-        with pytest.raises(DataError, match="its model is the attribute `model`"):
-            st.NoiseModel.from_result(st.analyze(self.record()))
+        analysis = st.analyze(self.record())
+        assert st.NoiseModel.from_result(analysis).to_dict() == analysis.model.to_dict()
+        with pytest.raises(DataError, match="a result of sigmatau analyze is an object, not int"):
+            st.NoiseModel.from_result(3)
 
     def test_errors_show_their_words(self):
         error = OptionError("{option} must be 1", option="rate")

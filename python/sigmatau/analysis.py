@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import functools
+import html
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, ParamSpec, cast, get_args
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,14 +16,14 @@ from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap
 from sigmatau.estimators.deviation_kinds import TauGrid
-from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.finding import Finding, Findings, by_severity
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
 from sigmatau.findings.kinds.values import CoarseResolution
 from sigmatau.findings.wording import causes, words
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
-from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.overview import overview
+from sigmatau.fitting.noise_fit import Fits, NoiseFit
+from sigmatau.fitting.overview import overview, overview_rows, trust
 from sigmatau.fitting.read_off import ReadOff, read_off
 from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.fitting.tables import fit_table, read_off_table
@@ -43,7 +44,7 @@ from sigmatau.record import memory
 from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
-from sigmatau.results import Printed
+from sigmatau.results import TablesByChannel, Tabular, duration_text, html_table, printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from sigmatau.estimators.stability import DynamicAllan
     from sigmatau.exporting.choices import Choices
     from sigmatau.exporting.source import Source
+    from sigmatau.plot.style import Panels, Style
 
 __all__ = ["Analysis", "Long", "Method", "analyze", "of_curves"]
 
@@ -58,9 +60,28 @@ P = ParamSpec("P")
 Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
 
+
+def failed_result(path: str | Path, message: str, *, exit_code: int) -> dict[str, Any]:
+    """The JSON form of an analysis that failed: why, and no channels."""
+    return {
+        "schema": SCHEMA,
+        "sigmatau": __version__,
+        "source": {"path": str(path)},
+        "error": {"message": message, "exit_code": exit_code},
+        "findings": [],
+        "channels": {},
+    }
+
+
+_RESTING = {
+    "at_rest": "at rest",
+    "partly_at_rest": "at rest in part",
+    "not_at_rest": "not at rest",
+    "assumed": "taken as at rest",
+}
 
 _WITHOUT_CURVE = (
     "out_of_range",
@@ -72,39 +93,43 @@ _LOOKED_AT_BOUNDED = 1 << 20  # samples that are checked of a record that does n
 
 
 @frozen(eq=False)
-class Analysis(Printed):
+class Analysis(Tabular):
     """Result of `analyze`.
 
     Attributes
     ----------
     source : Provenance
-    findings : tuple of Finding
-        Faults of the record and other facts that affect the results.
+    findings : Findings
+        A tuple of `Finding`: faults of the record and other facts that affect the results.
     curves : Curves
         Allan deviation by channel; a channel that cannot be analysed is absent and has a finding.
-    fits : mapping of str to NoiseFit
-        Coefficients with intervals, by channel; empty if they were only read off.
+    fits : Fits
+        Mapping of channel to `NoiseFit`, coefficients with intervals; empty if they were only read off.
+        ``analysis["gyro_x"]`` is ``analysis.fits["gyro_x"]``.
     read_off : mapping of str to ReadOff
         Coefficients by the paper's method, by channel.
     grids : mapping of str to str
         Samples, rate and length by stream, in words.
     stability : mapping of str to DynamicAllan
         Dynamic Allan deviation by channel; empty if it was not requested.
+    rate_source : str
+        Where the sampling rate comes from: ``"given"``, ``"time stamps"`` …
     rest : Rest or None
         Whether the sensor is at rest: without that there are curves, and no coefficients. None for curves alone.
     """
 
     source: Provenance
-    findings: tuple[Finding, ...]
+    findings: Findings
     curves: Curves
-    fits: Mapping[str, NoiseFit]
+    fits: Fits
     read_off: Mapping[str, ReadOff]
     grids: Mapping[str, str]
     stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
     rest: Rest | None = None
+    rate_source: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """The stable JSON form, schema 1: plain values, no NaN."""
+        """The stable JSON form, schema 2: plain values, no NaN."""
         return {
             "schema": SCHEMA,
             "sigmatau": __version__,
@@ -118,26 +143,65 @@ class Analysis(Printed):
                     "samples": curve.n,
                     "curve": curve.to_dict(),
                     "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
-                    **({"fit": self.fits[channel].to_dict()} if channel in self.fits else {}),
+                    **self._fit_to_dict(channel),
                     **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
                 }
                 for channel, curve in self.curves.items()
             },
         }
 
+    def _fit_to_dict(self, channel: str) -> dict[str, Any]:
+        if channel not in self.fits:
+            return {}
+        fitted = self.fits[channel]
+        return {"fit": fitted.to_dict(), "trust": trust(fitted, self.findings, channel)}
+
     @property
     def model(self) -> NoiseModel:
         """The noise model of the channels that have one; see `NoiseModel.from_result`. Raises `DataError` if none has."""
         return NoiseModel.from_result(self.to_dict())
 
-    def plot(self) -> Figure:
-        """Draw the curves of all channels with their intervals and fits, with one panel for each stream."""
+    def __getitem__(self, channel: str) -> NoiseFit:
+        """The fit of a channel; the `KeyError` of any other says why there is none."""
+        if channel in self.fits or channel not in self.curves:
+            known = self.fits or self.curves
+            if channel not in known:
+                lost = [
+                    words(one).message
+                    for one in self.findings
+                    if channel in one.channels and one.code in _WITHOUT_CURVE
+                ]
+                why = f" ({lost[0]})" if lost else ""
+                raise KeyError(f"no channel {channel!r}{why}; channels: {', '.join(known)}")
+            return self.fits[channel]
+        why = "the sensor was not at rest" if self._moving else "the coefficients were read off: .read_off has them"
+        raise KeyError(f"no fit of {channel!r}: {why}")
+
+    def plot(self, *channels: str, ax: Panels = None, style: Style = "screen") -> Figure:
+        """Draw the curves with their intervals and fits, with one panel for each stream.
+
+        Parameters
+        ----------
+        *channels : str
+            Which channels. Default: all. A panel with one channel has a line of each term, with its value.
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        style : {"screen", "paper"}
+            ``"paper"``: for a column of a two-column paper.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.curves import draw_analysis
+        from sigmatau.plot.style import styled
 
-        return draw_analysis(self.curves, self.read_off, self.fits)
+        curves = {name: self.curves[name] for name in channels or self.curves}
+        with styled(style):
+            return draw_analysis(curves, self.read_off, self.fits, ax=ax)
 
-    def plot_stability(self) -> Figure:
-        """Draw the dynamic Allan deviation of each channel, which must have been requested.
+    def plot_stability(self, ax: Panels = None) -> Figure:
+        """Draw the dynamic Allan deviation of each channel, which must have been requested; `ax` is one axes a channel.
 
         Raises
         ------
@@ -150,7 +214,7 @@ class Analysis(Printed):
             )
         from sigmatau.plot.stability import draw_all
 
-        return draw_all(self.stability)
+        return draw_all(self.stability, ax=ax)
 
     def export(self, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> str | bytes:
         """Write the fitted model for another program; see `sigmatau.export`.
@@ -167,11 +231,32 @@ class Analysis(Printed):
 
         return Source.of_result(self.to_dict())
 
-    def overview(self) -> str:
-        """The main coefficients of each axis in a row, with how far to trust them, as the command line prints them."""
-        if not self.fits:
+    def headline(self) -> str:
+        """The record in a line: its file, axes, rate and where that comes from, length, and whether it is at rest."""
+        curves = list(self.curves.values())
+        rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
+        source = f" ({self.rate_source.partition(' in ')[0].partition(',')[0]})" if self.rate_source else ""
+        words = [
+            f"{len(curves)} {'axis' if len(curves) == 1 else 'axes'} at {' and '.join(rates)} Hz{source}",
+            duration_text(max(curve.n * curve.tau0 for curve in curves)),
+        ]
+        if self.rest is not None:
+            words.append(_RESTING["assumed" if self._moving and self.fits else self.rest.verdict])
+        name = "" if self.source.path is None else f"{Path(self.source.path).name}: "
+        return printable(name + ", ".join(words))
+
+    @property
+    def _moving(self) -> bool:
+        return self.rest is not None and self.rest.verdict == "not_at_rest"
+
+    def overview(self, *, width: int = 80) -> str:
+        """The record in a line, and the main coefficients of each axis in a row with how far to trust them, as the command
+        line prints them.
+        """
+        if self.read_off and not self.fits:
             return self.summary()
-        return overview(self.fits, self.findings)
+        table = [overview(self.fits, self.findings, width=width)] if self.fits else []
+        return "\n".join([self.headline(), *table])
 
     def summary(self) -> str:
         """The grids and the table of all coefficients, as the command line prints them with ``--verbose``."""
@@ -182,6 +267,26 @@ class Analysis(Printed):
         if not self.fits and not self.read_off:
             return "not at rest: no coefficients"
         return fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a channel and term, with how far to trust it; see `Tabular.columns`."""
+        if not self.fits:
+            return TablesByChannel(self.read_off).columns()
+        columns = self.fits.columns()
+        return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}
+
+    def _repr_html_(self) -> str:
+        told = "".join(f"<li>{html.escape(line)}</li>" for line in causes(self.findings))
+        if not self.fits:
+            return f"<pre>{html.escape(self.coefficients())}</pre><ul>{told}</ul>"
+        from sigmatau.plot.terminal import sparkline
+
+        head, *rows = overview_rows(self.fits, self.findings)
+        shown = [(*head, "σ(τ)")]
+        for row in rows:
+            curve = self.curves.get(row[0])
+            shown.append((*row, "" if curve is None else sparkline(curve.tau, curve.adev)))
+        return f"{html_table(shown, ready={len(head)})}<ul>{told}</ul>"
 
     def __repr__(self) -> str:
         return "\n".join([self.overview(), *causes(self.findings)])
@@ -195,8 +300,9 @@ def _bounded_if_memory_lacks(function: Callable[P, Analysis]) -> Callable[P, Ana
         try:
             return function(*args, **options)
         except MemoryError:
-            record = cast("Record", args[0] if args else options["record"])
-            if options.get("long", "auto") != "auto" or any(stream.mask is not None for stream in record.streams):
+            record = args[0] if args else options["record"]
+            whole = isinstance(record, Record) and all(stream.mask is None for stream in record.streams)
+            if options.get("long", "auto") != "auto" or not whole:
                 raise
         options["long"] = "strided"
         return function(*args, **options)
@@ -207,7 +313,7 @@ def _bounded_if_memory_lacks(function: Callable[P, Analysis]) -> Callable[P, Ana
 @_bounded_if_memory_lacks
 @facts_kept()
 def analyze(
-    record: Record,
+    record: Record | object,
     *,
     taus: TauGrid | ArrayLike = "half",
     overlap: Overlap = "full",
@@ -227,8 +333,9 @@ def analyze(
 
     Parameters
     ----------
-    record : Record
-        From `sigmatau.read` or `Record.from_arrays`.
+    record : Record, str, Path or data frame
+        From `sigmatau.read` or `Record.from_arrays`; or a log that `sigmatau.read` needs no arguments for, by its path; or a
+        data frame that `sigmatau.from_frame` needs none for.
     taus, overlap, counting, threads
         See `sigmatau.allan`.
     method : {"likelihood", "gls", "read-off"}
@@ -276,11 +383,7 @@ def analyze(
     """
     if method not in get_args(Method):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Method))}, not {method!r}", option="method")
-    if not isinstance(record, Record):
-        hint = (
-            "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(record, Mapping) else ""
-        )
-        raise TypeError(f"`record` must be a Record, see sigmatau.read, not a {type(record).__name__}{hint}")
+    record = _record_of(record)
     if tau_min is not None:
         _refuse_time(tau_min, method)
     if long not in get_args(Long):
@@ -346,11 +449,12 @@ def analyze(
         source=record.provenance,
         findings=by_severity(findings),
         curves=Curves(curves),
-        fits=fits,
+        fits=Fits(fits),
         read_off={} if moving else {channel: read_off(curve) for channel, curve in curves.items()},
         grids={stream.name: grid_text(stream) for stream in record.streams},
         stability=maps,
         rest=resting,
+        rate_source=record.streams[0].grid.source,
     )
 
 
@@ -390,7 +494,7 @@ def of_curves(
         source=source,
         findings=by_severity(found),
         curves=Curves(kept),
-        fits=fits,
+        fits=Fits(fits),
         read_off={channel: read_off(curve) for channel, curve in kept.items()},
         grids=dict(grids or {}),
     )
@@ -402,6 +506,27 @@ def _with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
     if edf is not None and curve.gaps is not None:
         edf = np.maximum(edf * curve.n_pairs / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
     return replace(curve, edf=edf)
+
+
+def _record_of(given: object) -> Record:
+    """The record of a path or a data frame; raises `TypeError` for what is none."""
+    if isinstance(given, Record):
+        return given
+    if isinstance(given, str | Path):
+        from sigmatau.io.read import read
+
+        return read(given)
+    if isinstance(given, Curves) or not (hasattr(given, "columns") or isinstance(given, Mapping)):
+        more = "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(given, Curves) else ""
+        more = (
+            "; an array has channels: sigmatau.Record.from_arrays(rate=100, gyro=x)" if hasattr(given, "ndim") else more
+        )
+        raise TypeError(
+            f"`record` must be a Record, see sigmatau.read, a path or a data frame, not a {type(given).__name__}{more}"
+        )
+    from sigmatau.io.read.frame import from_frame
+
+    return from_frame(given)
 
 
 def _maps(

@@ -74,6 +74,26 @@ def argument(name: str, value: object = None, *, key: str | None = None) -> str:
     return f"{{@{name}{of}{text}}}"
 
 
+_TYPED = re.compile(r"--([a-z][a-z-]*)((?: [a-z]\w*=[^\s,;)]+(?: --\1(?= [a-z]\w*=))?)+|=\w+| HZ\b)?")
+
+
+def _as_arguments(message: str) -> str:
+    """Options as they are typed, as arguments: ``--unit gyro=deg/s`` as ``unit={"gyro": "deg/s"}``."""
+
+    def argument_of(match: re.Match[str]) -> str:
+        name, value = match[1].replace("-", "_"), (match[2] or "").strip()
+        if "=" not in value.lstrip("="):
+            return f"`{name}={value.lstrip('=')}`" if value else f"`{name}`"
+        pairs = [part.partition("=")[::2] for part in value.split() if "=" in part]
+        quoted = (f'"{key}": {text if _NUMBER.fullmatch(text) else chr(34) + text + chr(34)}' for key, text in pairs)
+        return f"`{name}={{{', '.join(quoted)}}}`"
+
+    return _TYPED.sub(argument_of, message)
+
+
+_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
+
+
 class OptionError(_SourcedError):
     """An option is wrong, or an option is missing that neither the file nor a default can supply.
 
@@ -110,7 +130,7 @@ class OptionError(_SourcedError):
                 return f"`{name}`"
             return f"`{name}={value}`" if key is None else f'`{name}={{"{key}": {value}}}`'
 
-        return _joined(self.source, self._filled(python))
+        return _joined(self.source, _as_arguments(self._filled(python)))
 
     def for_command_line(
         self, names: Mapping[str, str] = MappingProxyType({}), units: Mapping[str, str] = MappingProxyType({})

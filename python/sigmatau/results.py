@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import html
+import io
 import math
 import unicodedata
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, TypeVar
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar, cast
 
 __all__ = [
     "ByChannel",
     "Printed",
+    "TablesByChannel",
+    "Tabular",
+    "csv_text",
     "duration_text",
+    "html_table",
     "interval_texts",
     "lines_text",
     "option_seconds",
@@ -30,6 +35,63 @@ class Printed:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(repr(self))}</pre>"
+
+
+class Tabular(Printed):
+    """A result that is a table: for a data frame, for CSV, and for a notebook."""
+
+    __slots__ = ()
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The table by column, for any data-frame library: ``polars.DataFrame(result.columns())``. Numbers are in SI."""
+        raise NotImplementedError
+
+    def to_dataframe(self) -> Any:  # noqa: ANN401  pandas is optional
+        """The table as a data frame of pandas; raises `ImportError` without it, `columns` are for other libraries."""
+        try:
+            import pandas as pd
+        except ImportError:
+            raise ImportError(
+                "a data frame needs pandas: pip install pandas; or any other library with .columns(),"
+                " e.g. polars.DataFrame(result.columns())"
+            ) from None
+        return pd.DataFrame(self.columns())
+
+    def _repr_html_(self) -> str:
+        columns = self.columns()
+        rows = list(zip(*columns.values(), strict=True))
+        more = "" if len(rows) <= _HTML_ROWS else f"<p>… {len(rows) - _HTML_ROWS} more rows</p>"
+        return html_table([tuple(columns), *(tuple(map(_cell, row)) for row in rows[:_HTML_ROWS])]) + more
+
+
+_HTML_ROWS = 40
+
+
+def html_table(rows: Sequence[Sequence[str]], *, ready: Container[int] = ()) -> str:
+    """Rows of text as a table for a notebook, the first one as its head; columns in `ready` are HTML already."""
+
+    def line(row: Sequence[str], tag: str) -> str:
+        cells = (text if k in ready else html.escape(text) for k, text in enumerate(row))
+        return f"<tr>{''.join(f'<{tag} style=text-align:left>{cell}</{tag}>' for cell in cells)}</tr>"
+
+    return f"<table>{line(rows[0], 'th')}{''.join(line(row, 'td') for row in rows[1:])}</table>"
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return "" if value is None else str(value)
+
+
+def csv_text(columns: Mapping[str, Sequence[object]]) -> str:
+    """A table as CSV: numbers with all digits, nothing for None."""
+    import csv
+
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return out.getvalue()
 
 
 T = TypeVar("T")
@@ -57,6 +119,17 @@ class ByChannel(Mapping[str, T], Printed):
 
     def __repr__(self) -> str:
         return "\n".join(map(repr, self._by_channel.values()))
+
+
+class TablesByChannel(ByChannel[T], Tabular):
+    """Tables by channel, with one table of all."""
+
+    __slots__ = ()
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The rows of all channels, see `Tabular.columns`."""
+        tables = [cast(Tabular, one).columns() for one in self.values()]
+        return {name: [value for table in tables for value in table[name]] for name in (tables[0] if tables else ())}
 
 
 def plain(result: object, *names: str, **values: object) -> dict[str, Any]:

@@ -91,7 +91,10 @@ class TestCommand:
         assert "2 of 3 logs analysed" in out
         assert "bad.csv, line 3: column time [s] has 'x'" in err
         assert f"skipped, not a log: {folder / 'notes.md'}" in err
-        assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json"]
+        assert sorted(f.name for f in results.iterdir()) == ["a.csv.json", "b.csv.json", "bad.csv.json"]
+        failed = json.loads((results / "bad.csv.json").read_text())
+        assert (failed["error"]["exit_code"], failed["channels"]) == (1, {})
+        assert "line 3: column time [s] has 'x'" in failed["error"]["message"]
         alone = st.analyze(st.read(folder / "a.csv"), method="read-off").to_dict()
         assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
 

@@ -129,7 +129,7 @@ class TestLines:
         [
             (b"1,2\n3,4\n", {}, "name them"),
             (b"gyro_x\n1\n2\n3\n", {"rate": 5}, "unit"),
-            (b"gyro_x [deg/s]\n1\n2\n3\n", {}, "--rate"),
+            (b"gyro_x [deg/s]\n1\n2\n3\n", {}, "`rate=HZ`"),
             (b"hello\nworld\n", {"rate": 5}, "no line of numbers"),
             (b"", {"rate": 5}, "only blank lines"),
         ],
@@ -215,8 +215,8 @@ class TestCommand:
             )
         assert "angle random walk" in done.stdout
         written = json.loads(result.read_text())
-        schema = json.loads(resources.files("sigmatau").joinpath("schema/result-1.schema.json").read_text())
-        jsonschema.validate(written, schema)
+        schema = json.loads(resources.files("sigmatau").joinpath("schema/result-2.schema.json").read_text())
+        jsonschema.Draft202012Validator(schema).validate(written)
         expected = analyze(read(log), long="strided").to_dict()
         for channel, found in written["channels"].items():
             curve, other = found["curve"], expected["channels"][channel]["curve"]
@@ -314,11 +314,12 @@ class TestTextPlot:
         lines = text_plot(curves, width=60, height=20)
         assert len(lines) == 20
         assert all(len(line) <= 60 for line in lines)
-        rows = [line.find("x", 11) for line in lines[1:-2]]
-        # White noise falls: the marks of lower rows lie further right.
-        columns = [column for column in rows if column >= 0]
-        assert columns[0] == 11
+        rows = [[k for k, dot in enumerate(line) if "\u2800" < dot <= "\u28ff"] for line in lines[1:-2]]
+        # White noise falls: the dots of lower rows lie further right.
+        columns = [row[0] for row in rows if row]
+        assert columns[0] == lines[1].index("│") + 1
         assert columns == sorted(columns)
+        assert lines[0].endswith("gyro x")
 
     def test_nothing_to_draw(self):
         assert text_plot({}, width=80, height=20) == []

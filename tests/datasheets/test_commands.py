@@ -185,7 +185,7 @@ def test_a_fit_that_is_not_adequate_is_named_where_it_passes(folder, contents, c
         channel["fit"]["verdict"] = "descriptive"
     (folder / "doubtful.json").write_text(json.dumps(content))
     assert run("sigmatau compare doubtful.json good.json --datasheet spec.toml") == 0
-    assert "1 of 2 passed undecided (1 because the fit is not adequate)" in capsys.readouterr().err
+    assert "1 of 2 passed undecided (1 because no model fits)" in capsys.readouterr().err
 
 
 def test_a_name_cannot_forge_a_line(folder, contents, capsys):

@@ -117,10 +117,10 @@ class TestModel:
         assert rms == pytest.approx(0.0028 * math.sqrt(50) * DEG, rel=4 / math.sqrt(2 * 10_000))
 
     def test_what_the_sheet_leaves_open_is_asked_for(self):
-        with pytest.raises(OptionError, match=r"ICM-42688-P: gyro: .*noise density.*--sided one or two") as error:
+        with pytest.raises(OptionError, match=r"ICM-42688-P: gyro: .*noise density.*`sided` one or two") as error:
             datasheet("icm42688p").model()
         assert error.value.option == "sided"
-        with pytest.raises(OptionError, match="--bias minimum or coefficient"):
+        with pytest.raises(OptionError, match="`bias` minimum or coefficient"):
             datasheet("stim300").model()
         with pytest.raises(OptionError, match="`sided`"):
             datasheet("stim300").model(sided="both")

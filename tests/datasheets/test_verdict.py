@@ -339,6 +339,6 @@ def test_a_fit_that_is_not_adequate_decides_nothing(value):
     assert verdict.status == "undecided"
     assert verdict.fails("fail")
     assert not verdict.fails("pass")
-    assert "from a fit that is not adequate" in repr(verdict)
+    assert "no model fits this axis" in repr(verdict)
     sure = compare_with(NoiseModel(channels={"gyro": replace(model, adequate=True)}), sheet(random_walk=walk(N)))
     assert sure.status == ("within" if value < N else "out")

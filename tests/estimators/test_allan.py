@@ -281,8 +281,22 @@ class TestBadData:
         assert Record.from_arrays(rate=1, y=y).streams[0].mask.sum() == 1
 
     def test_no_record(self):
-        with pytest.raises(TypeError, match="must be a Record"):
+        with pytest.raises(OptionError, match=r"an array needs `rate`, .*allan\(x, rate=100\)"):
             allan(np.zeros(100))
+        with pytest.raises(
+            TypeError, match=r"must be a Record or an array of shape \(n,\), not \(100, 3\).*gyro=array"
+        ):
+            allan(np.zeros((100, 3)), rate=1)
+        with pytest.raises(TypeError, match=r"see sigmatau\.read for files"):
+            allan("log.csv")
+        with pytest.raises(OptionError, match="`rate` is for an array"):
+            allan(Record.from_arrays(rate=1, x=np.zeros(100)), rate=1)
+
+    def test_an_array(self):
+        x = np.random.default_rng(7).standard_normal(1000)
+        curve = allan(x, rate=10, unit="deg/s")
+        assert (curve.unit, curve.n, curve.tau0) == ("deg/s", 1000, 0.1)
+        np.testing.assert_array_equal(curve.avar, allan(Record.from_arrays(rate=10, signal=x))["signal"].avar)
 
     def test_shapes(self):
         with pytest.raises(DataError, match="unequal"):

@@ -197,8 +197,10 @@ class TestResult:
         pytest.importorskip("matplotlib")
         y = np.random.default_rng(1).standard_normal((300, 3))
         curves = deviation(Record.from_arrays(rate=10, gyro=y, accel=y), kind="time")
-        assert curves["gyro_x"].plot(unit="arcsec", noise="random_walk").get_ylabel() == "time deviation [arcsec]"
-        assert curves["gyro_x"].plot().get_ylabel() == "time deviation [rad]"
+        assert (
+            curves["gyro_x"].plot(unit="arcsec", noise="random_walk").axes[0].get_ylabel() == "time deviation [arcsec]"
+        )
+        assert curves["gyro_x"].plot().axes[0].get_ylabel() == "time deviation [rad]"
         assert len(curves.plot(noise="random_walk").axes) == 2
         assert deviation(Record.from_arrays(rate=10, gyro=y), kind="mtie").plot().axes[0].get_title() == "Gyroscopes"
 

@@ -8,6 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import OptionError, Record, RecordTooShortError, allan
 from sigmatau.estimators.stability import dynamic_allan
+from sigmatau.plot.stability import beyond_chance, relative
 
 RATE = 10.0
 
@@ -98,11 +99,13 @@ def test_too_short_and_unknown():
 def test_map(tmp_path):
     pytest.importorskip("matplotlib")
     dynamic = dynamic_allan(record("map", n=60000, change=30000), "gyro_x")
-    axes = dynamic.plot(unit="deg/s")
+    axes = dynamic.plot(unit="deg/s").axes[0]
     (mesh,) = axes.collections
     assert mesh.get_array().shape == dynamic.adev.T.shape
     medians = np.median(dynamic.adev, axis=0)
-    assert np.asarray(mesh.get_array()) == pytest.approx((dynamic.adev / medians).T)
+    shown, ratio = mesh.get_array(), (dynamic.adev / medians).T
+    assert np.asarray(shown)[~shown.mask] == pytest.approx(ratio[~shown.mask])
+    assert shown.mask.mean() < 0.9
     assert mesh.norm.vmin * mesh.norm.vmax == pytest.approx(1.0)  # the median is in the middle of the colours
     assert axes.get_yscale() == "log"
     assert type(mesh.norm).__name__ == "LogNorm"
@@ -124,10 +127,29 @@ def test_a_small_change_of_the_noise_shows_in_the_map():
     rng = np.random.default_rng(seed_of("small change"))
     x = rng.standard_normal(60_000)
     x[30_000:] *= 1.3
-    axes = dynamic_allan(Record.from_arrays(rate=100, gyro_x=x), "gyro_x").plot()
+    axes = dynamic_allan(Record.from_arrays(rate=100, gyro_x=x), "gyro_x").plot().axes[0]
     mesh = axes.collections[0]
     first = mesh.norm(np.asarray(mesh.get_array())[0])  # the shortest τ, 0 to 1 over the colours
     assert first[-5:].mean() - first[:5].mean() > 0.2
+
+
+@pytest.mark.parametrize("walk", [False, True])
+def test_what_chance_makes_is_white(walk):
+    """At each averaging time, any window of 5 % of the maps of stationary noise; here of white noise and its sum."""
+    rng = np.random.default_rng(seed_of(f"chance {walk}"))
+    coloured = total = 0
+    for _ in range(20):
+        x = rng.standard_normal(8_000)
+        x = np.cumsum(x) if walk else x
+        found = dynamic_allan(Record.from_arrays(rate=100, gyro_x=x), "gyro_x")
+        there = beyond_chance(relative(found.adev)[0], found)
+        coloured, total = coloured + int(there.any(axis=0).sum()), total + there.shape[1]
+    # Averaging times of a map are alike: as 20 maps, each with three independent ones at least. The median scatters too.
+    assert coloured / total < 0.1 + 3 * np.sqrt(0.05 * 0.95 / 60)
+    x = rng.standard_normal(8_000)
+    x[4_000:] *= 1.5
+    found = dynamic_allan(Record.from_arrays(rate=100, gyro_x=x), "gyro_x")
+    assert beyond_chance(relative(found.adev)[0], found)[:, 0].mean() > 0.8
 
 
 def test_windows_without_a_deviation_are_hatched_and_said_to_be():
@@ -135,7 +157,7 @@ def test_windows_without_a_deviation_are_hatched_and_said_to_be():
     rng = np.random.default_rng(seed_of("hatched"))
     x = rng.standard_normal(60_000)
     x[30_000:33_000] = np.nan
-    axes = dynamic_allan(Record.from_arrays(rate=100, gyro_x=x), "gyro_x").plot()
+    axes = dynamic_allan(Record.from_arrays(rate=100, gyro_x=x), "gyro_x").plot().axes[0]
     (span,) = axes.patches
     assert span.get_hatch()
     assert span.get_x() <= 300 <= span.get_x() + span.get_width()

@@ -97,8 +97,8 @@ def test_options_reach_the_file(result, capsys):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--to", "kalibr"], "no acceleration random walk observed (below"),
-        (["--to", "kalibr", "--rate-random-walk", "gyro=upper-limit"], "accelerometers: no"),
+        (["--to", "kalibr", "--strict"], "no acceleration random walk observed (below"),
+        (["--to", "kalibr", "--strict", "--rate-random-walk", "gyro=upper-limit"], "accelerometers: no"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=1e-6"], "want a value with its unit"),
         (["--to", "kalibr", "--rate-random-walk", "gyro=1 m/s"], "does not fit here"),
         (
@@ -264,6 +264,16 @@ class TestAnalyze:
         for name, file in zip(("kalibr", "gtsam"), files, strict=True):
             assert file.read_text() == run("export", result, "--to", name, *WALKS, capsys=capsys)[1]
 
+    def test_an_ordinary_log_needs_no_choice(self, log, tmp_path, capsys):
+        """What it does not show is at its upper limit, said in a line, and beside the number."""
+        code, _, err = run("analyze", log, "--export", f"kalibr={tmp_path / 'imu.yaml'}", capsys=capsys)
+        assert code == 0
+        assert len([line for line in err.splitlines() if "its upper limit is written" in line]) == 1
+        text = (tmp_path / "imu.yaml").read_text()
+        assert "not observed in 60 s; its upper limit (95 %)" in text
+        assert "# from log.csv, 60 s at 100 Hz, analysed by sigmatau" in text
+        assert "# gyro_x, gyro_y, accel_x and accel_y: the model fits\n" in text
+
     def test_a_value_that_is_not_used_is_said_once(self, log, tmp_path, capsys):
         files = [f"kalibr={tmp_path / 'imu.yaml'}", f"gtsam={tmp_path / 'imu.py'}"]
         more = ("--random-walk", "gyro=1 rad/sqrt(s)")
@@ -273,8 +283,9 @@ class TestAnalyze:
 
     def test_what_has_to_be_chosen_is_said_after_the_results(self, log, tmp_path, capsys):
         code, out, err = run(
-            "analyze", log, "--json", tmp_path / "r.json", "--export", f"kalibr={tmp_path / 'imu.yaml'}", capsys=capsys
-        )
+            "analyze", log, "--json", tmp_path / "r.json", "--export", f"kalibr={tmp_path / 'imu.yaml'}", "--strict",
+            capsys=capsys,
+        )  # fmt: skip
         assert code == 2
         assert "random walk" in out
         assert "--export kalibr: accelerometers: no acceleration random walk observed" in err
@@ -307,7 +318,7 @@ class TestAnalyze:
         """And no file is written if one of them cannot be."""
         files = {name: tmp_path / name for name in ("kalibr", "kf-gins")}
         exports = [text for name, path in files.items() for text in ("--export", f"{name}={path}")]
-        more = ("--rate-random-walk", "gyro=upper-limit,accel=upper-limit")
+        more = ("--rate-random-walk", "gyro=upper-limit,accel=upper-limit", "--strict")
         code, _, err = run("analyze", log, *exports, *more, "--horizon", "60s", capsys=capsys)
         assert code == 0
         assert "info: kalibr has no field for --horizon" in err
@@ -333,7 +344,8 @@ def test_in_python(record):
     assert vio.parse(text)["update_rate"] == 100.0
     assert vio.parse(analysis.export(to="kalibr", choices=Choices(walk=walk, rate=50.0)))["update_rate"] == 50.0
     assert set(analysis.model.channels) == {"gyro_x", "gyro_y", "accel_x", "accel_y"}
+    assert analysis.export(to="kalibr")
     with pytest.raises(OptionError, match="choose"):
-        analysis.export(to="kalibr")
+        analysis.export(to="kalibr", choices=Choices(strict=True))
     with pytest.raises(OptionError, match="unknown target"):
         target("kalibr ")

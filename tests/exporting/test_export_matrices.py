@@ -234,7 +234,7 @@ TO_SI = {
 def sheet_of(text):
     """Rows by channel and letter: cells between two blanks or more."""
     found = {}
-    for block in text.split("\n\n")[1:]:
+    for block in text.split("\n\n")[2:]:
         if re.match("No interval: |Cannot be told: |Not in the model: ", block):
             continue
         head, *rows = block.rstrip("\n").split("\n")

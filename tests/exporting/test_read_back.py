@@ -102,7 +102,7 @@ def test_imu_utils_without_axes():
 
 
 def test_imu_utils_needs_the_rate():
-    with pytest.raises(OptionError, match="--rate") as refused:
+    with pytest.raises(OptionError, match="`rate`") as refused:
         read_yaml(IMU_UTILS)
     assert refused.value.option == "rate"
 

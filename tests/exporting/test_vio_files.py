@@ -6,7 +6,7 @@ import pytest
 import vio
 from sigmatau import DataError, NoiseModel, OptionError
 from sigmatau.exporting.choices import Choices
-from sigmatau.exporting.export import export
+from sigmatau.exporting.export import export, prepare
 from sigmatau.exporting.targets import target
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
@@ -185,9 +185,27 @@ class TestWalk:
     def test_limits_of_the_axes_that_show_none(self):
         value, _ = self.walk(self.model(observed="x"), walk={"gyro": "upper-limit"})
         assert value == 5e-6
-        value, text = self.walk(self.model(observed="x"))
+        assert self.walk(self.model(observed="x"))[0] == 5e-6
+        value, text = self.walk(self.model(observed="x"), strict=True)
         assert value == 1e-6
         assert "not observed for gyro_y, gyro_z" in text
+        mean, _ = self.walk(self.model(observed="x"), axes="mean")
+        assert mean == pytest.approx(np.sqrt(np.mean(np.square([1e-6, 5e-6, 3e-6]))), rel=1e-12)
+
+    def test_the_upper_limit_is_written_unasked_and_said(self):
+        """Of those that enter the number; not for a chosen value, nor where it is an error."""
+        prepared = prepare(self.model(), to="kalibr", choices=Choices(rate=200.0))
+        assert vio.parse(prepared.content)["gyroscope_random_walk"] == 5e-6
+        (finding,) = prepared.findings
+        assert (finding.code, finding.channels, finding.details.term) == (
+            "limit_written",
+            ("gyro_y",),
+            "rate_random_walk",
+        )
+        for walk in ("upper-limit", 4e-6):
+            assert prepare(self.model(), to="kalibr", choices=Choices(rate=200.0, walk={"gyro": walk})).findings == ()
+        with pytest.raises(OptionError, match=r"gyros: no rate random walk observed \(below 5e-06"):
+            self.walk(self.model(), strict=True)
 
     def test_no_limit_is_known(self):
         with pytest.raises(OptionError, match=r"no upper limit .* for gyro_y"):
@@ -196,7 +214,7 @@ class TestWalk:
     def test_value(self):
         value, text = self.walk(self.model(), walk={"gyro": 4e-6}, walk_factor=3.0)
         assert value == pytest.approx(1.2e-5, rel=1e-15)
-        assert "given value = 4e-06, times 3" in text
+        assert "chosen value = 4.0e-06, times 3" in text
 
     @pytest.mark.parametrize("horizon", [1.0, 10.0])
     def test_horizon(self, horizon):
@@ -243,10 +261,11 @@ class TestNoise:
 
     def test_is_never_made_up(self):
         with pytest.raises(OptionError, match=r"gyros: no angle random walk observed \(below 2e-05.*`noise=.*gyro"):
-            self.noise()
+            self.noise(strict=True)
+        assert self.noise()[0] == 2e-5
 
     def test_of_another_axis(self):
-        value, text = self.noise(seen=True)
+        value, text = self.noise(seen=True, strict=True)
         assert value == 1e-5
         assert "not observed for gyro_x" in text
 

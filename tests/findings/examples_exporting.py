@@ -24,6 +24,7 @@ EXAMPLES = [
         channels=("gyro_x", "gyro_y", "gyro_z"),
         details=kinds.SlowNoiseLeftOut(sensor="gyro", omitted=_WALK),
     ),
+    Finding(severity="info", channels=("gyro_x", "accel_y"), details=kinds.LimitWritten(term="rate_random_walk")),
     Finding(severity="warning", channels=("accel_z",), details=kinds.NotAdequate()),
     Finding(severity="info", details=kinds.OtherRate(rate=200.0, record_rate=98.7654)),
     Finding(

@@ -230,7 +230,9 @@ class TestWhatItSays:
         assert lines[4].startswith("  rate random walk    below ")
         assert lines[4].endswith("not seen in 2 h")
         assert "deg/h²: not seen in 2 h" in lines[5]
-        assert fitted._repr_html_().startswith("<pre>gyro_x")
+        shown = fitted._repr_html_()
+        assert "<td style=text-align:left>0.5120</td><td style=text-align:left>[0.5105, 0.5135]</td>" in shown
+        assert "generalised least squares" in shown
 
     def test_unknown_coefficient(self):
         with pytest.raises(KeyError, match="no coefficient 'arw'; fitted: quantization, random_walk, bias_instability"):

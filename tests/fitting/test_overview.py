@@ -44,6 +44,28 @@ def test_the_interval_is_that_of_the_fit(analysis):
             assert float(cells[3]) == pytest.approx(high - value, abs=last)
 
 
+def test_it_fits_a_narrow_terminal(analysis):
+    """Values as they are, with the larger side of an interval."""
+    lines = overview(analysis.fits, width=60).splitlines()
+    assert max(map(len, lines)) <= 60
+    assert lines[0].split() == ["N", "B", "K", "trust"]
+    walk = analysis.fits["gyro_x"]["random_walk"]
+    value, error = (float(text) for text in lines[2].split()[1].split("±"))
+    factor = walk.to("deg/sqrt(h)") / walk.value
+    assert value == pytest.approx(walk.value * factor, rel=1e-3)
+    assert error == pytest.approx(max(walk.value - walk.low, walk.high - walk.value) * factor, rel=0.06)
+
+
+def test_the_record_in_a_line(analysis):
+    assert analysis.headline() == "6 axes at 100 Hz (given), 3.3 min, at rest"
+    assert analysis.overview().splitlines()[0] == analysis.headline()
+    y = np.random.default_rng(1).standard_normal((3000, 3)) * 1e-3 + np.sin(np.arange(3000) / 30)[:, None]
+    moving = Record.from_arrays(rate=100, gyro=y)
+    assert analyze(moving).headline().endswith("30 s, not at rest")
+    assert analyze(moving).overview() == analyze(moving).headline()
+    assert analyze(moving, at_rest=True).headline().endswith("30 s, taken as at rest")
+
+
 @pytest.mark.parametrize(
     ("change", "severity", "channels", "factors", "said"),
     [
@@ -75,10 +97,10 @@ def test_causes_are_one_line_a_kind_worst_first():
         of(RateMismatch(used=99.0, other=100.0), "error", "gyro_z", None),
     ]
     first, second, last = causes(findings)
-    assert first.startswith("error: gyro_z: ")
-    assert second.startswith("warning: gyro_y: ")
-    assert "; also gyro_x" in second
-    assert last == "1 more finding: sigmatau analyze --verbose"
-    assert causes(findings[2:3]) == ["1 more finding: sigmatau analyze --verbose"]
-    assert causes(findings, most=1)[1:] == ["3 more findings: sigmatau analyze --verbose"]
+    assert first.startswith("!! gyro z: ")
+    assert second.startswith("! gyro y: ")
+    assert second.endswith(" (also gyro x)")
+    assert last == "· 1 more finding, and what to do: --verbose"
+    assert causes(findings[2:3]) == ["· 1 more finding, and what to do: --verbose"]
+    assert causes(findings, most=1)[1:] == ["· 3 more findings, and what to do: --verbose"]
     assert causes([]) == []

@@ -80,7 +80,7 @@ class TestTooCoarse:
         codes = [f.code for f in analysis.findings if f.channel == "gyro_y" and f.severity == "warning"]
         assert codes == ["coarse_resolution"]
         row = next(line for line in analysis.summary().splitlines() if line.startswith("gyro_y"))
-        assert "widened: the resolution is coarse" in row
+        assert "the model fits roughly" in row
 
     def test_steps_that_noise_blurs_leave_the_intervals(self):
         rng = np.random.default_rng(seed_of("blurred"))

@@ -152,7 +152,7 @@ def test_to_dict_and_plot():
     plain = json.loads(json.dumps(spectra.to_dict(), allow_nan=False))["gyro_x"]
     assert plain["sided"] == "two"
     assert len(plain["frequency_hz"]) == len(plain["density"]) == len(plain["low"])
-    ax = spectra["gyro_x"].plot()
+    ax = spectra["gyro_x"].plot().axes[0]
     assert "two-sided" in ax.get_ylabel()
     assert "two-sided" in repr(spectra)
 

@@ -261,7 +261,7 @@ def test_what_is_printed_written_and_drawn():
     assert content["gyro_x"]["freedom"] == found["gyro_x"].freedom
     assert len(content["gyro_y"]["tau_s"]) == len(content["gyro_y"]["used"])
     assert len(found.plot().axes) == 2
-    ax = found["gyro_x"].plot(unit="rad/s")
+    ax = found["gyro_x"].plot(unit="rad/s").axes[0]
     np.testing.assert_allclose(ax.lines[1].get_ydata(), np.sqrt(found["gyro_x"].avar))
     wrong = verify(NoiseModel(channels={"gyro_x": {**TERMS, "random_walk": 0.02}}), {"gyro_x": curves["gyro_x"]})
     assert "outside" in repr(wrong)

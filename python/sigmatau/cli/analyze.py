@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.analysis import Analysis, analyze
+from sigmatau.analysis import Analysis, analyze, failed_result
 from sigmatau.cli import batch
 from sigmatau.cli.choosing import Choosing, Exports
 from sigmatau.cli.options import (
@@ -28,12 +28,15 @@ from sigmatau.cli.options import (
     read_log,
     refuse_same,
     say,
+    screen,
     working,
+    wrapped,
+    write_csv,
     write_figure,
     write_json,
     write_result,
 )
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
@@ -59,6 +62,7 @@ def analyze_command(
     plot: Path | None = None,
     stability: Path | None = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
+    csv: Path | None = None,
     export: Annotated[list[str] | None, Parameter(negative=())] = None,
     choosing: Choosing | None = None,
     jobs: int | None = None,
@@ -105,7 +109,11 @@ def analyze_command(
         Draw the deviations over the record (dynamic Allan deviation): .png, .svg or .pdf; for several logs, a folder for one
         .png each. The JSON contains them too.
     json
-        Write the result as JSON; - writes it to standard output instead of the table; for several logs, a folder.
+        Write the result as JSON; - writes it to standard output instead of the table; for several logs, a folder. If the
+        analysis fails, the JSON says why.
+    csv
+        Write the coefficients as CSV in SI, NAME.csv, and the curves beside them, NAME-curves.csv; for several
+        logs, a folder.
     export
         Write the parameters of one log for another program, kalibr=imu.yaml; sigmatau export --list shows the targets.
     jobs
@@ -136,9 +144,9 @@ def analyze_command(
         "threads": threads,
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
-    outputs = Outputs(plot=plot, stability=stability, json=json)
+    outputs = Outputs(plot=plot, stability=stability, json=json, csv=csv)
     # A shell pattern may match a single log.
-    folders = [place for place in (*logs, plot, stability, json) if place is not None and place.is_dir()]
+    folders = [place for place in (*logs, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(
         not files_of(place) for place in folders
     )  # a ROS 2 bag is a folder and one log
@@ -159,11 +167,18 @@ class Outputs:
     plot: Path | None
     stability: Path | None
     json: Path | None
+    csv: Path | None
 
     @property
     def files(self) -> dict[str, Path | None]:
         """Output paths by option; None for standard output."""
-        return {"plot": self.plot, "stability": self.stability, "json": None if str(self.json) == "-" else self.json}
+        json = None if str(self.json) == "-" else self.json
+        return {"plot": self.plot, "stability": self.stability, "json": json, "csv": self.csv}
+
+    @property
+    def endings(self) -> dict[str, tuple[str, ...]]:
+        """Extensions by option; any if there is none."""
+        return {"plot": FIGURE_ENDINGS, "stability": FIGURE_ENDINGS, "json": (), "csv": (".csv",)}
 
 
 def _one(
@@ -177,30 +192,36 @@ def _one(
     quiet: bool,
 ) -> int:
     for option, path in outputs.files.items():
-        check_output(path, () if option == "json" else FIGURE_ENDINGS, option)
+        check_output(path, outputs.endings[option], option)
     for path in exports.files.values():
         check_output(path, (), "export")
     refuse_same(log, **outputs.files, **{f"export {name}": path for name, path in exports.files.items()})
-    record = read_log(log, reading, quiet=quiet)
-    checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
-    if outputs.json is not None:
-        with contextlib.suppress(RuntimeError):  # without memory for a thread, it is computed when it is written
-            checksum.start()
-    with working("computing Allan variances, fitting", quiet=quiet):
-        analysis = analyze(record, **settings)
-    if checksum.ident is not None:
-        checksum.join()
+    with _failures_written(log, outputs.json):
+        record = read_log(log, reading, quiet=quiet)
+        checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
+        if outputs.json is not None:
+            with suppress(RuntimeError):  # without memory for a thread, it is computed when it is written
+                checksum.start()
+        with working("computing Allan variances, fitting", quiet=quiet):
+            analysis = analyze(record, **settings)
+        if checksum.ident is not None:
+            checksum.join()
     if outputs.plot is not None:
         with working(f"drawing {outputs.plot}", quiet=quiet):
             write_figure(analysis.plot(), outputs.plot)
     if outputs.stability is not None and analysis.stability:
         with working(f"drawing {outputs.stability}", quiet=quiet):
             write_figure(analysis.plot_stability(), outputs.stability)
-    table = analysis.summary() if verbose else analysis.overview()
+    if outputs.csv is not None:
+        write_csv(analysis, outputs.csv)
+    told = finding_lines(analysis.findings) if verbose else wrapped(causes(analysis.findings))
+    table = analysis.summary() if verbose else screen(analysis, below=len(told) + 1)
     write_result(table, analysis.to_dict() if outputs.json is not None else None, outputs.json)
     sys.stdout.flush()
-    for line in finding_lines(analysis.findings) if verbose else causes(analysis.findings):
+    for line in told:
         say(line, quiet=quiet)
+    if not verbose:
+        say(_next(outputs, exports, analysis), quiet=quiet)
     code = exit_code(analysis.findings)
     if code == NOT_AT_REST and exports.files:
         say("nothing to export: the sensor is not at rest", quiet=quiet)
@@ -221,20 +242,29 @@ def _many(
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     logs, left_out = batch.gather(places)
-    for option, folder in (("plot", outputs.plot), ("stability", outputs.stability), ("json", outputs.json)):
+    for option, folder in (
+        ("plot", outputs.plot),
+        ("stability", outputs.stability),
+        ("json", outputs.json),
+        ("csv", outputs.csv),
+    ):
         check_folder(folder, option)
     if left_out:
         say(f"skipped, not a log: {', '.join(map(str, left_out))}", quiet=quiet)
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
+    names = dict(zip(logs, batch.names(logs), strict=True))
     work = partial(
-        _in_a_process, names=dict(zip(logs, batch.names(logs), strict=True)), reading=reading, settings=settings,
+        _in_a_process, names=names, reading=reading, settings=settings,
         outputs=outputs,
     )  # fmt: skip
     outcomes: dict[Path, batch.Outcome] = {}
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
         for outcome in batch.run(logs, work, jobs=jobs or 1):
             outcomes[outcome.log] = outcome
+            if outcome.error and outputs.json is not None:
+                file = outputs.json / f"{names[outcome.log]}.json"
+                write_json(failed_result(outcome.log, outcome.error, exit_code=outcome.code), file)
             done(len(outcomes) / len(logs))
     for log in logs:
         for finding in outcomes[log].findings:
@@ -256,4 +286,27 @@ def _in_a_process(
         write_figure(analysis.plot_stability(), outputs.stability / f"{names[log]}.png")
     if outputs.json is not None:
         write_json(analysis.to_dict(), outputs.json / f"{names[log]}.json")
+    if outputs.csv is not None:
+        write_csv(analysis, outputs.csv / f"{names[log]}.csv")
     return analysis
+
+
+def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
+    """What comes next: options that were not given."""
+    offers = ["-v"]
+    offers += ["picture: --plot p.png"] if outputs.plot is None else []
+    offers += ["filter: --export kalibr=imu.yaml"] if analysis.fits and not exports.files else []
+    return f"More: {' · '.join(offers)}"
+
+
+@contextmanager
+def _failures_written(log: Path, json: Path | None) -> Iterator[None]:
+    """Write a JSON that says why there is no result, so that no earlier one stands for it."""
+    try:
+        yield
+    except (OptionError, DataError, ImportError) as error:
+        usage = isinstance(error, OptionError)
+        if json is not None:
+            message = error.for_command_line() if isinstance(error, OptionError) else str(error)
+            write_result("", failed_result(log, message, exit_code=2 if usage else 1), json)
+        raise

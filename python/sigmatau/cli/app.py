@@ -25,7 +25,7 @@ sigmatau analyze static.csv --plot static.png
 sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro=rad/s,accel=g
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s
-sigmatau analyze static.csv --export kalibr=imu.yaml --rate-random-walk gyro=upper-limit,accel=upper-limit
+sigmatau analyze static.csv --export kalibr=imu.yaml
 sigmatau analyze night1.csv night2.csv --jobs 2 --json results""",
     ),
     "inspect": (
@@ -74,7 +74,8 @@ sigmatau predict imu.toml --after 1min --turn-on gyro="10 deg/h" --turn-on accel
         "Write the parameters for Kalibr, OpenVINS, VINS, ORB-SLAM3, GTSAM, LIO-SAM, FAST-LIO …, in their units.",
         """\
 sigmatau export --list
-sigmatau export result.json --to kalibr --rate-random-walk gyro=upper-limit,accel=upper-limit -o imu.yaml
+sigmatau export result.json --to kalibr -o imu.yaml
+sigmatau export --from-datasheet bmi088 --to kalibr --rate 200 -o imu.yaml
 sigmatau export imu.toml --to vins --rate 200 --rate-random-walk "accel=1e-5 m/s^3/sqrt(Hz)\"""",
     ),
     "watch": (

@@ -46,6 +46,8 @@ class Choosing:
         Step of the filter in seconds, for targets that need one.
     name
         Other fields of a target: topic=/imu0, gravity=9.81.
+    strict
+        Refuse a coefficient that was not observed, instead of writing its upper limit.
     """
 
     axes: Literal["worst", "mean", "each"] = "worst"
@@ -56,6 +58,7 @@ class Choosing:
     walk_factor: float = 1.0
     step: float | None = None
     name: Annotated[list[str] | None, Parameter(negative=())] = None
+    strict: Annotated[bool, Parameter(negative=())] = False
 
     def choices(self, rate: float | None) -> Choices:
         """The `Choices` of these options; raises `OptionError`."""
@@ -77,6 +80,7 @@ class Choosing:
                 rate=rate,
                 step=self.step,
                 names=key_values(self.name or [], "name", "topic=/imu0"),
+                strict=self.strict,
             )
 
     def given(self) -> str | None:

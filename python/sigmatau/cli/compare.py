@@ -98,7 +98,7 @@ def compare_command(
     open_ = [verdict for verdict in verdicts if verdict.fails("fail") and not verdict.fails(undecided)]
     if open_:
         doubtful = [verdict for verdict in open_ if any(one.reason == NOT_ADEQUATE for one in verdict.judged)]
-        why = f" ({len(doubtful)} because the fit is not adequate)" if doubtful else ""
+        why = f" ({len(doubtful)} because no model fits)" if doubtful else ""
         say(
             f"warning: {len(open_)} of {len(verdicts)} passed undecided{why} and may be out; --undecided fail fails them",
             quiet=quiet,

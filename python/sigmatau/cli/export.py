@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from sigmatau.cli.choosing import Choosing, as_typed, print_findings
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
+from sigmatau.datasheets.sheet import datasheet
 from sigmatau.errors import OptionError
-from sigmatau.exporting.export import check_choices, check_path, prepare
+from sigmatau.exporting.choices import Choices
+from sigmatau.exporting.export import Prepared, check_choices, check_path, prepare
+from sigmatau.exporting.inflation import inflation
 from sigmatau.exporting.source import read_source
+from sigmatau.exporting.stated import prepare_stated
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.exporting.values import Target
+
+_MORE_NOISE: dict[str, Any] = {"sided": "two", "bias": "minimum"}  # the conventions with more noise
 
 
 def export_command(
@@ -25,6 +32,8 @@ def export_command(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     rate: float | None = None,
     choosing: Choosing | None = None,
+    from_datasheet: str | None = None,
+    inflate: Path | None = None,
     list_: Annotated[bool, Parameter(name="--list", negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -40,6 +49,12 @@ def export_command(
         File to write (default: standard output).
     rate
         Sampling rate in Hz (default: that of the record, if the source is a result).
+    from_datasheet
+        Instead of a source: typical values of a sensor, by a name of "sigmatau datasheet list" or your file (.toml). If a
+        convention is not stated, that with more noise is taken; a rate random walk is matched at --horizon (default 10s).
+    inflate
+        JSON of the same sensor at rest, if the source is one with engines or motors on: print the factor of each
+        coefficient, or with --to, write the numbers of the source with these factors beside them.
     list_
         List the targets; with a name, --list kalibr, show its options.
     quiet
@@ -52,33 +67,57 @@ def export_command(
         width = max(map(len, NAMES))
         sys.stdout.write("".join(f"{name:<{width}}  {target(name).summary}\n" for name in NAMES))
         return 0
-    if source is None:
-        raise OptionError("give a model file or a result, or --list", option="source")
+    if (source is None) == (from_datasheet is None):
+        raise OptionError("give a model file or a result, or --from-datasheet NAME, or --list", option="source")
+    if inflate is not None and source is not None and to is None:
+        sys.stdout.write(f"{inflation(read_source(inflate), read_source(source))!r}\n")
+        return 0
     if to is None:
         raise OptionError(f"--to is missing; targets: {', '.join(NAMES)}", option="to")
     wanted = target(to)
     check_output(output, (), "output")
-    refuse_same(source, output=output)
+    if source is not None:
+        refuse_same(source, output=output)
     choices = (choosing or Choosing()).choices(rate)
     with as_typed():
         check_choices(wanted, choices)  # before a file is read
         if output is not None:
             check_path(wanted, output)
-        found = read_source(source, rate=rate)
-    for line in finding_lines(found.findings):
-        say(line, quiet=quiet)
-    with as_typed():
-        prepared = prepare(found, to=wanted.name, path=output, choices=choices)
+        prepared = (
+            _of_datasheet(from_datasheet, wanted, choices)
+            if from_datasheet is not None
+            else _of_source(source, wanted, choices, inflate=inflate, quiet=quiet)
+        )
     content = prepared.content
     if output is None and isinstance(content, bytes):
         raise OptionError(f"--output: the file for {to} is binary; give its name", option="output")
     print_findings(prepared.findings, quiet=quiet)
     if output is not None:
-        prepared.write()
+        replace(prepared, path=output).write()
         say(f"{output}: written for {to}", quiet=quiet)
     elif isinstance(content, str):
         sys.stdout.write(content)
     return 0
+
+
+def _of_source(source: Path | None, wanted: Target, choices: Choices, *, inflate: Path | None, quiet: bool) -> Prepared:
+    assert source is not None
+    found = read_source(source, rate=choices.rate)
+    for line in finding_lines(found.findings):
+        say(line, quiet=quiet)
+    if inflate is not None:
+        factors = inflation(read_source(inflate), found)
+        found = replace(
+            found, head=(*found.head, f"inflated: the sensor of {inflate.name} beside motors", *factors.head())
+        )
+    return prepare(found, to=wanted.name, choices=choices)
+
+
+def _of_datasheet(name: str, wanted: Target, choices: Choices) -> Prepared:
+    """The file for stated values; where the convention is not stated, that with more noise."""
+    sheet = datasheet(name)
+    origins = (f"from the datasheet of {sheet.name} ({sheet.maker}); {sheet.source}", *sheet.origins(**_MORE_NOISE))
+    return prepare_stated(sheet.model(**_MORE_NOISE), to=wanted.name, choices=choices, origins=origins)
 
 
 def _about(target: Target) -> str:

@@ -5,14 +5,17 @@ from __future__ import annotations
 import contextlib
 import json as json_module
 import math
+import os
 import re
+import shutil
 import sys
+import textwrap
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
 from cyclopts import Parameter
@@ -25,9 +28,14 @@ from sigmatau.findings.wording import line
 from sigmatau.io.atomic import atomic
 from sigmatau.io.read import read
 from sigmatau.record.record import Record
-from sigmatau.results import printable
+from sigmatau.results import csv_text, printable
+
+if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
+    from sigmatau.estimators.allan import DeviationCurve
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+_LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
 _PROGRESS_INTERVAL = 0.2  # [s]
 _LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
 
@@ -118,6 +126,14 @@ def write_json(content: object, path: Path) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def write_csv(analysis: Analysis, path: Path) -> None:
+    """Write the coefficients, and the curves to a file beside it; an error leaves neither half written."""
+    beside = path.with_name(f"{path.stem}-curves{path.suffix}")
+    for table, file in ((analysis, path), (analysis.curves, beside)):
+        with atomic(file) as temporary:
+            temporary.write_text(csv_text(table.columns()), encoding="utf-8")
+
+
 def write_figure(figure: Any, path: Path) -> None:  # noqa: ANN401  matplotlib is optional
     """Write a figure; an error leaves no file."""
     from sigmatau.plot.curves import save
@@ -133,7 +149,8 @@ def write_result(table: str, content: object, json: Path | None) -> None:
         return
     if json is not None:
         write_json(content, json)
-    sys.stdout.write(table + "\n")
+    if table:
+        sys.stdout.write(table + "\n")
 
 
 def averaging_times(text: str) -> str | list[float]:
@@ -195,6 +212,37 @@ def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: b
     for name in left:
         say(f"warning: {name}: it {why}; left out", quiet=quiet)
     return good
+
+
+def screen(analysis: Analysis, *, below: int) -> str:
+    """The overview for the width of the terminal, with the curves in dots if the terminal shows them and has room for them.
+
+    `below`: lines that follow.
+    """
+    size = shutil.get_terminal_size()
+    if not sys.stdout.isatty():
+        return analysis.overview()
+    text = analysis.overview(width=size.columns)
+    panels: dict[str, dict[str, DeviationCurve]] = {}
+    for channel, curve in analysis.curves.items():
+        panels.setdefault(f"{curve.quantity} {curve.unit}", {})[channel] = curve
+    height = min(size.lines - len(text.splitlines()) - below - 2, _MOST_PLOT_LINES)
+    if height < _LEAST_PLOT_LINES or "utf" not in (sys.stdout.encoding or "").lower() or len(panels) > _MOST_PANELS:
+        return text
+    from sigmatau.plot.terminal import text_plot
+
+    width = (size.columns - 1) // len(panels) - 1
+    drawn = [text_plot(panel, width=width, height=height) for panel in panels.values()]
+    rows = zip(*(lines for lines in drawn if lines), strict=True)
+    return "\n".join([text, *("  ".join(line.ljust(width) for line in row).rstrip() for row in rows)])
+
+
+def wrapped(lines: Sequence[str]) -> list[str]:
+    """Lines as wide as the terminal, those that follow the first one indented; unchanged in a pipe."""
+    if not (sys.stderr.isatty() or "COLUMNS" in os.environ):
+        return list(lines)
+    width = shutil.get_terminal_size().columns
+    return [part for line in lines for part in textwrap.wrap(line, width, subsequent_indent="  ")]
 
 
 def say(message: str, *, quiet: bool = False) -> None:

@@ -105,7 +105,7 @@ def plan_command(
         if sought is None and duration is None:
             raise OptionError(f"{name} has no {term}; give --hours or --value", option="hours")
         if channel.verdict not in QUANTIFIED:
-            say(f"warning: {name}: {source} has no adequate model of it, so the plan is uncertain", quiet=quiet)
+            say(f"warning: {name}: {source} has no model that fits it, so the plan is uncertain", quiet=quiet)
         if channel.beside:
             say(f"warning: {name}: the plan ignores its {channel.beside}", quiet=quiet)
         with working(f"planning {name}", quiet=quiet):

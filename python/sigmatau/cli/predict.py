@@ -138,7 +138,7 @@ def _of_result(source: Path, *, quiet: bool) -> float:
             fitted = channel.get("fit")
             if isinstance(fitted, Mapping) and fitted["verdict"] not in QUANTIFIED:
                 say(
-                    f"warning: {name}: {source} has no adequate model of it, so the prediction is uncertain",
+                    f"warning: {name}: {source} has no model that fits it, so the prediction is uncertain",
                     quiet=quiet,
                 )
     except (KeyError, TypeError, AttributeError, ValueError) as error:

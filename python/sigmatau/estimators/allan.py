@@ -9,8 +9,9 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,11 +25,13 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.uncertainty import chi2_factors, percentage_error
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-from sigmatau.results import ByChannel, Printed, plain
+from sigmatau.results import TablesByChannel, Tabular, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from sigmatau.plot.style import Panels, Style
 
 Overlap = Literal["full", "none"]
 Counting = Literal["standard", "paper"]
@@ -42,7 +45,7 @@ _PRINTED_ROWS = 200
 
 
 @frozen(eq=False)
-class DeviationCurve(Printed):
+class DeviationCurve(Tabular):
     """Allan deviation of one channel against averaging time.
 
     Attributes
@@ -157,11 +160,34 @@ class DeviationCurve(Printed):
         known = "m tau_s=tau adev interval=interval_text n_pairs counting unit"
         return plain(self, known, *optional, low=low, high=high, estimator=estimator)
 
-    def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
-        """Draw the curve with its band, see `interval`; returns the axes."""
-        from sigmatau.plot.curves import draw_curve
+    def columns(self) -> dict[str, list[Any]]:
+        """A row an averaging time, see `Tabular.columns`."""
+        low, high = (edge.tolist() for edge in self.interval())
+        rows = {"tau_s": self.tau.tolist(), "adev": self.adev.tolist(), "low": low, "high": high}
+        same = {"channel": [self.channel] * len(self.m), "unit": [self.unit] * len(self.m)}
+        return {"channel": same["channel"], **rows, "n_pairs": self.n_pairs.tolist(), "unit": same["unit"]}
 
-        return draw_curve(self, ax=ax, unit=unit)
+    def plot(self, ax: Axes | None = None, *, unit: str | None = None, style: Style = "screen") -> Figure:
+        """Draw the curve with its band, see `interval`.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Default: a new figure.
+        unit : str, optional
+            Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+        style : {"screen", "paper"}
+            ``"paper"``: of a column of a two-column paper.
+
+        Returns
+        -------
+        matplotlib figure
+        """
+        from sigmatau.plot.curves import draw_curve
+        from sigmatau.plot.style import figure_of, styled
+
+        with styled(style):
+            return figure_of(draw_curve(self, ax=ax, unit=unit))
 
     def __repr__(self) -> str:
         missing = "" if self.gaps is None else f" ({self.gaps.missing} missing)"
@@ -177,7 +203,7 @@ class DeviationCurve(Printed):
         return "\n".join([head, f"  [ ]: {self.interval_text}", *rows])
 
 
-class Curves(ByChannel[DeviationCurve]):
+class Curves(TablesByChannel[DeviationCurve]):
     """Curves by channel: an immutable mapping in the record's order.
 
     See Also
@@ -199,13 +225,16 @@ class Curves(ByChannel[DeviationCurve]):
         """Each curve as plain columns, by channel."""
         return {channel: curve.to_dict() for channel, curve in self.items()}
 
-    def plot(self) -> Figure:
-        """Draw all curves with their error bands, one panel a stream."""
+    def plot(self, ax: Panels = None, *, style: Style = "screen") -> Figure:
+        """Draw all curves with their error bands, one panel a stream; `ax` is one axes a panel."""
         from sigmatau.plot.curves import draw_analysis
+        from sigmatau.plot.style import styled
 
-        return draw_analysis(self, {channel: {} for channel in self})
+        with styled(style):
+            return draw_analysis(self, {channel: {} for channel in self}, ax=ax)
 
 
+@overload
 def allan(
     record: Record,
     *,
@@ -213,18 +242,48 @@ def allan(
     overlap: Overlap = "full",
     counting: Counting = "standard",
     threads: int | None = None,
-) -> Curves:
-    """Allan variance of every channel of a record.
+) -> Curves: ...
+
+
+@overload
+def allan(
+    record: ArrayLike,
+    *,
+    rate: float,
+    unit: str | None = None,
+    taus: TauGrid | ArrayLike = "half",
+    overlap: Overlap = "full",
+    counting: Counting = "standard",
+    threads: int | None = None,
+) -> DeviationCurve: ...
+
+
+def allan(
+    record: Record | ArrayLike,
+    *,
+    rate: float | None = None,
+    unit: str | None = None,
+    taus: TauGrid | ArrayLike = "half",
+    overlap: Overlap = "full",
+    counting: Counting = "standard",
+    threads: int | None = None,
+) -> Curves | DeviationCurve:
+    """Allan variance of every channel of a record, or of one array.
 
     Averages the squares of all N+1−2m overlapping second differences of the phase, eq. (10) of [1]_ on the N+1 phase
     points that N rate samples make.
 
     Parameters
     ----------
-    record : Record
-        Static data. With missing samples, clusters are averaged over their present samples, and a pair counts if both
-        clusters are at least half full; sizes without such a pair are omitted. The expected variance then differs from that
-        of a complete record. `fit` and `read_off` take this into account, see `sigmatau.estimators.gaps`.
+    record : Record or array_like, shape (n,)
+        Static data, or the samples of one signal with its `rate`. With missing samples, clusters are averaged over their
+        present samples, and a pair counts if both clusters are at least half full; sizes without such a pair are omitted.
+        The expected variance then differs from that of a complete record. `fit` and `read_off` take this into account, see
+        `sigmatau.estimators.gaps`.
+    rate : float, optional
+        Sampling rate of an array. [Hz]
+    unit : str, optional
+        Unit of an array, such as ``"deg/s"``.
     taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
         Grid of averaging times from one sample up to half the record, by parts of an octave or every whole number of
         samples; or the times themselves, rounded to whole samples (the result holds the times after rounding). [s]
@@ -237,8 +296,8 @@ def allan(
 
     Returns
     -------
-    Curves
-        A mapping from channel to `DeviationCurve`.
+    Curves or DeviationCurve
+        A mapping from channel to `DeviationCurve`; of an array, its curve.
 
     Raises
     ------
@@ -266,14 +325,39 @@ def allan(
     >>> record = st.simulate(model, duration=600, rate=100, rng=1)
     >>> st.allan(record, taus=[0.01, 1])["gyro_x"].n_pairs
     array([59999, 59801])
+    >>> st.allan([0.0, 1.0] * 8, rate=1.0, taus=[1, 2]).avar
+    array([0.5, 0. ])
     """
     if not isinstance(record, Record):
-        raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
+        single = _record_of(record, rate, unit)
+        return allan(single, taus=taus, overlap=overlap, counting=counting, threads=threads)["signal"]
+    if rate is not None or unit is not None:
+        raise OptionError(
+            "{option} is for an array; a record has its own", option="rate" if rate is not None else "unit"
+        )
     curves: dict[str, DeviationCurve] = {}
     for stream in record.streams:
         chosen = _of_stream(stream, stream.channels, taus, overlap=overlap, counting=counting, threads=threads)
         curves.update(chosen)
     return Curves(curves)
+
+
+def _record_of(samples: Any, rate: float | None, unit: str | None) -> Record:  # noqa: ANN401
+    """A record of one signal; raises `TypeError` for anything but numbers in a row."""
+    if hasattr(samples, "columns") or isinstance(samples, str | Mapping):
+        raise TypeError(
+            f"`record` must be a Record or an array, not a {type(samples).__name__}: see sigmatau.read for files and"
+            " sigmatau.from_frame for data frames"
+        )
+    array = np.asarray(samples)
+    if array.ndim != 1:
+        raise TypeError(
+            f"`record` must be a Record or an array of shape (n,), not {array.shape or type(samples).__name__}; several"
+            " axes have names: sigmatau.Record.from_arrays(rate=100, gyro=array)"
+        )
+    if rate is None:
+        raise OptionError("an array needs {option}, its sampling rate in Hz: allan(x, rate=100)", option="rate")
+    return Record.from_arrays(rate=rate, signal=array, unit=None if unit is None else {"signal": unit})
 
 
 def channel_curve(

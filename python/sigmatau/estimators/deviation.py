@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from sigmatau.plot.style import Panels
+
 
 @frozen(eq=False)
 class Deviation(Printed):
@@ -141,11 +143,13 @@ class Deviation(Printed):
 
     def plot(
         self, ax: Axes | None = None, *, unit: str | None = None, noise: str | Mapping[str, float] | None = None
-    ) -> Axes:
-        """Draw the curve, with its 95 % band if there is a `noise`; returns the axes."""
+    ) -> Figure:
+        """Draw the curve, with its 95 % band if there is a `noise`, in new axes or those given."""
         from sigmatau.plot.curves import draw_deviation
+        from sigmatau.plot.style import figure_of
 
-        return draw_deviation(self, ax=ax, unit=unit, band=None if noise is None else self.interval(noise=noise))
+        band = None if noise is None else self.interval(noise=noise)
+        return figure_of(draw_deviation(self, ax=ax, unit=unit, band=band))
 
     def __repr__(self) -> str:
         head = f"{self.channel}: {self.label}, {self.n} samples at {1 / self.tau0:.6g} Hz [{self.unit}]"
@@ -174,12 +178,12 @@ class Deviations(ByChannel[Deviation]):
         """Each as plain columns, by channel."""
         return {channel: of_channel.to_dict(noise=noise) for channel, of_channel in self.items()}
 
-    def plot(self, *, noise: str | Mapping[str, float] | None = None) -> Figure:
-        """Draw all of them, one panel a quantity and unit."""
+    def plot(self, ax: Panels = None, *, noise: str | Mapping[str, float] | None = None) -> Figure:
+        """Draw all of them, one panel a quantity and unit; `ax` is one axes a panel."""
         from sigmatau.plot.curves import draw_deviations
 
         bands = {} if noise is None else {name: one.interval(noise=noise) for name, one in self.items()}
-        return draw_deviations(self, bands)
+        return draw_deviations(self, bands, ax=ax)
 
 
 def deviation(

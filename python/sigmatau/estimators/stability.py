@@ -30,6 +30,7 @@ from sigmatau.results import Printed, duration_text, plain, seconds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _DEFAULT_WINDOWS = 10
 _LEAST_SAMPLES = 16
@@ -72,11 +73,12 @@ class DynamicAllan(Printed):
         adev = [row.tolist() if np.isfinite(row).all() else None for row in self.adev]
         return plain(self, known, estimator="overlapped", adev=adev)
 
-    def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
-        """Draw the map with its colour bar; returns the axes."""
+    def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Figure:
+        """Draw the map with its colour bar, in new axes or those given."""
         from sigmatau.plot.stability import draw_dynamic
+        from sigmatau.plot.style import figure_of
 
-        return draw_dynamic(self, ax=ax, unit=unit)
+        return figure_of(draw_dynamic(self, ax=ax, unit=unit))
 
     def __repr__(self) -> str:
         known = np.isfinite(self.adev).all(axis=1)

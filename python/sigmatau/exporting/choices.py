@@ -80,11 +80,13 @@ class Choices:
     walk : mapping of str to (str or float)
         By sensor, ``"gyro"`` and ``"accel"``, the rate random walk to write if none was observed: ``"upper-limit"``, a
         number in SI, or a text with a unit, ``"1e-6 rad/s^2/sqrt(Hz)"``. ``"horizon"`` matches the Allan variance of the
-        model at `horizon`, whether a walk was observed or not. Default: the observed one, or an error that lists the
-        options.
+        model at `horizon`, whether a walk was observed or not. Default: the observed one, or the upper limit if none was
+        observed.
     noise : mapping of str to (str or float)
         By sensor, the random walk to write if none was observed, for example because quantization hides it:
-        ``"upper-limit"``, a number in SI, or a text with a unit.
+        ``"upper-limit"``, a number in SI, or a text with a unit. Default: as for `walk`.
+    strict : bool
+        Whether a coefficient that was not observed and has no chosen value is an error, not written at its upper limit.
     horizon : float or None
         Averaging time at which ``"horizon"`` matches. [s]
     noise_factor, walk_factor : float
@@ -112,6 +114,7 @@ class Choices:
     rate: float | None = None
     step: float | None = None
     names: Mapping[str, str] = field(default_factory=dict)
+    strict: bool = False
 
     def __post_init__(self) -> None:
         if self.axes not in ("worst", "mean", "each"):

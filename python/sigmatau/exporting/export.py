@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from sigmatau._version import __version__
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices, NoPlaceError, NotChosenError, given
 from sigmatau.exporting.source import Source, one_rate, source_of
 from sigmatau.exporting.targets import target
-from sigmatau.exporting.text import with_remarks
+from sigmatau.exporting.text import with_head
 from sigmatau.exporting.values import Numbers, Target
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate
@@ -225,12 +226,13 @@ def _written(
         content = write(numbers)
     except NotChosenError as error:
         raise _not_chosen(write, source, choices, error) from None
-    findings = [*_doubts(wanted, source), *numbers.findings, *numbers.not_used()]
-    if rate := _other_rate(source, choices):
-        findings.append(rate)
+    findings = [*_doubts(wanted, source), *numbers.limits_written(), *numbers.findings, *numbers.not_used()]
+    rate = _other_rate(source, choices)
     if isinstance(content, str):
-        content = with_remarks(content, wanted.ending, [words(f).message for f in findings if f.code == OtherRate.code])
-    return content, tuple(findings)
+        of_rate = [words(rate).message] if rate else []
+        first = f"Noise parameters for {wanted.name}, written by sigmatau {__version__}"
+        content = with_head(content, wanted.ending, [first, *source.head, *of_rate])
+    return content, (*findings, *([rate] if rate else []))
 
 
 def _not_chosen(

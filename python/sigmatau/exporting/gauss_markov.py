@@ -157,7 +157,7 @@ def noises_and_processes(
     return found
 
 
-def bottom(model: ChannelModel) -> float | None:
+def bottom(model: Mapping[str, float]) -> float | None:
     """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s] The
     terms 3Q²/τ² + N²/τ fall and K²τ/3 + R²τ²/2 rise with τ: one root of the derivative is positive.
     """
@@ -192,7 +192,7 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
             own=True,
         )
     if "bias_instability" in model:
-        time = numbers.choices.horizon or bottom(model)
+        time, where = exact_at(numbers, name)
         b = model["bias_instability"]
         if time is None:
             raise OptionError(
@@ -201,23 +201,23 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
                 f" {given('horizon', 10)} or the time over which the filter relies on the bias",
                 option="horizon",
             )
-        place = "the horizon" if numbers.choices.horizon else "the minimum of the curve"
         left = _left_out(model, "rate_random_walk", "rate_ramp")
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
             origin=f"{name}: bias instability {b / size:.4g} {text}{_interval(model, size)} as one process{times}",
-            fit=f", exact at {place}, {seconds(time)} s, about 18 % low half a decade away",
-            place=place,
+            fit=f", exact at {where}, {seconds(time)} s, about 18 % low half a decade away",
+            place=where,
             omitted=left + numbers.doubt(name),
         )
-    if "rate_random_walk" in model and numbers.choices.horizon is not None:
+    known = "rate_random_walk" in model or (not numbers.choices.strict and "rate_random_walk" in model.limits)
+    if known and _walk_horizon(numbers, sensor) is not None:
         return _of_walk(numbers, sensor)
     raise OptionError(_what_to_choose(numbers, name, model, sensor), option="horizon")
 
 
 def _of_walk(numbers: Numbers, sensor: str) -> Process:
-    k, horizon = numbers.walk(sensor), numbers.choices.horizon
+    k, horizon = numbers.walk(sensor), _walk_horizon(numbers, sensor)
     if horizon is None:
         raise OptionError(
             f"{sensor}: a rate random walk as a Gauss-Markov process needs {{option}}, e.g. {given('horizon', 10)}, in s;"
@@ -229,10 +229,31 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
         sigma=k.value * math.sqrt(time / 2),
         time=time,
         origin=f"a rate random walk as a process, {k.words}",
-        fit=f"; correlation time 10 times the horizon: 3.6 % low at {seconds(horizon)} s",
+        fit=f"; correlation time 10 times the {'horizon' if numbers.choices.horizon else 'length of the record'}: 3.6 % low"
+        f" at {seconds(horizon)} s",
         place="the horizon",
         walk=True,
     )
+
+
+def _walk_horizon(numbers: Numbers, sensor: str) -> float | None:
+    """The averaging time up to which a process follows a walk: the horizon, else the length of the record. [s]"""
+    length = 0.0 if numbers.choices.strict else max(m.duration for m in numbers.channels(sensor).values())
+    return numbers.choices.horizon or length or None
+
+
+def exact_at(numbers: Numbers, name: str) -> tuple[float | None, str]:
+    """The averaging time at which a process is exact for flicker noise, and its name. [s]"""
+    model = numbers.model.channels[name]
+    if numbers.choices.horizon:
+        return numbers.choices.horizon, "the horizon"
+    if (time := bottom(model)) is not None:
+        return time, "the minimum of the curve"
+    if numbers.choices.strict:
+        return None, ""
+    limits = {term: limit for term, limit in model.limits.items() if term == "rate_random_walk"}
+    time = bottom({**model.terms, **limits})
+    return time, "the minimum of the curve with its largest rate random walk"
 
 
 def replaced_noise(numbers: Numbers) -> list[str]:

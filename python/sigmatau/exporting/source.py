@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.origin import head_of, topic_of
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
 from sigmatau.model.noise_model import NoiseModel
@@ -50,6 +51,7 @@ class Source(Printed):
     samples: Mapping[str, Sample] = field(default_factory=dict)  # Measured variance of a sample, by channel
     # Fields of the file beside the noise parameters, such as a topic
     names: Mapping[str, str] = field(default_factory=dict)
+    head: tuple[str, ...] = ()  # What the head of a file says of the source, a line each
 
     @classmethod
     def of_model(cls, model: NoiseModel) -> Source:
@@ -72,9 +74,10 @@ class Source(Printed):
                 _check_rate(content["channels"][name]["sample_rate_hz"])
                 if (sample := _sample(content["channels"][name]["curve"])) is not None:
                     samples[name] = sample
+            head, names = head_of(content, plain.model.channels), topic_of(content)
         except (LookupError, TypeError, AttributeError, ValueError) as error:
             raise DataError(f"not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
-        return replace(plain, corners=corners, samples=samples)
+        return replace(plain, corners=corners, samples=samples, head=head, names=names)
 
     def of(self, channels: Iterable[str]) -> Source:
         """The same with some of the channels."""
@@ -119,10 +122,11 @@ def read_source(path: str | Path, *, rate: float | None = None) -> Source:
         except ValueError as error:  # includes DataError and UnicodeDecodeError
             raise DataError(f"{path}: {error}") from None
         rates = {} if back.rate is None else dict.fromkeys(back.model.channels, back.rate)
-        return Source(model=back.model, rates=rates, findings=back.findings, names=back.names)
+        head = (f"from {path.name}",)
+        return Source(model=back.model, rates=rates, findings=back.findings, names=back.names, head=head)
     model = NoiseModel.read(path)
     if path.suffix.lower() != ".json":
-        return Source.of_model(model)
+        return replace(Source.of_model(model), head=(f"from {path.name}",))
     content = json.loads(path.read_text(encoding="utf-8-sig"))
     try:
         source = Source.of_result(content)

@@ -1,4 +1,4 @@
-"""Text for files of other programs: numbers with all digits, and names that cannot escape their quotes."""
+"""Text for files of other programs: numbers with the digits they deserve, and names that cannot escape their quotes."""
 
 from __future__ import annotations
 
@@ -12,23 +12,30 @@ import numpy as np
 
 from sigmatau.errors import DataError, OptionError
 
+DIGITS: int | None = 4  # of a coefficient, whose interval is seldom narrower than 1 %; None: all
 LARGEST = 1e9  # Largest value of a constant beside the noise, in any unit
 _LONGEST = 2000  # characters of a comment; the YAML reader of OpenCV had a buffer of 4096 per line
 _NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"  # float() also accepts 9_8 and digits of other alphabets
 _ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
 
 
-def digits(value: float) -> str:
-    """A number that reads back to the same bits, in a form that YAML 1.1 accepts as a number. Raises `DataError` for a
-    value that is not finite, or too small for full precision.
+def digits(value: float, significant: int | None = None) -> str:
+    """A number in a form that YAML 1.1 accepts as a number: one that reads back to the same bits, or with some significant
+    digits. Raises `DataError` for a value that is not finite, or too small for full precision.
     """
-    text = repr(_written(float(value), value, "double"))
+    kept = _written(float(value), value, "double")
+    text = repr(kept if significant is None else float(f"{kept:.{significant}g}"))
     if "e" in text:
         mantissa, exponent = text.split("e")
         mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
         sign = exponent[0] if exponent[0] in "+-" else "+"
         return f"{mantissa}e{sign}{exponent.lstrip('+-')}"
     return text
+
+
+def measured(value: float) -> str:
+    """A coefficient with the digits that it deserves."""
+    return digits(value, DIGITS)
 
 
 def comment(words: str) -> str:
@@ -44,18 +51,24 @@ def remark(words: str) -> str:
     return f"# {comment(words)}"
 
 
-def with_remarks(content: str, ending: str, sentences: Iterable[str]) -> str:
-    """A file with sentences appended as comments; unchanged if the format has no comments."""
-    marks = {".json": None, ".m": ("% ", ""), ".sdf": ("<!-- ", " -->"), ".txt": ("\n", "")}
-    mark = marks.get(ending, ("# ", ""))
-    if mark is None:
+def with_head(content: str, ending: str, sentences: Iterable[str]) -> str:
+    """A file with sentences as comments at its head; unchanged if the format has no comments."""
+    if ending == ".json":
         return content
-    return content + "".join(f"{mark[0]}{comment(sentence)}{mark[1]}\n" for sentence in sentences)
+    marks = {".m": ("% ", ""), ".sdf": ("<!-- ", " -->"), ".txt": ("", "")}
+    before, after = marks.get(ending, ("# ", ""))
+    lines = (comment(sentence) for sentence in sentences)
+    if ending == ".sdf":  # an XML comment must not contain two hyphens
+        lines = (re.sub("--+", "-", line) for line in lines)
+    head = "".join(f"{before}{line}{after}\n" for line in lines) + ("\n" if ending == ".txt" else "")
+    first = re.match(r"%YAML.*\n|<\?xml.*\n", content)  # which must be the first line of a file
+    cut = first.end() if first else 0
+    return content[:cut] + head + content[cut:]
 
 
 def number_with_comment(value: float, words: str) -> str:
     """A number of YAML with its unit and origin in a comment."""
-    return f"{digits(value)}  # {comment(words)}"
+    return f"{measured(value)}  # {comment(words)}"
 
 
 def joined(words: Iterable[str]) -> str:
@@ -105,7 +118,7 @@ def single(value: float, name: str) -> str:
     name of the parameter, for a value out of range of single precision.
     """
     with np.errstate(over="ignore", under="ignore"):
-        kept = np.float32(value)
+        kept = np.float32(value if DIGITS is None else f"{value:.{DIGITS}g}")
     _written(float(kept), value, "single", f"{name}: ", float(np.finfo(np.float32).tiny))
     return np.format_float_positional(kept, unique=True, trim="0")
 
@@ -122,4 +135,4 @@ def _written(kept: float, value: float, precision: str, name: str = "", least: f
 
 def vector(values: Iterable[float]) -> str:
     """``[1.0, 2.0, 3.0]``, as YAML, Python and MATLAB read it."""
-    return f"[{', '.join(digits(value) for value in values)}]"
+    return f"[{', '.join(map(measured, values))}]"

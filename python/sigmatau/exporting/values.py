@@ -14,16 +14,16 @@ from typing import TypeVar
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, RANGES, Choices, NoPlaceError, NotChosenError, given
 from sigmatau.exporting.source import Source, one_rate
-from sigmatau.exporting.text import number
+from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import ChoiceNotUsed
+from sigmatau.findings.kinds.exporting import ChoiceNotUsed, LimitWritten
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
-from sigmatau.results import seconds, two_digits
+from sigmatau.results import duration_text, seconds, two_digits
 
 _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
@@ -34,6 +34,7 @@ class Number:
 
     value: float  # Estimate times factor
     words: str  # Origin, for a comment; one line
+    limits: tuple[str, ...] = ()  # Channels whose upper limit this is, unasked
 
 
 class Numbers:
@@ -44,6 +45,7 @@ class Numbers:
         self.choices = choices
         self.whole = self.source.model  # of all channels; `model` may have one of them
         self.findings: list[Finding] = []  # about the written file; targets add to it
+        self.limits: dict[str, dict[str, None]] = {}  # channels by term whose upper limit is written, unasked
 
     @property
     def model(self) -> NoiseModel:
@@ -52,7 +54,7 @@ class Numbers:
     def of(self, channel: str) -> Numbers:
         """The same for one channel."""
         one = Numbers(self.source.of([channel]), self.choices)
-        one.whole, one.findings = self.whole, self.findings
+        one.whole, one.findings, one.limits = self.whole, self.findings, self.limits
         return one
 
     def add_finding(self, finding: Finding) -> None:
@@ -87,6 +89,10 @@ class Numbers:
         except OptionError:
             return None
 
+    def rate_text(self) -> str:
+        """The sampling rate for a file: as given, or with four digits of that of the record."""
+        return digits(self.rate()) if self.choices.rate is not None else measured(self.rate())
+
     def name(self, key: str, default: str) -> str:
         """A name or constant: of the user, else of the source, else the default."""
         return self.choices.names.get(key, self.source.names.get(key, default))
@@ -109,19 +115,19 @@ class Numbers:
 
     def noise(self, sensor: str) -> Number:
         """N, the random walk of a sensor, or its replacement: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
-        return self._of_sensor(sensor, "random_walk")
+        return self._noted(self._of_sensor(sensor, "random_walk"), "random_walk")
 
     def noise_of(self, channel: str) -> Number:
         """N of one channel, or its replacement."""
-        return self._of(channel, "random_walk")
+        return self._noted(self._of(channel, "random_walk"), "random_walk")
 
     def walk(self, sensor: str) -> Number:
         """K, the rate random walk of a sensor, or its replacement. [rad/s²/√Hz or m/s³/√Hz]"""
-        return self._of_sensor(sensor, "rate_random_walk")
+        return self._noted(self._of_sensor(sensor, "rate_random_walk"), "rate_random_walk")
 
     def walk_of(self, channel: str) -> Number:
         """K of one channel, or its replacement."""
-        return self._of(channel, "rate_random_walk")
+        return self._noted(self._of(channel, "rate_random_walk"), "rate_random_walk")
 
     def omitted_terms(self) -> list[str]:
         """Remarks on the terms of the model that a target with fields for N and K only does not take."""
@@ -146,6 +152,19 @@ class Numbers:
                 )
         return said
 
+    def _noted(self, number: Number, term: str) -> Number:
+        """The number, with a note of the upper limits that it is made of."""
+        if number.limits:
+            self.limits.setdefault(term, {}).update(dict.fromkeys(number.limits))
+        return number
+
+    def limits_written(self) -> tuple[Finding, ...]:
+        """A finding for each term of which upper limits are written, unasked."""
+        return tuple(
+            Finding(severity="info", channels=tuple(found), details=LimitWritten(term=term))
+            for term, found in self.limits.items()
+        )
+
     def not_used(self) -> tuple[Finding, ...]:
         """Choices for a coefficient that was observed for every axis, or for a sensor that the model does not have."""
         found = []
@@ -162,7 +181,9 @@ class Numbers:
         return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
 
     def _of_sensor(self, sensor: str, term: str) -> Number:
-        """One number for a sensor. If only some axes have the coefficient and nothing was chosen, only they count."""
+        """One number for a sensor. If nothing was chosen, axes count that have the coefficient, or an upper limit of it; if
+        that is not allowed, or not known, those that have it.
+        """
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
         if wanted == "horizon":  # axes without slow noise do not count
@@ -173,11 +194,15 @@ class Numbers:
             return Number(value=number.value, words=number.words + more)
         if wanted is not None:
             return self._one({name: self._of(name, term) for name in names})
-        observed = [name for name in names if term in self.model.channels[name]]
-        number = self._one({name: self._of(name, term) for name in observed or names})
-        missing = [name for name in names if name not in observed]
+        known = [name for name in names if term in self.model.channels[name] or self._limit(name, term) is not None]
+        number = self._one({name: self._of(name, term) for name in known or names})
+        missing = [name for name in names if name not in known]
         more = f"; not observed for {', '.join(missing)}" if missing else ""
-        return Number(value=number.value, words=number.words + more)
+        return replace(number, words=number.words + more)
+
+    def _limit(self, channel: str, term: str) -> float | None:
+        """The upper limit that is written unasked; None if that is not allowed, or if there is none."""
+        return None if self.choices.strict else self.model.channels[channel].limits.get(term)
 
     def _of(self, channel: str, term: str) -> Number:
         """The number of one channel."""
@@ -193,11 +218,12 @@ class Numbers:
             if model.sinusoid:
                 words += ", without its sinusoids"
             return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
-        if term in model:
+        unasked = wanted is None and self._limit(channel, term) is not None
+        if term in model and not unasked:
             not_used = "" if wanted is None else f"; --{term.replace('_', '-')} {sensor} not used: it was observed"
             found = _number(model[term], self._words(channel, term), factor)
             return replace(found, words=found.words + not_used)
-        if wanted == "upper-limit":
+        if wanted == "upper-limit" or unasked:
             if term not in model.limits:
                 label = TERMS[term].label(model.quantity)
                 raise OptionError(
@@ -205,11 +231,11 @@ class Numbers:
                     f" {' or '.join(self._choices_of(sensor, term, limit=False))}",
                     option=term,
                 )
-            return _number(
-                model.limits[term], f"{channel}: not observed; its upper limit ({100 * model.level:g} %)", factor
-            )
+            when = f" in {duration_text(model.duration)}" if model.duration else ""
+            words = f"{channel}: not observed{when}; its upper limit ({100 * model.level:g} %)"
+            return replace(_number(model.limits[term], words, factor), limits=(channel,) * unasked)
         if wanted is not None:
-            return _number(float(wanted), f"{channel}: not observed; given value", factor)
+            return _number(float(wanted), f"{channel}: not observed; chosen value", factor)
         raise self._not_chosen(sensor, term)
 
     def _not_chosen(self, sensor: str, term: str) -> NotChosenError:
@@ -275,9 +301,10 @@ class Numbers:
         if self.choices.axes == "mean":
             mean = math.sqrt(sum(number.value**2 for number in by_axis.values()) / len(by_axis))
             axes = "; ".join(number.words for number in by_axis.values())
-            return Number(value=mean, words=f"root mean square of {len(by_axis)} axes ({axes})")
+            limits = tuple(name for number in by_axis.values() for name in number.limits)
+            return Number(value=mean, words=f"root mean square of {len(by_axis)} axes ({axes})", limits=limits)
         worst = max(by_axis.values(), key=lambda number: number.value)
-        return Number(value=worst.value, words=f"worst of {len(by_axis)} axes, {worst.words}")
+        return replace(worst, words=f"worst of {len(by_axis)} axes, {worst.words}")
 
     def _words(self, channel: str, term: str) -> str:
         model = self.model.channels[channel]
@@ -296,7 +323,9 @@ def _number(estimate: float, words: str, factor: float) -> Number:
     low, high = RANGES["walk_factor"][:2]
     if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # an upper limit can be so small that its square is 0
         raise DataError(f"{words}: {factor * estimate:.3g} in SI is out of range, from {SMALLEST:g} to {LARGEST:g}")
-    return Number(value=factor * estimate, words=words if factor == 1 else f"{words} = {estimate!r}, times {factor:g}")
+    return Number(
+        value=factor * estimate, words=words if factor == 1 else f"{words} = {measured(estimate)}, times {factor:g}"
+    )
 
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov", "resonance")
@@ -382,6 +411,8 @@ class Target:
     write: Callable[[Numbers], str | bytes]  # From `Numbers` to the text of the file; bytes where the file is binary
     needs_rate: bool = False  # Whether the file depends on the sampling rate
     has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
+    has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
+    has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
     has_horizon: bool = False  # Whether the file depends on ``horizon`` without ``walk="horizon"`` too
     per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen
     every_axis: bool = False  # Whether the file always has each axis separately

@@ -8,11 +8,12 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from sigmatau.frozen import frozen
+from sigmatau.results import Tabular
 
 if TYPE_CHECKING:
     from sigmatau.findings.wording import Words
 
-__all__ = ["Details", "Finding", "Severity", "Span", "by_severity", "damaged", "exit_code"]
+__all__ = ["Details", "Finding", "Findings", "Severity", "Span", "by_severity", "damaged", "exit_code"]
 
 Severity = Literal["info", "warning", "error"]
 
@@ -113,6 +114,28 @@ class Finding:
         return line(self) + (f". {self.action}" if self.action else "")
 
 
+class Findings(tuple[Finding, ...], Tabular):
+    """Findings in their order, and as a table."""
+
+    __slots__ = ()
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a finding, see `Tabular.columns`."""
+        return {
+            "severity": [one.severity for one in self],
+            "code": [one.code for one in self],
+            "channels": [", ".join(one.channels) for one in self],
+            "message": [one.message for one in self],
+            "action": [one.action for one in self],
+            "size": [one.size for one in self],
+            "unit": [one.unit for one in self],
+            "left_out": [one.left_out for one in self],
+        }
+
+    def __repr__(self) -> str:
+        return "\n".join(map(str, self)) or "no findings"
+
+
 def plain(value: object) -> Any:  # noqa: ANN401
     """Details as plain data for JSON: dataclasses and mappings as dictionaries, tuples as lists, no NaN or infinity."""
     if is_dataclass(value) and not isinstance(value, type):
@@ -126,13 +149,13 @@ def plain(value: object) -> Any:  # noqa: ANN401
     return value
 
 
-def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+def by_severity(findings: Iterable[Finding]) -> Findings:
     """Errors first, then warnings, of them first that no model is adequate; each once, else in the order found."""
 
     def weight(finding: Finding) -> tuple[int, bool]:
         return ("error", "warning", "info").index(finding.severity), finding.code != _FIRST
 
-    return tuple(sorted(dict.fromkeys(findings), key=weight))
+    return Findings(sorted(dict.fromkeys(findings), key=weight))
 
 
 def exit_code(findings: Iterable[Finding]) -> int:

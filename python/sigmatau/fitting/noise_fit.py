@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Iterator, Mapping
 from dataclasses import field
 from typing import Any, Literal
@@ -10,16 +11,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
-from sigmatau.findings.kinds.fit import BandsOff, Reason
-from sigmatau.findings.wording.fit import filter_text, reasons_text
+from sigmatau.findings.kinds.fit import Reason
+from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
 from sigmatau.noise import terms
 from sigmatau.noise.resonance import resonance_avar, resonance_psd
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import Printed, duration_text, interval_texts, plain, seconds, two_digits
+from sigmatau.results import (
+    TablesByChannel,
+    Tabular,
+    duration_text,
+    html_table,
+    interval_texts,
+    plain,
+    seconds,
+    two_digits,
+)
 from sigmatau.units import find
 
+_TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
 _MOST_LINES = 3  # that are printed one by one
 
 Verdict = Literal["adequate", "adequate_with", "widened", "descriptive", "too_short"]
@@ -121,7 +132,7 @@ class WarmUp:
 
 
 @frozen(eq=False)
-class NoiseFit(Mapping[str, FittedTerm], Printed):
+class NoiseFit(Mapping[str, FittedTerm], Tabular):
     """Fit of one channel: a mapping from term to `FittedTerm`, empty if the record is too short.
 
     Attributes
@@ -296,35 +307,22 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         if self.verdict == "too_short" or self.tau_min is None or self.tau_max is None:
             return f"no fit: {self.reason}"
         if self.verdict == "descriptive":
-            return "no adequate model: values without intervals"
+            return verdict_text(self.verdict)
         if self.method == "likelihood":
-            verdict = "adequate"
-            if self.verdict == "widened":
-                off = any(isinstance(reason, BandsOff) for reason in self.reasons)
-                if off:
-                    return f"widened: the model{self._with()} is not quite right, p = {self.p_value:.2g}"
-                verdict = "widened: the resolution is coarse"
-            return f"{verdict}{self._with()}, p = {self.p_value:.2g}"
+            return f"{verdict_text(self.verdict, self._beside)}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
-        return f"{'generalised least squares,' if method else 'adequate:'} {times}, p = {self.p_value:.2g}"
+        how = "generalised least squares" if method else verdict_text(self.verdict)
+        return f"{how}, {times}, p = {self.p_value:.2g}"
 
-    def _with(self) -> str:
-        """What was found beside the terms, in a few words."""
-        named = []
-        if self.response is not None:
-            named.append("a filter")
-        if self.sinusoid:
-            named.append(f"{len(self.sinusoid)} lines" if len(self.sinusoid) > 1 else "a line")
-        if self.gauss_markov:
-            many = len(self.gauss_markov)
-            named.append(f"{many} Gauss-Markov processes" if many > 1 else "a Gauss-Markov process")
-        if self.resonance:
-            named.append(f"{len(self.resonance)} resonances" if len(self.resonance) > 1 else "a resonance")
-        if self.warm_up is not None:
-            named.append("a warm-up")
-        if not named:
-            return ""
-        return f" with {', '.join(named[:-1])}{' and ' if len(named) > 1 else ''}{named[-1]}"
+    @property
+    def _beside(self) -> str:
+        return beside_text(
+            response=self.response is not None,
+            lines=len(self.sinusoid),
+            processes=len(self.gauss_markov),
+            resonances=len(self.resonance),
+            warm_up=self.warm_up is not None,
+        )
 
     def notes(self) -> list[str]:
         """Gauss-Markov processes and sinusoids in words, and terms that the record does not distinguish."""
@@ -359,6 +357,13 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
             texts.append(f"{either}: at least one is present, the record does not show which")
         return texts
 
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a term, see `Tabular.columns`."""
+        every = list(self.terms.values())
+        rows: dict[str, list[Any]] = {name: [getattr(term, name) for term in every] for name in _TERM_COLUMNS}
+        same = len(every)
+        return {"channel": [self.channel] * same, **rows, "verdict": [self.verdict] * same}
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI without NaN: the ``fit`` of the JSON form."""
         names, matrix = self.covariance
@@ -380,6 +385,12 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         reason = {"reason": self.why_not(name)} if term.observed is False else {}
         return {**term.to_dict(), **reason}
 
+    def _repr_html_(self) -> str:
+        rows = [(TERMS[name].label(self.quantity), *self.texts(name)[-1]) for name in self.terms]
+        table = html_table([(self.channel, "value", f"{100 * self.level:g} % interval", "unit"), *rows])
+        notes = "".join(f"<li>{html.escape(text)}</li>" for text in self.notes())
+        return f"{table}<p>{html.escape(self.headline())}</p><ul>{notes}</ul>"
+
     def __repr__(self) -> str:
         rows = []
         for name, term in self.terms.items():
@@ -399,6 +410,12 @@ class NoiseFit(Mapping[str, FittedTerm], Printed):
         if self.reason and self.verdict != "too_short":
             lines.append(f"  {self.reason}")
         return "\n".join([*lines, *(f"  {text}" for text in self.notes())])
+
+
+class Fits(TablesByChannel[NoiseFit]):
+    """Fits by channel: an immutable mapping in the record's order."""
+
+    __slots__ = ()
 
 
 def _in_words(interval: Interval, factor: float, unit: str) -> str:

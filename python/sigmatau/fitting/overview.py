@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 from typing import Literal
 
@@ -21,7 +21,7 @@ _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
 _EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one, if the value stays clear of 0
 
 
-def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = ()) -> str:
+def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, width: int = 80) -> str:
     """Random walk, bias instability and rate random walk of each channel in the field's units, and `trust`.
 
     Parameters
@@ -31,21 +31,40 @@ def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = ()) -> 
     findings : iterable of Finding
         Findings of the record.
 
+    width : int
+        Of the terminal. Where the table is wider, its numbers are shorter: at most 60 columns for names of 7 characters.
+
     Returns
     -------
     str
         At most 80 columns for names of up to 16 characters.
     """
+    rows = overview_rows(fits, findings)
+    text = _aligned(rows)
+    if max(map(len, text.splitlines())) <= width:
+        return text
+    return _aligned(overview_rows(fits, findings, short=True))
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(COLUMNS) + 2)]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
+
+def overview_rows(
+    fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, short: bool = False
+) -> list[tuple[str, ...]]:
+    """The cells of `overview`: a head, and for each sensor a row of units and a row a channel."""
     findings = tuple(findings)
-    rows = [("", *(TERMS[term].label("signal") for term in COLUMNS), "trust")]
+    labels = (TERMS[term].symbols[0] if short else TERMS[term].label("signal") for term in COLUMNS)
+    rows: list[tuple[str, ...]] = [("", *labels, "trust")]
     for (quantity, unit, n, tau0), group in groupby(fits.items(), lambda item: _kind(item[1])):
         units = (display_units(term, quantity, unit)[-1][0] for term in COLUMNS)
         rows.append((f"[{duration_text(n * tau0)}]", *units, ""))
         for channel, fitted in group:
-            values = (_text(fitted, term) for term in COLUMNS)
+            values = (_text(fitted, term, short=short) for term in COLUMNS)
             rows.append((channel, *values, trust(fitted, findings, channel)))
-    widths = [max(len(row[k]) for row in rows) for k in range(len(COLUMNS) + 2)]
-    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+    return rows
 
 
 def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
@@ -68,24 +87,29 @@ def _kind(fitted: NoiseFit) -> tuple[str, str, int, float]:
     return fitted.quantity, fitted.rate_unit, fitted.n, fitted.tau0
 
 
-def _text(fitted: NoiseFit, name: str) -> str:
+def _text(fitted: NoiseFit, name: str, *, short: bool) -> str:
     """``2.429 ± 0.011``, ``25 -15 +32``, ``below 190``, or ``unknown``."""
     term = fitted.get(name)
     factor = display_units(name, fitted.quantity, fitted.rate_unit)[-1][1]
     if term is None or not fitted.quantified:
         return "unknown"
     if term.value is None:
-        return "unknown" if term.upper_limit is None else f"below {two_digits(term.upper_limit / factor)}"
-    return _with_sides(term, factor)
+        below = "<" if short else "below "
+        return "unknown" if term.upper_limit is None else f"{below}{two_digits(term.upper_limit / factor)}"
+    return _with_sides(term, factor, short=short)
 
 
-def _with_sides(term: FittedTerm, factor: float) -> str:
+def _with_sides(term: FittedTerm, factor: float, *, short: bool) -> str:
     if term.value is None or term.low is None or term.high is None:
         return "unknown"
     value, low, high = term.value / factor, term.low / factor, term.high / factor
     below, above = value - low, high - value
+    if short:
+        return value_error_text(value, max(below, above)).replace(" ", "")
     if max(below, above) <= min(_EVEN * min(below, above), 0.95 * abs(value)):
-        return value_error_text(value, max(below, above))
+        text = value_error_text(value, max(below, above))
+        if len(set(text.split(" ± "))) == 2:  # not 10 ± 10 of 10.4 ± 9.7
+            return text
     decimals = 1 - math.floor(math.log10(max(below, above)))
     digits = max(decimals, 0)
     texts = [f"{round(number, decimals):.{digits}f}" for number in (value, below, above)]

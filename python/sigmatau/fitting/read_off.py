@@ -25,7 +25,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.non_negative import non_negative
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
-from sigmatau.results import Printed, plain, seconds, value_error_text
+from sigmatau.results import Tabular, plain, seconds, value_error_text
 from sigmatau.units import find
 
 LARGEST_ERROR = 0.35
@@ -94,7 +94,7 @@ class Refusal:
 
 
 @frozen(kw_only=False)
-class ReadOff(Mapping[str, Coefficient], Printed):
+class ReadOff(Mapping[str, Coefficient], Tabular):
     """Coefficients read off one channel: a mapping from term to `Coefficient`, without terms that have no region."""
 
     channel: str
@@ -123,6 +123,12 @@ class ReadOff(Mapping[str, Coefficient], Printed):
             (value_error_text(c.value / factor, c.error / factor), text)
             for text, factor in display_units(term, self.quantity, self.rate_unit)
         ]
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a coefficient, see `Tabular.columns`."""
+        every = list(self.coefficients.values())
+        rows = {name: [getattr(one, name) for one in every] for name in ("term", "value", "error", "unit")}
+        return {"channel": [self.channel] * len(every), **rows}
 
     def to_dict(self) -> dict[str, Any]:
         return {term: c.to_dict() for term, c in self.coefficients.items()}

@@ -24,7 +24,7 @@ _FITTED = {
 }
 _FIT_LEGEND = (
     '"below": 95 % upper limit of a term that is not observed; `sigmatau plan` tells how long a record would show it.',
-    "p: p-value of the model; one with p < 0.002 is not adequate.",
+    "p: p-value of the model; with p < 0.002 it does not fit.",
     "Read off: lines of the term's slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line includes the other terms at",
     "its averaging times, and its ± is a rule of thumb: therefore the two columns differ.",
 )

@@ -32,6 +32,7 @@ from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text
 
 Floats = NDArray[np.float64]
+_SAMPLES_WITHOUT_RATE = 1000  # per shortest averaging time, if no rate is known
 
 # Terms that have an autocovariance. Only differences of the other terms are stationary.
 STATIONARY = ("quantization", "random_walk")
@@ -79,6 +80,8 @@ class ChannelModel(Mapping[str, float], Printed):
         Sampling rate of the record, if the model comes from a fit; else 0. [Hz]
     adequate : bool
         False if the model comes from a fit that does not describe its curve. Its coefficients then have no interval.
+    highest : float or None
+        Frequency up to which a fit used the spectrum; None for all, or without a fit. [Hz]
 
     See Also
     --------
@@ -111,6 +114,7 @@ class ChannelModel(Mapping[str, float], Printed):
     duration: float = 0.0
     rate: float = 0.0
     adequate: bool = True
+    highest: float | None = None
 
     def __post_init__(self) -> None:
         given = {name: value for name, value in coefficients_of("terms", self.terms).items() if value}
@@ -197,9 +201,30 @@ class ChannelModel(Mapping[str, float], Printed):
             parts["sinusoid"] = parts.get("sinusoid", 0.0) + added
         return parts
 
-    def adev(self, *, m: ArrayLike, tau0: float) -> Floats:
-        """Expected Allan deviation, the root of `avar`; shape (n_tau,). [unit of the rate]"""
-        return np.sqrt(self.avar(m=m, tau0=tau0))
+    def adev(self, tau: ArrayLike | None = None, *, m: ArrayLike | None = None, tau0: float | None = None) -> Floats:
+        """Expected Allan deviation, the root of `avar`.
+
+        Parameters
+        ----------
+        tau : array_like, shape (n_tau,), optional
+            Averaging times, rounded to whole samples at the sampling rate of a model from a fit. [s]
+        m, tau0 : optional
+            In place of `tau`, as in `avar`.
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [unit of the rate]
+        """
+        if tau is None:
+            if m is None or tau0 is None:
+                raise OptionError("give {option} in s, or {@m} and {@tau0}", option="tau")
+            return np.sqrt(self.avar(m=m, tau0=tau0))
+        times = np.atleast_1d(np.asarray(tau, dtype=np.float64))
+        if m is not None or tau0 is not None or not (np.isfinite(times).all() and times.min(initial=np.inf) > 0):
+            raise OptionError("{option} must be positive times in s, without {@m} and {@tau0}", option="tau")
+        step = 1 / self.rate if self.rate else float(times.min()) / _SAMPLES_WITHOUT_RATE
+        return np.sqrt(self.avar(m=np.maximum(np.round(times / step), 1).astype(np.int64), tau0=step))
 
     def psd(self, f: ArrayLike, *, tau0: float | None = None) -> Floats:
         """Two-sided power spectral density of the noise. Sinusoids and the ramp have no density and are omitted.
@@ -441,7 +466,7 @@ class ChannelModel(Mapping[str, float], Printed):
         if self.alike_from is not None:
             rows.append(alike_text(self.alike_from.time))
         if not self.adequate:
-            rows.append("from a fit that is not adequate: no intervals")
+            rows.append("no model fits this axis: no intervals")
         return ", ".join(rows)
 
 

@@ -11,7 +11,7 @@
     resonance = [{ sigma = "2 deg/h", frequency = "0.004 Hz", width = "0.001 Hz" }]
     sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
     bandwidth = { order = 1, corner = "30 Hz" }  # with rate = "100 Hz": random_walk is that of the samples
-    adequate = false                           # the fit does not describe its curve: no value has an interval
+    adequate = false                           # no model fits this axis: no value has an interval
 
     [correlation.random_walk]
     gyro_x = { gyro_y = 0.3 }
@@ -35,7 +35,7 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import interval_texts, printable
 from sigmatau.units import usual
 
-NOT_ADEQUATE = "from a fit that is not adequate: no interval"  # Comment on a value from a fit that is not adequate
+NOT_ADEQUATE = "no model fits this axis: no interval"  # Comment on a value from a fit that is not adequate
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
 _UNITS_OF_PARTS = {
@@ -97,7 +97,7 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
             rate = "" if channel.bandwidth.rate is None else f", rate = {_quoted(channel.bandwidth.rate, 'Hz')}"
             lines.append(f"bandwidth = {{ order = {channel.bandwidth.order}, corner = {corner}{rate} }}")
         if not channel.adequate:
-            lines.append("adequate = false  # the fit does not describe its curve: no value above has an interval")
+            lines.append("adequate = false  # no model fits this axis: no value above has an interval")
         lines += _left_out(channel)
         blocks.append("\n".join(lines))
     for term, pairs in correlation.items():

@@ -16,7 +16,11 @@ from sigmatau.model.processes import GaussMarkov, LowPass, real
 from sigmatau.noise.terms import TERMS
 
 _QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whose coefficients have intervals
-NOT_AT_REST = "the sensor was not at rest: the result has no coefficients to use"
+NOT_AT_REST = (
+    "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
+)
+_FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
+_SCHEMAS = (1, 2)  # Forms of a result that are read
 _WITH_MODEL = (*_QUANTIFIED, "descriptive")  # Verdicts of a fit that has coefficients
 
 
@@ -38,8 +42,14 @@ def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | 
 def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
     """Results by channel; raises `DataError` if there are none."""
     if not isinstance(content, Mapping):
-        hint = "; its model is the attribute `model`" if hasattr(type(content), "model") else ""
-        raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}{hint}")
+        raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}")
+    error, schema = content.get("error"), content.get("schema", 1)
+    if isinstance(error, Mapping):
+        raise DataError(f"the analysis failed: {error.get('message')!s:.500}")
+    if schema not in _SCHEMAS:
+        raise DataError(
+            f"schema {schema!r:.20} is of a newer version of sigmatau; known: {', '.join(map(str, _SCHEMAS))}"
+        )
     channels = content.get("channels")
     if not isinstance(channels, Mapping) or not channels:
         raise DataError("this is not a result of sigmatau analyze: it has no channels")
@@ -110,6 +120,7 @@ def channel_of_fit(
         duration=duration,
         rate=rate,
         adequate=fit["verdict"] in _QUANTIFIED,
+        highest=_highest(fit, rate),
     )
 
 
@@ -121,6 +132,14 @@ def _alike(fit: Mapping[str, Any]) -> GaussMarkov | None:
     """The process that explains the record as well as the rate random walk."""
     time, sigma = fit.get("alike_from_s"), fit.get("alike_sigma")
     return None if time is None or sigma is None else GaussMarkov(sigma=sigma, time=time)
+
+
+def _highest(fit: Mapping[str, Any], rate: float) -> float | None:
+    """The frequency up to which the model describes the record: that of the fit, or half over its shortest time."""
+    shortest = _number("tau_min_s", fit.get("tau_min_s"))
+    ends = [_number("highest_hz", fit["highest_hz"])] if fit.get("highest_hz") else []
+    ends += [0.5 / shortest] if shortest * rate > _FIRST_SAMPLES else []
+    return min(ends, default=None)
 
 
 def _bandwidth(fit: Mapping[str, Any], rate: float) -> LowPass | None:

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -138,15 +138,15 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         return cls(channels=channels_of(content), correlation=correlation_of(content))
 
     @classmethod
-    def from_result(cls, content: Mapping[str, Any], *, channels: Iterable[str] | None = None) -> Self:
-        """The model of a result of `analyze`, from its ``to_dict`` or its JSON.
+    def from_result(cls, content: object, *, channels: Iterable[str] | None = None) -> Self:
+        """The model of a result of `analyze`: the analysis, its ``to_dict``, or its JSON.
 
         The model contains the observed terms, and groups of terms that describe the curve together if the record cannot
         distinguish them. Limits of the other terms are kept in `ChannelModel.limits`.
 
         Parameters
         ----------
-        content : mapping
+        content : Analysis or mapping
         channels : iterable of str, optional
             Which channels. Default: all that have a fit.
 
@@ -155,7 +155,9 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         DataError
             If the content is not a result, or a channel has no model.
         """
-        return cls(channels=channels_of_result(content, channels=channels))
+        convert = getattr(content, "to_dict", None)  # of an Analysis, which this package cannot import
+        plain = convert() if callable(convert) and not isinstance(content, type) else content
+        return cls(channels=channels_of_result(cast(Any, plain), channels=channels))
 
     def correlation_matrix(self, term: str) -> NDArray[np.float64]:
         """Correlation of the noise of one term between the channels; shape (n_channels, n_channels)."""
@@ -183,9 +185,30 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         """Expected Allan variance of a channel; see `ChannelModel.avar`. [(rate unit)²]"""
         return self._of(channel).avar(m=m, tau0=tau0)
 
-    def adev(self, channel: str, *, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
-        """Expected Allan deviation of a channel; see `ChannelModel.avar`. [rate unit]"""
-        return self._of(channel).adev(m=m, tau0=tau0)
+    @overload
+    def adev(  # type: ignore[overload-overlap]  # a text is an ArrayLike
+        self,
+        channel: str,
+        /,
+        tau: ArrayLike | None = None,
+        *,
+        m: ArrayLike | None = None,
+        tau0: float | None = None,
+    ) -> NDArray[np.float64]: ...
+
+    @overload
+    def adev(self, tau: ArrayLike, /) -> dict[str, NDArray[np.float64]]: ...
+
+    def adev(
+        self, channel: Any, /, tau: Any = None, *, m: Any = None, tau0: Any = None
+    ) -> NDArray[np.float64] | dict[str, NDArray[np.float64]]:
+        """Expected Allan deviation of a channel, or at averaging times by channel: ``model.adev([0.1, 1, 10])``.
+
+        See `ChannelModel.adev`. [rate unit]
+        """
+        if isinstance(channel, str):
+            return self._of(channel).adev(tau, m=m, tau0=tau0)
+        return {name: model.adev(channel) for name, model in self.channels.items()}
 
     def psd(self, channel: str, f: ArrayLike, *, tau0: float | None = None) -> NDArray[np.float64]:
         """Two-sided power spectral density of a channel; see `ChannelModel.psd`. [(rate unit)²/Hz]"""

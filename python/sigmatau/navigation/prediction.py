@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
+    from sigmatau.plot.style import Panels
+
 __all__ = ["PredictedError", "Prediction"]
 
 Floats = NDArray[np.float64]
@@ -234,17 +236,20 @@ class Prediction(Mapping[str, PredictedError], Printed):
             "errors": {name: error.to_dict() for name, error in self.errors.items()},
         }
 
-    def plot(self, *, marked: ArrayLike | None = None) -> Figure:
+    def plot(self, ax: Panels = None, *, marked: ArrayLike | None = None) -> Figure:
         """Draw the errors against time, a panel for angles, velocities and positions each.
 
         Parameters
         ----------
+        ax : matplotlib axes, optional
+            One a panel.
         marked : array_like, optional
             Which times, nearest to these, have a dot. [s] Default: all.
         """
         from sigmatau.plot.model import draw_prediction
 
-        return draw_prediction(self, marked=self.after if marked is None else np.atleast_1d(np.asarray(marked, float)))
+        times = self.after if marked is None else np.atleast_1d(np.asarray(marked, float))
+        return draw_prediction(self, marked=times, ax=ax)
 
     def notes(self) -> list[str]:
         """Assumptions of the numbers."""

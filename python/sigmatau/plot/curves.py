@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import TERMS, avar
+from sigmatau.plot.style import figure_of, new_figure, panels_of, small
 from sigmatau.units import find
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    from sigmatau.plot.style import Panels
 
 __all__ = [
     "COLOURS",
@@ -25,7 +28,6 @@ __all__ = [
     "draw_curve",
     "draw_deviation",
     "draw_deviations",
-    "need_matplotlib",
     "save",
 ]
 
@@ -33,6 +35,8 @@ __all__ = [
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _PLOT_UNITS = {"angular_rate": "deg/h", "acceleration": "ug"}
 TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
+
+_SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # terms of a legend
 
 # A line for each of very many averaging times makes a slow figure and a large file, and looks the same.
 _DRAWN_PER_OCTAVE = 256
@@ -84,6 +88,9 @@ class FitLike(Protocol):
     def tau_min(self) -> float | None: ...
     @property
     def quantified(self) -> bool: ...
+    @property
+    def observed(self) -> Mapping[str, float]: ...
+    def texts(self, term: str) -> list[tuple[str, str, str]]: ...
     def avar(self, *, m: NDArray[np.int64]) -> NDArray[np.float64]: ...
 
 
@@ -110,7 +117,7 @@ def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = N
     colour : str
     """
     factor, text = curve_unit(curve, unit)
-    ax = _axes() if ax is None else ax
+    ax = new_figure(7, 5).subplots() if ax is None else ax
     _draw(ax, curve.channel, curve.tau, curve.adev / factor, tuple(edge / factor for edge in curve.interval()), colour)
     ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
     return ax
@@ -126,7 +133,7 @@ def draw_deviation(
 ) -> Axes:
     """Draw one deviation of `sigmatau.deviation`, with its band if it has one; units as in `draw_curve`."""
     factor, text = curve_unit(curve, unit)
-    ax = _axes() if ax is None else ax
+    ax = new_figure(7, 5).subplots() if ax is None else ax
     edges = None if band is None else tuple(edge / factor for edge in band)
     _draw(ax, curve.channel, curve.tau, curve.deviation / factor, edges, colour)
     ax.set_ylabel(f"{curve.label} [{text}]")
@@ -134,25 +141,21 @@ def draw_deviation(
 
 
 def draw_deviations(
-    curves: Mapping[str, DeviationLike], bands: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+    curves: Mapping[str, DeviationLike],
+    bands: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
+    *,
+    ax: Panels = None,
 ) -> Figure:
     """Draw the deviations of all channels, one panel per quantity and unit."""
-    figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()})
+    figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()}, ax)
     for ax, key, channels in panels:
         for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
             draw_deviation(curves[channel], ax=ax, band=bands.get(channel), colour=colour)
         ax.set_title(TITLES.get(key, key))
         if any(channel in bands for channel in channels):
             ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % by χ²")
-        ax.legend(fontsize=8, loc="best")
+        ax.legend(fontsize=small(), loc="best")
     return figure
-
-
-def _axes() -> Axes:
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(7, 5), layout="constrained").subplots()
 
 
 def _draw(
@@ -172,7 +175,9 @@ def _draw(
         # Beyond δ = 1, eq. (26) gives no lower edge, and χ² with one degree of freedom an upper one far off the axes.
         low, high = np.maximum(low, 0.1 * deviation), np.minimum(high, 10 * deviation)
         ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
-    ax.loglog(tau, deviation, color=colour, linewidth=1.6, marker=marker, markersize=2.5, label=channel)
+    ax.loglog(
+        tau, deviation, color=colour, linewidth=small() / 5, marker=marker, markersize=small() / 3.2, label=channel
+    )
     ax.set_xlabel("averaging time τ [s]")
     from matplotlib.ticker import FuncFormatter, LogLocator
 
@@ -180,7 +185,7 @@ def _draw(
     ax.yaxis.set_minor_locator(LogLocator(base=10, subs=(2, 5)))
     for formatter in (ax.yaxis.set_major_formatter, ax.yaxis.set_minor_formatter):
         formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.tick_params(axis="y", which="minor", labelsize=8)
+    ax.tick_params(axis="y", which="minor", labelsize=small())
     ax.grid(visible=True, which="major", linewidth=0.6, alpha=0.5)
     ax.grid(visible=True, which="minor", linewidth=0.3, alpha=0.3)
 
@@ -189,16 +194,25 @@ def draw_analysis(
     curves: Mapping[str, CurveLike],
     read_off: Mapping[str, Mapping[str, CoefficientLike]],
     fits: Mapping[str, FitLike] | None = None,
+    *,
+    ax: Panels = None,
 ) -> Figure:
-    """Draw all channels, one panel per quantity and unit, with their fitted models or the lines that were read off."""
-    figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()})
+    """Draw all channels, one panel per quantity and unit, with their fitted models or the lines that were read off.
+
+    The legend has the coefficients of each channel; in a panel with one channel, lines of its terms have them.
+    """
+    figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()}, ax)
     for ax, key, channels in panels:
         named: list[tuple[float, float]] = []
+        lines: dict[str, Line2D] = {}
         for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
             curve = curves[channel]
             draw_curve(curve, ax=ax, colour=colour)
             if fits:
+                lines[channel] = ax.lines[-1]
                 _draw_model(ax, curve, fits[channel], colour)
+                if len(channels) == 1:
+                    _draw_terms(ax, curve, fits[channel], colour)
                 continue
             for name, coefficient in read_off.get(channel, {}).items():
                 _draw_line(ax, curve, name, coefficient, colour, named)
@@ -208,21 +222,62 @@ def draw_analysis(
             ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label=what)
         for text in dict.fromkeys(curves[channel].interval_text for channel in channels):
             ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label=text)
-        ax.legend(fontsize=8, loc="best")
+        for text, line in zip(_values_texts(fits or {}, list(lines)), lines.values(), strict=True):
+            line.set_label(text)
+        ax.legend(fontsize=small(), loc="best")
     return figure
 
 
-def _panels(kinds: Mapping[str, tuple[str, str]]) -> tuple[Figure, list[tuple[Axes, str, list[str]]]]:
-    """A figure with axes for each quantity and unit: the axes, what they show, and which channels."""
-    need_matplotlib()
-    from matplotlib.figure import Figure
+def _values_texts(fits: Mapping[str, FitLike], channels: Sequence[str]) -> list[str]:
+    """Channel, random walk, bias instability and rate random walk of each as far as they were found, for a legend."""
+    texts = []
+    for channel in channels:
+        found = [_value_text(fits[channel], term) for term in _SHOWN if term in fits[channel].observed]
+        texts.append(f"{channel}: {', '.join(found)}" if found else channel)
+    return texts
 
+
+def _value_text(fitted: FitLike, name: str) -> str:
+    """``"N = 2.43 deg/√h"``."""
+    value, _, unit = fitted.texts(name)[-1]
+    return f"{TERMS[name].symbols[0]} = {value} {unit}"
+
+
+def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:
+    """Draw a line of each term of the model, with its value where its share of the variance is largest."""
+    factor, _ = curve_unit(curve, None)
+    total, limits = fitted.avar(m=curve.m), ax.get_ylim()
+    for name, value in fitted.observed.items():
+        part = np.sqrt(avar(name, value, m=curve.m, tau0=float(curve.tau[0] / curve.m[0]))) / factor
+        at = int(np.argmax(part**2 / total))
+        ax.plot(curve.tau, part, color="0.45", linewidth=0.8, zorder=1.5)
+        where = (float(curve.tau[at]), float(part[at]))
+        left = at > len(curve.tau) // 2
+        ax.annotate(
+            _value_text(fitted, name),
+            where,
+            xytext=(-4, -10) if left else (8, 3),
+            textcoords="offset points",
+            fontsize=small(),
+            color="0.25",
+            ha="right" if left else "left",
+            zorder=5,
+            bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.75},
+        )
+    ax.set_ylim(limits)
+
+
+def _panels(kinds: Mapping[str, tuple[str, str]], given: Panels) -> tuple[Figure, list[tuple[Axes, str, list[str]]]]:
+    """A figure with axes for each quantity and unit, or the given axes: the axes, what they show, and which channels."""
     panels: dict[tuple[str, str], list[str]] = {}
     for channel, (quantity, unit) in kinds.items():
         panels.setdefault((quantity if quantity != "signal" else channel, unit), []).append(channel)
+    if (given_axes := panels_of(given, len(panels))) is not None:
+        named = zip(given_axes, panels.items(), strict=True)
+        return figure_of(given_axes[0]), [(ax, key, channels) for ax, ((key, _), channels) in named]
     columns = min(len(panels), 2)
     rows = math.ceil(len(panels) / columns)
-    figure = Figure(figsize=(7.2 * columns, 5.6 * rows), layout="constrained", dpi=120)
+    figure = new_figure(7.2 * columns, 5.6 * rows, dpi=120)
     axes = figure.subplots(rows, columns, squeeze=False)
     for ax in axes.flat[len(panels) :]:
         ax.set_visible(False)
@@ -317,9 +372,3 @@ def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[floa
 
 def _cycle(n: int) -> list[str]:
     return [COLOURS[k % len(COLOURS)] for k in range(n)]
-
-
-def need_matplotlib() -> None:
-    """Raise ImportError with the command to install matplotlib if it is missing."""
-    if importlib.util.find_spec("matplotlib") is None:
-        raise ImportError("drawing needs matplotlib: pip install 'sigmatau[plot]'")

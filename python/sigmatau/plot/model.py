@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.plot.curves import CurveLike, curve_unit, draw_curve, need_matplotlib
+from sigmatau.plot.curves import CurveLike, curve_unit, draw_curve
+from sigmatau.plot.style import figure_of, new_figure, panels_of, small
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from sigmatau.plot.style import Panels
 
 __all__ = ["draw_prediction", "draw_verification", "draw_verifications"]
 
@@ -40,14 +43,13 @@ class ErrorLike(Protocol):
     def at_most(self) -> Floats | None: ...
 
 
-def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats) -> Figure:
+def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats, ax: Panels = None) -> Figure:
     """Draw errors against time, log-log, one panel per unit, with dots at the times nearest to the marked times."""
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
     units = [unit for unit in _TITLES if any(error.unit == unit for error in errors.values())]
-    figure = Figure(figsize=(4.6 * len(units), 4.2), layout="constrained")
-    for ax, unit in zip(figure.subplots(1, len(units), squeeze=False)[0], units, strict=True):
+    panels = panels_of(ax, len(units)) or list(
+        new_figure(4.6 * len(units), 4.2).subplots(1, len(units), squeeze=False)[0]
+    )
+    for ax, unit in zip(panels, units, strict=True):
         title, text, factor = _TITLES[unit]
         limited = False
         shown = [(name, error) for name, error in errors.items() if error.unit == unit]
@@ -70,8 +72,8 @@ def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats) -> Figur
         ax.set_xlabel("time since the start [s]")
         ax.set_ylabel(f"error of the {title}, rms [{text}]")
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
-        ax.legend(fontsize=8)
-    return figure
+        ax.legend(fontsize=small())
+    return figure_of(panels[0])
 
 
 def _whole_decades(ax: Axes) -> None:
@@ -94,21 +96,19 @@ def draw_verification(
     factor, _ = curve_unit(curve, unit)
     ax.plot(curve.tau, np.sqrt(avar) / factor, color=_COLOURS[1], linewidth=1.3, zorder=3, label=label)
     ax.fill_between([], [], [], color=_COLOURS[0], alpha=0.18, linewidth=0, label="band by χ² if the model is true")
-    ax.legend(fontsize=8)
+    ax.legend(fontsize=small())
     return ax
 
 
-def draw_verifications(found: Mapping[str, tuple[CurveLike, Floats, str]]) -> Figure:
+def draw_verifications(found: Mapping[str, tuple[CurveLike, Floats, str]], *, ax: Panels = None) -> Figure:
     """Draw one panel per channel."""
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
     columns = min(len(found), 3)
     rows = math.ceil(len(found) / columns)
-    figure = Figure(figsize=(5.2 * columns, 4.2 * rows), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False).flat
-    for ax, (curve, avar, label) in zip(axes, found.values(), strict=False):
-        draw_verification(curve, avar, label, ax=ax)
-    for ax in list(figure.axes)[len(found) :]:
-        ax.set_visible(False)
-    return figure
+    panels = panels_of(ax, len(found))
+    if panels is None:
+        panels = list(new_figure(5.2 * columns, 4.2 * rows).subplots(rows, columns, squeeze=False).flat)
+    for panel, (curve, avar, label) in zip(panels, found.values(), strict=False):
+        draw_verification(curve, avar, label, ax=panel)
+    for panel in panels[len(found) :]:
+        panel.set_visible(False)
+    return figure_of(panels[0])

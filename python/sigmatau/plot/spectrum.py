@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike, need_matplotlib
+from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike
+from sigmatau.plot.style import figure_of, new_figure, panels_of, small
 from sigmatau.units import find, known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from sigmatau.plot.style import Panels
 
 __all__ = ["draw_comparison", "draw_cross", "draw_filter", "draw_spectra", "draw_spectrum"]
 
@@ -108,11 +111,7 @@ def draw_spectrum(
     without : sequence of str
         What of the model has no density, for a note.
     """
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
-    if ax is None:
-        ax = Figure(figsize=(7, 4.6), layout="constrained").subplots()
+    ax = new_figure(7, 4.6).subplots() if ax is None else ax
     if unit is not None:
         found = find(unit, si=spectrum.unit)
         factor, text = found.factor, found.text
@@ -150,20 +149,19 @@ def draw_spectra(
     expected: Mapping[str, Floats],
     *,
     without: Mapping[str, Sequence[str]] | None = None,
+    ax: Panels = None,
 ) -> Figure:
     """Draw the densities of all channels, one panel per quantity and unit, with the densities of a model where it has the
     channel.
 
     `without` says by channel what of the model has no density.
     """
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
     kinds: dict[tuple[str, str], list[str]] = {}
     for channel, spectrum in spectra.items():
         kinds.setdefault((spectrum.quantity, spectrum.unit), []).append(channel)
-    figure = Figure(figsize=(7 * len(kinds), 4.8), layout="constrained")
-    panels = np.atleast_1d(figure.subplots(1, len(kinds)))
+    panels = panels_of(ax, len(kinds)) or list(
+        new_figure(7 * len(kinds), 4.8).subplots(1, len(kinds), squeeze=False)[0]
+    )
     for ax, ((quantity, _), channels) in zip(panels, kinds.items(), strict=True):
         for k, channel in enumerate(channels):
             colour = COLOURS[k % len(COLOURS)]
@@ -181,17 +179,13 @@ def draw_spectra(
         )
         if any(channel in expected for channel in channels):
             ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="model")
-        ax.legend(fontsize=8, loc="best")
-    return figure
+        ax.legend(fontsize=small(), loc="best")
+    return figure_of(panels[0])
 
 
 def draw_comparison(comparison: ComparisonLike, *, ax: Axes | None = None, colour: str = COLOURS[0]) -> Axes:
     """Draw ratios of a measured density to a model's, with their 95 % intervals."""
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
-    if ax is None:
-        ax = Figure(figsize=(7, 3.2), layout="constrained").subplots()
+    ax = new_figure(7, 3.2).subplots() if ax is None else ax
     low, high = comparison.interval()
     ratio = comparison.ratio
     errors = np.array([ratio - low, high - ratio])
@@ -204,13 +198,9 @@ def draw_comparison(comparison: ComparisonLike, *, ax: Axes | None = None, colou
     return ax
 
 
-def draw_cross(cross: CrossLike, *, colour: str = COLOURS[0]) -> Figure:
+def draw_cross(cross: CrossLike, *, ax: Panels = None, colour: str = COLOURS[0]) -> Figure:
     """Draw the coherence with its 95 % significance level, and the phase where the coherence is above it."""
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7, 5), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
+    upper, lower = panels_of(ax, 2) or new_figure(7, 5).subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
     low, high = cross.coherence_interval()
     upper.fill_between(cross.frequency, low, high, color=colour, alpha=0.25, linewidth=0)
     upper.semilogx(cross.frequency, cross.coherence, color=colour, linewidth=1.2)
@@ -218,7 +208,7 @@ def draw_cross(cross: CrossLike, *, colour: str = COLOURS[0]) -> Figure:
     upper.semilogx(cross.frequency, level, color="0.4", linewidth=0.9, linestyle="--", label="95 % of chance are below")
     upper.set_ylim(0, 1)
     upper.set_ylabel(f"coherence γ² of {cross.a} and {cross.b}")
-    upper.legend(fontsize=8, loc="best")
+    upper.legend(fontsize=small(), loc="best")
     seen = cross.coherence > level
     begin, end = (np.degrees(edge) for edge in cross.phase_interval())
     phase = np.degrees(cross.phase)
@@ -228,18 +218,14 @@ def draw_cross(cross: CrossLike, *, colour: str = COLOURS[0]) -> Figure:
     lower.set_yticks([-180, -90, 0, 90, 180])
     lower.set_xlabel("frequency [Hz]")
     lower.set_ylabel(f"phase of {cross.b} [deg]")
-    for ax in (upper, lower):
-        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
-    return figure
+    for panel in (upper, lower):
+        panel.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    return figure_of(upper)
 
 
-def draw_filter(found: FilterLike, *, colour: str = COLOURS[0]) -> Figure:
+def draw_filter(found: FilterLike, *, ax: Panels = None, colour: str = COLOURS[0]) -> Figure:
     """Draw the magnitude of a filter with its 95 % interval, and its phase."""
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7, 5), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
+    upper, lower = panels_of(ax, 2) or new_figure(7, 5).subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
     f = found.frequency[1:]
     upper.fill_between(f, found.low[1:], found.high[1:], color=colour, alpha=0.25, linewidth=0)
     upper.loglog(f, found.magnitude[1:], color=colour, linewidth=1.1)
@@ -247,6 +233,6 @@ def draw_filter(found: FilterLike, *, colour: str = COLOURS[0]) -> Figure:
     lower.semilogx(f, np.degrees(found.phase[1:]), color=colour, linewidth=1.1)
     lower.set_ylabel("phase [deg],\nminimum phase assumed")
     lower.set_xlabel("frequency [Hz]")
-    for ax in (upper, lower):
-        ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
-    return figure
+    for panel in (upper, lower):
+        panel.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+    return figure_of(upper)

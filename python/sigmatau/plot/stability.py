@@ -8,19 +8,25 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import runs
-from sigmatau.plot.curves import ChannelLike, curve_unit, need_matplotlib
+from sigmatau.plot.curves import ChannelLike, curve_unit
+from sigmatau.plot.style import figure_of, new_figure, panels_of
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_all", "draw_dynamic", "relative"]
+    from sigmatau.plot.style import Panels
+
+__all__ = ["beyond_chance", "draw_all", "draw_dynamic", "relative"]
 
 
 _COLOUR_LIMITS = (1.5, 4.0)
 _MEDIAN_LABELS = 5
+_LEAST_FREEDOM = 2 / 3  # degrees of freedom of white noise at one sample, in those of eq. (26), n/m − 1
+_CHANCE = 0.05  # share of maps of stationary noise with any window coloured, at an averaging time
 
 
 class MapLike(ChannelLike, Protocol):
@@ -38,14 +44,15 @@ class MapLike(ChannelLike, Protocol):
     def window(self) -> float: ...
 
 
-def draw_all(maps: Mapping[str, MapLike]) -> Figure:
-    """Draw one map per channel, three in a row."""
-    need_matplotlib()
-    from matplotlib.figure import Figure
-
+def draw_all(maps: Mapping[str, MapLike], *, ax: Panels = None) -> Figure:
+    """Draw one map per channel, three in a row, or in the given axes."""
+    if (given := panels_of(ax, len(maps))) is not None:
+        for panel, dynamic in zip(given, maps.values(), strict=True):
+            draw_dynamic(dynamic, ax=panel)
+        return figure_of(given[0])
     across = min(len(maps), 3)
     down = -(-len(maps) // across)
-    figure = Figure(figsize=(1.5 + 6.2 * across, 0.6 + 3.8 * down), layout="constrained")
+    figure = new_figure(1.5 + 6.2 * across, 0.6 + 3.8 * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for panel, dynamic in zip(panels, maps.values(), strict=False):
         draw_dynamic(dynamic, ax=panel)
@@ -57,8 +64,8 @@ def draw_all(maps: Mapping[str, MapLike]) -> Figure:
 def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
     """Draw a map of σ over time and τ, relative to the median of all windows at the same τ.
 
-    The map of stationary noise is pale, for any slope of its curve; random scatter grows with τ. Windows without a
-    deviation are hatched. The axis at the right shows the medians.
+    Coloured is what chance does not make: the map of stationary noise is white, for any slope of its curve. Windows without
+    a deviation are hatched. The axis at the right shows the medians.
 
     Parameters
     ----------
@@ -67,11 +74,7 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     unit : str, optional
         Of the medians. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
     """
-    if ax is None:
-        need_matplotlib()
-        from matplotlib.figure import Figure
-
-        ax = Figure(figsize=(8.0, 4.6), layout="constrained").subplots()
+    ax = new_figure(8.0, 4.6).subplots() if ax is None else ax
     from matplotlib.colors import LogNorm
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
@@ -84,14 +87,13 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     middle = dynamic.tau[:-1] * steps if len(dynamic.tau) > 1 else np.empty(0)
     up = np.concatenate([[dynamic.tau[0] / steps[0]], middle, [dynamic.tau[-1] * steps[-1]]])
     limit = _limit(ratio)
-    mesh = ax.pcolormesh(
-        across, up, np.ma.masked_invalid(ratio.T), norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True
-    )
+    seen = np.ma.masked_where(~beyond_chance(ratio, dynamic).T, ratio.T)
+    mesh = ax.pcolormesh(across, up, seen, norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True)
     empty = np.asarray(~np.isfinite(ratio).any(axis=1), dtype=np.bool_)
     for start, stop in runs(empty):
         ax.axvspan(across[start], across[stop], facecolor="0.85", edgecolor="0.5", hatch="///", linewidth=0)
-    hatched = "\nhatched: a tenth of the window or more is missing" if empty.any() else ""
-    ax.set_xlabel(f"time in the record, middle of the window [{time}]{hatched}")
+    hatched = "; hatched: a tenth of the window or more is missing" if empty.any() else ""
+    ax.set_xlabel(f"time in the record, middle of the window [{time}]\nwhite: no more than chance{hatched}")
     ax.set_yscale("log")
     ax.set_ylabel("averaging time τ [s]")
     ax.set_title(f"{dynamic.channel}, windows of {duration_text(dynamic.window)}")
@@ -113,6 +115,17 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     beside.minorticks_off()
     beside.set_ylabel(f"median σ(τ) [{text}]")
     return ax
+
+
+def beyond_chance(ratio: NDArray[np.float64], dynamic: MapLike) -> NDArray[np.bool_]:
+    """Where a ratio to the median of all windows is larger or smaller than chance makes any of them, at each averaging time.
+
+    By χ² with 2/3·(n/m − 1) degrees of freedom, fewer than any of the noise terms has, at a level of 95 % for all windows.
+    """
+    freedom = np.maximum(_LEAST_FREEDOM * (dynamic.window / dynamic.tau - 1), 1.0)
+    tail = _CHANCE / 2 / max(len(ratio), 1)
+    high, low = (np.sqrt(chi2_quantile_above(freedom, p) / freedom) for p in (tail, 1 - tail))
+    return np.asarray(np.isfinite(ratio) & ((ratio > high) | (ratio < low)))
 
 
 def relative(adev: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,4 +1,4 @@
-"""Log-log curves in characters, for a terminal."""
+"""Log-log curves in Braille dots for a terminal, and as small pictures for a notebook."""
 
 from __future__ import annotations
 
@@ -6,15 +6,32 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sigmatau.plot.curves import CurveLike, curve_unit
+from sigmatau.findings.wording.phrases import short_axes
+from sigmatau.plot.curves import COLOURS, CurveLike, curve_unit
 
-__all__ = ["MARKS", "text_plot"]
+__all__ = ["sparkline", "text_plot"]
 
-MARKS = "xyzabcdefgh"
-"""Characters of the curves of a panel, in their order."""
+_BRAILLE = 0x2800  # the empty cell; a dot is a bit
+_BITS = np.array([0x01, 0x08, 0x02, 0x10, 0x04, 0x20, 0x40, 0x80])  # of the dots row by row
+_MARGIN = 8
+_SPARK_DECADE = 16  # [px]
 
-_MARGIN = 10
+
+def sparkline(tau: NDArray[np.float64], adev: NDArray[np.float64]) -> str:
+    """A curve as a small picture for a table of a notebook (SVG), log-log, a decade as high as it is wide."""
+    there = adev > 0
+    if there.sum() < 2:
+        return ""
+    x, y = np.log10(tau[there]), np.log10(adev[there])
+    size = _SPARK_DECADE * (x - x[0]), _SPARK_DECADE * (y.max() - y)
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(size[0] + 1, size[1] + 1, strict=True))
+    width, height = size[0].max() + 2, size[1].max() + 2
+    return (
+        f'<svg width="{width:.0f}" height="{height:.0f}"><polyline points="{points}" fill="none" stroke="{COLOURS[0]}"'
+        ' stroke-width="1.5"/></svg>'
+    )
 
 
 def text_plot(curves: Mapping[str, CurveLike], *, width: int, height: int) -> list[str]:
@@ -23,7 +40,7 @@ def text_plot(curves: Mapping[str, CurveLike], *, width: int, height: int) -> li
     Parameters
     ----------
     curves : mapping of str to DeviationCurve
-        Of one quantity and unit. Where curves meet, the mark of the last one is seen.
+        Of one quantity and unit.
     width, height : int
         Of the whole, with the axes.
 
@@ -42,17 +59,17 @@ def text_plot(curves: Mapping[str, CurveLike], *, width: int, height: int) -> li
     left, right = (math.log10(end(float(end(t)) for t in taus)) for end in (min, max))
     bottom = math.floor(min(float(level.min()) for level in levels) * 2) / 2
     top = max(math.ceil(max(float(level.max()) for level in levels) * 2) / 2, bottom + 0.5)
-    canvas = [[" "] * columns for _ in range(rows)]
-    grid = np.linspace(left, right, columns)
-    for mark, tau, level in zip(MARKS * len(drawn), taus, levels, strict=False):
+    dots = np.zeros((4 * rows, 2 * columns), dtype=np.bool_)
+    grid = np.linspace(left, right, 2 * columns)
+    for tau, level in zip(taus, levels, strict=True):
         reach = grid <= np.log10(tau[-1]) + 1e-9
         heights = np.interp(grid, np.log10(tau), level)
         for column in np.flatnonzero(reach & (grid >= np.log10(tau[0]) - 1e-9)):
-            row = round((top - heights[column]) / (top - bottom) * (rows - 1))
-            canvas[row][column] = mark
-    label = {0: f"{10**top:.3g}", rows - 1: f"{10**bottom:.3g}"}
-    legend = "  ".join(f"{mark} {channel}" for mark, channel in zip(MARKS, drawn, strict=False))
-    lines = [f"{'':{_MARGIN}} σ(τ) [{unit}]   {legend}"[:width]]
+            dots[round((top - heights[column]) / (top - bottom) * (4 * rows - 1)), column] = True
+    cells = dots.reshape(rows, 4, columns, 2).transpose(0, 2, 1, 3).reshape(rows, columns, 8) @ _BITS
+    canvas = [[chr(_BRAILLE + bits) for bits in row] for row in cells.tolist()]
+    label = {0: f"{10**top:.4g}", rows - 1: f"{10**bottom:.4g}"}
+    lines = [f"{'':{_MARGIN}} σ(τ) [{unit}]   {short_axes(tuple(drawn))}"[:width]]
     lines += [f"{label.get(k, ''):>{_MARGIN}}│{''.join(row)}" for k, row in enumerate(canvas)]
     ends = f"{10**left:.3g}", f"{10**right:.3g} s"
     lines.append(f"{'':{_MARGIN}}└{'─' * columns}")

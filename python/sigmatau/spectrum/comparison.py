@@ -14,6 +14,7 @@ from sigmatau.results import Printed, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +33,7 @@ class Comparison(Printed):
     ratio: Floats  # shape (n_bands,); measured over modelled density. Of amplitudes per √Hz it is the square.
     dof: Floats  # shape (n_bands,); degrees of freedom of each ratio
     method: str  # Of the measured density
+    highest: float | None = None  # Frequency up to which the model was fitted, if not to all. [Hz]
     left_out: tuple[str, ...] = ()  # What of the model has no density: its sinusoids, its ramp
     # Frequencies that are not compared, because a line of the model shows there. [Hz]
     beside_lines: tuple[tuple[float, float], ...] = ()
@@ -58,14 +60,16 @@ class Comparison(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
-        known = "channel frequency_hz=frequency ratio dof p_values p_value method left_out beside_lines_hz=beside_lines"
+        known = "channel frequency_hz=frequency ratio dof p_values p_value method left_out highest_hz=highest"
+        known += " beside_lines_hz=beside_lines"
         return plain(self, known, low=low, high=high, level=0.95)
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the ratios with their 95 % intervals; returns the axes."""
+    def plot(self, ax: Axes | None = None) -> Figure:
+        """Draw the ratios with their 95 % intervals, in new axes or those given."""
         from sigmatau.plot.spectrum import draw_comparison
+        from sigmatau.plot.style import figure_of
 
-        return draw_comparison(self, ax=ax)
+        return figure_of(draw_comparison(self, ax=ax))
 
     def statement(self) -> str:
         """Result of the comparison, as a sentence."""
@@ -74,6 +78,8 @@ class Comparison(Printed):
         chance = 0.05 * len(self.ratio)
         begin = f"{self.channel}: {outside} of {len(self.ratio)} bands off the model's density by more than their 95 %"
         begin += f" interval, {chance:.1f} by chance"
+        if self.highest is not None:
+            begin += f" (up to {self.highest:.4g} Hz, as the model was fitted)"
         if self.beside_lines:
             bands = ", ".join(f"{low:.4g} Hz to {high:.4g} Hz" for low, high in self.beside_lines)
             begin += f" ({bands} left out: the model's lines)"

@@ -34,6 +34,8 @@ from sigmatau.spectrum.tapers import bin_starts, hann, levelled, shared
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from sigmatau.plot.style import Panels
+
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
@@ -189,11 +191,11 @@ class CrossSpectrum(Printed):
         cross = {"cross_real": self.cross.real, "cross_imaginary": self.cross.imag, "significance": self.significance()}
         return plain(self, known, "resolution_hz=resolution", **cross, **gain, **intervals, sided="two", level=0.95)
 
-    def plot(self, *, per_octave: int = 8) -> Figure:
+    def plot(self, ax: Panels = None, *, per_octave: int = 8) -> Figure:
         """Draw the coherence, with what chance stays below, and the phase where the coherence is above that."""
         from sigmatau.plot.spectrum import draw_cross
 
-        return draw_cross(self.binned(per_octave=per_octave))
+        return draw_cross(self.binned(per_octave=per_octave), ax=ax)
 
     def __repr__(self) -> str:
         kind = "sine tapers" if self.method == "multitaper" else "segments"

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from sigmatau.plot.style import Panels
+
 Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
 
@@ -199,12 +201,15 @@ class Spectrum(Printed):
         Notes
         -----
         Bands to which a sinusoid of the model adds more than a thousandth of the model's density are omitted, and named in
-        the comparison.
+        the comparison; so are frequencies that the fit of the model left out.
         """
         expected = self.expected(model)
         lined = (expected > 0) & (self._of_lines(model) > _LINE_SHARE * expected)
         starts = bin_starts(self.frequency, per_octave)
         good = (self.frequency >= self.trusted) & (expected > 0) & ~lined
+        channel = getattr(model, "channels", {self.channel: model})[self.channel]
+        highest = getattr(channel, "highest", None)
+        good &= self.frequency <= (highest or np.inf)
         shown = np.logical_and.reduceat(good, starts)
         if not shown.any():
             beside = ", none clear of the model's lines," if lined.any() else ""
@@ -226,6 +231,7 @@ class Spectrum(Printed):
             dof=bands.dof,
             method=self.method,
             left_out=self.left_out(model),
+            highest=highest if highest and highest < self.frequency[-1] else None,
             beside_lines=tuple((float(self.frequency[a]), float(self.frequency[b - 1])) for a, b in runs(lined)),
         )
 
@@ -254,8 +260,8 @@ class Spectrum(Printed):
 
     def plot(
         self, ax: Axes | None = None, *, model: HasDensity | HasChannels | None = None, unit: str | None = None
-    ) -> Axes:
-        """Draw the density, two-sided, with its 95 % band, and a model's over it; returns the axes.
+    ) -> Figure:
+        """Draw the density, two-sided, with its 95 % band, and a model's over it.
 
         Parameters
         ----------
@@ -266,11 +272,12 @@ class Spectrum(Printed):
             Of the rate, ``"deg/s"``: the density is in its square per hertz. Default: SI.
         """
         from sigmatau.plot.spectrum import draw_spectrum
+        from sigmatau.plot.style import figure_of
 
         if model is None:
-            return draw_spectrum(self, ax=ax, unit=unit)
+            return figure_of(draw_spectrum(self, ax=ax, unit=unit))
         without = self.left_out(model)
-        return draw_spectrum(self, ax=ax, expected=self.expected(model), unit=unit, without=without)
+        return figure_of(draw_spectrum(self, ax=ax, expected=self.expected(model), unit=unit, without=without))
 
     def __repr__(self) -> str:
         kind = "sine tapers" if self.method == "multitaper" else "segments"
@@ -293,11 +300,13 @@ class Spectra(ByChannel[Spectrum]):
         """Each spectrum as plain columns, by channel."""
         return {channel: spectrum.to_dict() for channel, spectrum in self.items()}
 
-    def plot(self, *, model: HasChannels | None = None) -> Figure:
-        """Draw all channels, one panel a quantity and unit, with the densities of the model's channels of the same names."""
+    def plot(self, ax: Panels = None, *, model: HasChannels | None = None) -> Figure:
+        """Draw all channels, one panel a quantity and unit, with the densities of the model's channels of the same names;
+        `ax` is one axes a panel.
+        """
         from sigmatau.plot.spectrum import draw_spectra
 
         known = {} if model is None else model.channels
         there = [name for name in self if name in known]
         without = {name: self[name].left_out(known[name]) for name in there}
-        return draw_spectra(self, {name: self[name].expected(known[name]) for name in there}, without=without)
+        return draw_spectra(self, {name: self[name].expected(known[name]) for name in there}, without=without, ax=ax)

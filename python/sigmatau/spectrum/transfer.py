@@ -29,6 +29,8 @@ from sigmatau.spectrum.result import Spectrum
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from sigmatau.plot.style import Panels
+
 Floats = NDArray[np.float64]
 
 _DENSITY_FLOOR = 1e-12
@@ -72,11 +74,11 @@ class MinimumPhase(Printed):
         assumed = {"level": 0.95, "phase": "minimum phase, by assumption", "sided": "two"}
         return plain(self, known, "measured_from_hz=measured_from tau0_s=tau0", low=low, high=high, **assumed)
 
-    def plot(self) -> Figure:
+    def plot(self, ax: Panels = None) -> Figure:
         """Draw the magnitude with its 95 % interval, and the phase of the minimum-phase filter."""
         from sigmatau.plot.spectrum import draw_filter
 
-        return draw_filter(self)
+        return draw_filter(self, ax=ax)
 
     def __repr__(self) -> str:
         corner = "" if self.corner is None else f", half power at {self.corner:.4g} Hz"

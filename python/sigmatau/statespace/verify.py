@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from sigmatau.plot.style import Panels
+
 Floats = NDArray[np.float64]
 
 _MOST_TIMES = 64  # Most averaging times compared; longer grids are thinned evenly on a logarithmic axis
@@ -69,11 +71,12 @@ class Verification(Printed):
         of_curve = plain(self.curve, "channel m tau_s=tau adev unit")
         return plain(self, known, worst=worst, model_adev=np.sqrt(self.avar), **of_curve)
 
-    def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Axes:
-        """Draw the record's curve with its band, and the model's; returns the axes."""
+    def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Figure:
+        """Draw the record's curve with its band, and the model's, in new axes or those given."""
         from sigmatau.plot.model import draw_verification
+        from sigmatau.plot.style import figure_of
 
-        return draw_verification(self.curve, self.avar, f"model, {_p(self.p_value)}", ax=ax, unit=unit)
+        return figure_of(draw_verification(self.curve, self.avar, f"model, {_p(self.p_value)}", ax=ax, unit=unit))
 
     def __repr__(self) -> str:
         tau, k = self.curve.tau, self.worst
@@ -106,12 +109,12 @@ class Verifications(ByChannel[Verification]):
         """Each as plain columns, by channel."""
         return {channel: found.to_dict() for channel, found in self.items()}
 
-    def plot(self) -> Figure:
-        """Draw all of them, a panel each."""
+    def plot(self, ax: Panels = None) -> Figure:
+        """Draw all of them, a panel each; `ax` is one axes a panel."""
         from sigmatau.plot.model import draw_verifications
 
         return draw_verifications(
-            {name: (one.curve, one.avar, f"model, {_p(one.p_value)}") for name, one in self.items()}
+            {name: (one.curve, one.avar, f"model, {_p(one.p_value)}") for name, one in self.items()}, ax=ax
         )
 
 

@@ -122,6 +122,7 @@ PX4 = Target(
     ending=".params",
     write=_write_px4,
     has_step=True,
+    has_walk=True,
     names={"vehicle": "1", "component": "1"},
 )
 
@@ -131,4 +132,5 @@ ARDUPILOT = Target(
     ending=".parm",
     write=_write_ardupilot,
     has_step=True,
+    has_walk=True,
 )

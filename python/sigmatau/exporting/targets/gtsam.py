@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sigmatau.exporting.text import comment, digits, remark
+from sigmatau.exporting.text import comment, digits, measured, remark
 from sigmatau.exporting.values import Number, Numbers, Target
 from sigmatau.units import STANDARD_GRAVITY
 
@@ -33,7 +33,7 @@ def _axes(
     """A line per axis: one number for all, or for ``axes="each"`` that of the axis if the model has it."""
     if numbers.choices.axes != "each":
         number = one(sensor)
-        first, *others = [f"    {digits(number.value)}," for _ in _AXES]
+        first, *others = [f"    {measured(number.value)}," for _ in _AXES]
         return [f"{first}  # {comment(f'{unit}; {number.words}')}", *others]
     found = {name.removeprefix(f"{sensor}_"): of(name) for name in numbers.channels(sensor)}
     worst = max(found.values(), key=lambda number: number.value)
@@ -41,7 +41,7 @@ def _axes(
     for axis in _AXES:
         words = unit if axis in found else f"{unit}; {axis}: not in the model, the worst of the others"
         used = found.get(axis, worst)
-        lines.append(f"    {digits(used.value)},  # {comment(f'{words}; {used.words}')}")
+        lines.append(f"    {measured(used.value)},  # {comment(f'{words}; {used.words}')}")
     return lines
 
 
@@ -89,6 +89,7 @@ TARGET = Target(
     summary="GTSAM PreintegrationCombinedParams, a Python module: covariances N^2 and K^2, continuous, an axis each",
     ending=".py",
     write=write,
+    has_walk=True,
     per_axis=True,
     names={"gravity": digits(STANDARD_GRAVITY), "integration": "1.0e-8"},
 )

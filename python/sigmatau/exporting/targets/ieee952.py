@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sigmatau.exporting.text import comment, digits
+from sigmatau.exporting.text import comment, measured
 from sigmatau.exporting.values import Numbers, Target, refuse
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
@@ -34,8 +34,8 @@ _UNITS = {
 _NO_INTERVAL, _UNKNOWN, _NOT_IN_MODEL = "no interval", "unknown", "not in the model"
 
 _FOOT = {
-    _NO_INTERVAL: "No interval: the value is from a model file, from another program, or from a fit that is not adequate.",
-    _UNKNOWN: "Unknown: the fit excludes the averaging times that would show the term, or it is not adequate.",
+    _NO_INTERVAL: "No interval: the value is from a model file, from another program, or of an axis that no model fits.",
+    _UNKNOWN: "Unknown: the fit excludes the averaging times that would show the term, or no model fits.",
     _NOT_IN_MODEL: "Not in the model: a model file does not tell whether the term was searched.",
 }
 
@@ -43,7 +43,7 @@ _FOOT = {
 def write(numbers: Numbers) -> str:
     """The text of the table: a block per channel, a row per term."""
     refuse(numbers, "ieee952", "the table has what was found", "walk", "noise", "walk_factor", "noise_factor")
-    blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is in SI with all digits."]
+    blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is in SI."]
     for name, model in numbers.model.channels.items():
         rows = [row for term in TERMS for row in _rows(model, term)] + _others(model)
         widths = [max(len(row[column]) for row in rows) for column in range(4)]
@@ -78,16 +78,16 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
                 if model.adequate
                 else NOT_ADEQUATE
             )
-            rows.append((letter, label, f"{shown} {text}", percent, f"{digits(value)} {si}"))
+            rows.append((letter, label, f"{shown} {text}", percent, f"{measured(value)} {si}"))
         return rows
     if term in model.limits:
         limit, percent = model.limits[term], f"not observed ({100 * model.level:g} %)"
         return [
-            (letter, label, f"below {limit / size:.2g} {text}", percent, f"below {digits(limit)} {si}")
+            (letter, label, f"below {limit / size:.2g} {text}", percent, f"below {measured(limit)} {si}")
             for text, size in units
         ]
     if model.duration or not model.adequate:  # of a fit
-        return [(letter, label, _UNKNOWN, "" if model.adequate else "no adequate model", "")]
+        return [(letter, label, _UNKNOWN, "" if model.adequate else "no model fits", "")]
     return [(letter, label, _NOT_IN_MODEL, "", "")]
 
 
@@ -104,25 +104,33 @@ def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
                 "Gauss-Markov",
                 f"{process.sigma / size:.6g} {text}",
                 "",
-                f"{digits(process.sigma)} {model.unit}",
+                f"{measured(process.sigma)} {model.unit}",
             ),
-            (f"Tc{k}", "correlation time", f"{process.time:.6g} s", "", f"{digits(process.time)} s"),
-            (f"qc{k}", "driving noise", f"{drive:.6g} {model.unit}/√s", "", f"{digits(drive)} {model.unit}/sqrt(s)"),
+            (f"Tc{k}", "correlation time", f"{process.time:.6g} s", "", f"{measured(process.time)} s"),
+            (f"qc{k}", "driving noise", f"{drive:.6g} {model.unit}/√s", "", f"{measured(drive)} {model.unit}/sqrt(s)"),
         ]
     for k, one in enumerate(model.resonance, 1):
         rows += [
-            (f"σr{k}", "resonance", f"{one.sigma / size:.6g} {text}", "", f"{digits(one.sigma)} {model.unit}"),
-            (f"fr{k}", "its centre", f"{one.frequency:.6g} Hz", "", f"{digits(one.frequency)} Hz"),
-            (f"Δf{k}", "its half width", f"{one.width:.6g} Hz", "", f"{digits(one.width)} Hz"),
+            (f"σr{k}", "resonance", f"{one.sigma / size:.6g} {text}", "", f"{measured(one.sigma)} {model.unit}"),
+            (f"fr{k}", "its centre", f"{one.frequency:.6g} Hz", "", f"{measured(one.frequency)} Hz"),
+            (f"Δf{k}", "its half width", f"{one.width:.6g} Hz", "", f"{measured(one.width)} Hz"),
         ]
     for k, line in enumerate(model.sinusoid, 1):
         rows += [
-            (f"Ω{k}", "sinusoid", f"{line.amplitude / size:.6g} {text}", "", f"{digits(line.amplitude)} {model.unit}"),
-            (f"f{k}", "its frequency", f"{line.frequency:.6g} Hz", "", f"{digits(line.frequency)} Hz"),
+            (
+                f"Ω{k}",
+                "sinusoid",
+                f"{line.amplitude / size:.6g} {text}",
+                "",
+                f"{measured(line.amplitude)} {model.unit}",
+            ),
+            (f"f{k}", "its frequency", f"{line.frequency:.6g} Hz", "", f"{measured(line.frequency)} Hz"),
         ]
     if model.bandwidth is not None:
         corner = model.bandwidth.corner
-        rows.append(("fc", f"bandwidth, order {model.bandwidth.order}", f"{corner:.6g} Hz", "", f"{digits(corner)} Hz"))
+        rows.append(
+            ("fc", f"bandwidth, order {model.bandwidth.order}", f"{corner:.6g} Hz", "", f"{measured(corner)} Hz")
+        )
     return rows
 
 

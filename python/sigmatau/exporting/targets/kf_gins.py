@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
-from sigmatau.exporting.text import digits, joined, number, remark, vector
+from sigmatau.exporting.text import digits, joined, measured, number, remark, vector
 from sigmatau.exporting.values import Numbers, Target
 from sigmatau.results import seconds
 from sigmatau.units import find
@@ -36,8 +36,10 @@ def write(numbers: Numbers) -> str:
     for key in ("gsstd", "asstd"):
         ppm = number(numbers.name(key, "300"), key)
         given = "given" if key in numbers.choices.names else f"from the sample of KF-GINS, --name {key}=PPM"
-        lines.append(f"  {key}: {vector([ppm] * 3)}  # ppm; scale factor, not visible in a static record: {given}")
-    lines.append(f"  corrtime: {digits(time / 3600)}  # h; {seconds(time)} s, {_of_time(numbers)}")
+        lines.append(
+            f"  {key}: [{', '.join([digits(ppm)] * 3)}]  # ppm; scale factor, not visible in a static record: {given}"
+        )
+    lines.append(f"  corrtime: {measured(time / 3600)}  # h; {seconds(time)} s, {_of_time(numbers)}")
     return "\n".join(lines) + "\n"
 
 
@@ -62,6 +64,7 @@ TARGET = Target(
     summary="KF-GINS imunoise: N, each bias as a Gauss-Markov process with one correlation time, by axis",
     ending=".yaml",
     write=write,
+    has_process=True,
     has_horizon=True,
     per_axis=True,
     names={"gsstd": "300", "asstd": "300", "corrtime": ""},

@@ -13,8 +13,8 @@ import math
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import given
-from sigmatau.exporting.gauss_markov import bottom
-from sigmatau.exporting.text import comment, digits, joined, vector
+from sigmatau.exporting.gauss_markov import exact_at
+from sigmatau.exporting.text import comment, joined, vector
 from sigmatau.exporting.values import Number, Numbers, Target, by_axis, noises, refuse
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds, two_digits
@@ -44,9 +44,8 @@ def write(numbers: Numbers) -> str:
             *_bias(numbers, sensor, unit),
             *_walk(numbers, sensor, unit),
         ]
-    known = numbers.known_rate()
-    if known is not None and len(present) == 2:
-        rate = digits(known)
+    if numbers.known_rate() is not None and len(present) == 2:
+        rate = numbers.rate_text()
         lines.append(
             f"imu = imuSensor('accel-gyro', 'SampleRate', {rate}, 'Gyroscope', gyro, 'Accelerometer', accel);  % Hz"
         )
@@ -82,7 +81,9 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
     """Number of poles of the 1/f filter, one per sample of the time up to which it is accurate, and this time."""
     time = numbers.choices.horizon
     if time is None:
-        bottoms = [bottom(model) for model in numbers.channels(sensor).values() if "bias_instability" in model]
+        bottoms = [
+            exact_at(numbers, name)[0] for name, m in numbers.channels(sensor).items() if "bias_instability" in m
+        ]
         time = max((found for found in bottoms if found is not None), default=None)
     rate = numbers.known_rate()
     if time is None or rate is None:

@@ -16,7 +16,7 @@ import re
 from xml.sax.saxutils import quoteattr
 
 from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
-from sigmatau.exporting.text import comment, digits, joined, number, plain_name, remark, vector
+from sigmatau.exporting.text import comment, digits, joined, measured, number, plain_name, remark, vector
 from sigmatau.exporting.values import Number, Numbers, Target
 from sigmatau.results import seconds
 from sigmatau.units import find
@@ -38,7 +38,7 @@ def _write_gazebo(numbers: Numbers) -> str:
         '  <model name="imu">',
         f"    <link name={link}>",
         '      <sensor name="imu" type="imu">',
-        f"        <update_rate>{digits(numbers.rate())}</update_rate>",
+        f"        <update_rate>{numbers.rate_text()}</update_rate>",
         "        <imu>",
     ]
     for sensor, element, _, unit in _SENSORS:
@@ -61,9 +61,10 @@ def _write_gazebo(numbers: Numbers) -> str:
 
 def _axis(rate: float, axis: str, noise: Number, bias: Process) -> str:
     return (
-        f'            <{axis}><noise type="gaussian"><mean>0</mean><stddev>{digits(noise.value * math.sqrt(rate))}</stddev>'
-        f"<dynamic_bias_stddev>{digits(bias.density)}</dynamic_bias_stddev>"
-        f"<dynamic_bias_correlation_time>{digits(bias.time)}</dynamic_bias_correlation_time></noise></{axis}>"
+        f'            <{axis}><noise type="gaussian"><mean>0</mean>'
+        f"<stddev>{measured(noise.value * math.sqrt(rate))}</stddev>"
+        f"<dynamic_bias_stddev>{measured(bias.density)}</dynamic_bias_stddev>"
+        f"<dynamic_bias_correlation_time>{measured(bias.time)}</dynamic_bias_correlation_time></noise></{axis}>"
     )
 
 
@@ -89,13 +90,13 @@ def _plugin(
         turn_on = number(numbers.name(key, "0"), key)
         lines += [
             _comment("      ", f"{unit}/sqrt(Hz), N, two-sided; {noise.words}"),
-            f"      <{word}NoiseDensity>{digits(noise.value)}</{word}NoiseDensity>",
+            f"      <{word}NoiseDensity>{measured(noise.value)}</{word}NoiseDensity>",
             _comment("      ", f"{unit}/s/sqrt(Hz), sigma*sqrt(2/time); {bias.words}"),
-            f"      <{word}RandomWalk>{digits(bias.density)}</{word}RandomWalk>",
+            f"      <{word}RandomWalk>{measured(bias.density)}</{word}RandomWalk>",
             _comment(
                 "      ", f"s, correlation time {seconds(bias.time)} s of a standard deviation {bias.sigma:.4g} {unit}"
             ),
-            f"      <{word}BiasCorrelationTime>{digits(bias.time)}</{word}BiasCorrelationTime>",
+            f"      <{word}BiasCorrelationTime>{measured(bias.time)}</{word}BiasCorrelationTime>",
             _comment("      ", f"{unit}; not visible in an Allan variance: set it with --name {key}=VALUE"),
             f"      <{word}TurnOnBiasSigma>{digits(turn_on)}</{word}TurnOnBiasSigma>",
         ]
@@ -116,6 +117,7 @@ GAZEBO = Target(
     ending=".sdf",
     write=_write_gazebo,
     needs_rate=True,
+    has_process=True,
     has_horizon=True,
     per_axis=True,
     names={
@@ -168,6 +170,7 @@ GNSS_INS_SIM = Target(
     summary="gnss-ins-sim imu_err: N, each bias as a Gauss-Markov process, by axis",
     ending=".py",
     write=_write_gnss_ins_sim,
+    has_process=True,
     has_horizon=True,
     per_axis=True,
 )

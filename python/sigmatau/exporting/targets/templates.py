@@ -205,7 +205,7 @@ def _write(template: _Template, numbers: Numbers) -> str:
         if form is not None:
             return _coefficient(numbers, name, form)
         if name == "rate":
-            return digits(numbers.rate())
+            return numbers.rate_text()
         if name == "topic":
             return topic(numbers.name(name, template.names[name]))
         return digits(numbers.number(name, template.names[name]))
@@ -235,6 +235,7 @@ TARGETS = {
         write=partial(_write, template),
         needs_rate=re.search(r"\{[^}]*rate", template.text) is not None,
         names=template.names,
+        has_walk=True,
     )
     for name, template in _TEMPLATES.items()
 }

@@ -45,6 +45,13 @@ class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
 
 
 @frozen
+class LimitWritten(Details, code="limit_written"):
+    """A coefficient was not observed, and its upper limit is in the file."""
+
+    term: str  # a key of `sigmatau.noise.terms.TERMS`
+
+
+@frozen
 class NotAdequate(Details, code="not_adequate"):
     """Coefficients in the file are from a fit that does not describe its curve."""
 

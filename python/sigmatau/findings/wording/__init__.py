@@ -10,7 +10,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sigmatau.findings.wording.phrases import Words, axes_text
+from sigmatau.findings.wording.phrases import Words, axes_text, short_axes
 from sigmatau.results import printable
 
 if TYPE_CHECKING:
@@ -76,7 +76,8 @@ def line(finding: Finding) -> str:
 
 
 def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:
-    """What matters: errors, warnings and what was left out, one line a kind of finding, with the worst axis and what to do.
+    """What matters: errors, warnings and what was left out, one line a kind of finding, of its worst axis; of an
+    error, what to do.
 
     Parameters
     ----------
@@ -98,12 +99,17 @@ def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:
     told = list(kinds.values())[:most]
     lines = [_cause(alike) for alike in told]
     if left := len(findings) - sum(map(len, told)):
-        lines.append(f"{left} more finding{'s' if left > 1 else ''}: sigmatau analyze --verbose")
+        lines.append(f"· {left} more finding{'s' if left > 1 else ''}, and what to do: --verbose")
     return lines
 
 
 def _cause(alike: list[Finding]) -> str:
     worst = max(alike, key=lambda one: abs(one.size or 0.0))
     others = tuple(dict.fromkeys(c for one in alike for c in one.channels if c not in worst.channels))
-    also = f"; also {axes_text(others)}" if others else ""
-    return f"{line(worst)}{also}" + (f". {worst.action}" if worst.action else "")
+    about = f"{short_axes(worst.channels)}: " if worst.channels else ""
+    also = f" (also {short_axes(others)})" if others else ""
+    done = f". {worst.action}" if worst.action and worst.severity == "error" else ""
+    return printable(f"{_MARKS[worst.severity]} {about}{worst.message}{also}{done}")
+
+
+_MARKS = {"error": "!!", "warning": "!", "info": "·"}

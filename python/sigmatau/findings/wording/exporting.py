@@ -52,9 +52,14 @@ def _slow_noise_left_out(_: Finding, of: kinds.SlowNoiseLeftOut) -> Words:
     return Words(f"{axes_text(terms)} omitted: the chosen random walk is written instead", action)
 
 
+def _limit_written(_: Finding, of: kinds.LimitWritten) -> Words:
+    label = TERMS[of.term].label("signal")
+    return Words(f"{label} not observed; its upper limit is written (a value: {_option(of.term)}; an error: --strict)")
+
+
 def _not_adequate(_: Finding, __: kinds.NotAdequate) -> Words:
     return Words(
-        "the fit is not adequate, so the error of these coefficients is unknown",
+        "no model fits these axes, so the error of their coefficients is unknown",
         "Inspect the curve (sigmatau analyze --plot), use another part of the record (--window), or omit the channel",
     )
 
@@ -108,6 +113,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.ImportedWithoutIntervals: _imported_without_intervals,
     kinds.KeysNotRead: _keys_not_read,
     kinds.MinimumAsWalk: _minimum_as_walk,
+    kinds.LimitWritten: _limit_written,
     kinds.NotAdequate: _not_adequate,
     kinds.OtherRate: _other_rate,
     kinds.SlowNoiseLeftOut: _slow_noise_left_out,

@@ -7,10 +7,10 @@ from typing import Any
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds import fit as kinds
-from sigmatau.findings.wording.phrases import Words, percent
+from sigmatau.findings.wording.phrases import Words, axes_text, percent
 from sigmatau.results import duration_text, seconds, two_digits
 
-__all__ = ["WORDS", "filter_text", "reason_text", "reasons_text"]
+__all__ = ["WORDS", "beside_text", "filter_text", "reason_text", "reasons_text", "verdict_text"]
 
 _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 
@@ -44,6 +44,34 @@ def filter_text(shape: str, order: int | None) -> str:
         "running_mean": f"running mean of {order} samples",
         "low_pass": "low-pass filter",
     }.get(shape, "uneven spectrum")
+
+
+def beside_text(*, response: bool, lines: int, processes: int, resonances: int, warm_up: bool) -> str:
+    """What was found beside the terms: ``" with a filter and 5 lines"``; empty for nothing."""
+    kinds_found = (
+        ("a filter", int(response)),
+        ("a line", lines),
+        ("a Gauss-Markov process", processes),
+        ("a resonance", resonances),
+        ("a warm-up", int(warm_up)),
+    )
+    named = [
+        one if many == 1 else f"{many} {one[2:]}{'es' if one.endswith('s') else 's'}"
+        for one, many in kinds_found
+        if many
+    ]
+    return f" with {axes_text(named)}" if named else ""
+
+
+def verdict_text(verdict: str, beside: str = "") -> str:
+    """The verdict on a fit: ``"the model fits with 5 lines"``, ``"the model fits roughly: wider intervals"``."""
+    if verdict == "too_short":
+        return "too short for a fit"
+    if verdict == "descriptive":
+        return "no model fits: values without intervals"
+    return f"the model fits{' roughly' if verdict == 'widened' else ''}{beside}" + (
+        ": wider intervals" if verdict == "widened" else ""
+    )
 
 
 def reason_text(reason: kinds.Reason) -> str:
@@ -81,7 +109,7 @@ def _too_short(finding: Finding, details: kinds.TooShort) -> Words:
 
 def _no_adequate_model(finding: Finding, details: kinds.NoAdequateModel) -> Words:
     action = "Look for a spectral line, a filter or a disturbance; the values have no intervals"
-    return Words(f"no adequate model: {reason_text(details.reasons[0])}", action)
+    return Words(f"no model fits: {reason_text(details.reasons[0])}", action)
 
 
 def _widened(finding: Finding, details: kinds.Widened) -> Words:

@@ -22,6 +22,7 @@ __all__ = [
     "leave_out_option",
     "number",
     "percent",
+    "short_axes",
     "while_short",
 ]
 
@@ -54,6 +55,17 @@ class Words(NamedTuple):
 def axes_text(channels: Sequence[str]) -> str:
     """``"gyro_x, gyro_y and gyro_z"``."""
     return channels[0] if len(channels) == 1 else f"{', '.join(channels[:-1])} and {channels[-1]}"
+
+
+def short_axes(channels: Sequence[str]) -> str:
+    """``"gyro x, y, accel z"`` of ``gyro_x``, ``gyro_y`` and ``accel_z``; a sensor with three axes is its name."""
+    by_sensor: dict[str, list[str]] = {}
+    for channel in channels:
+        sensor, _, axis = channel.rpartition("_")
+        by_sensor.setdefault(sensor or channel, []).extend([axis] if sensor else [])
+    return ", ".join(
+        f"{sensor} {', '.join(axes)}" if 0 < len(axes) < 3 else sensor for sensor, axes in by_sensor.items()
+    )
 
 
 def clock(time: float) -> str:

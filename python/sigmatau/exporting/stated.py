@@ -1,0 +1,75 @@
+"""Exports of stated values: a datasheet has no rate random walk, so one is matched at a horizon, and the file says so."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+from sigmatau.exporting.choices import KINDS, Choices, NoPlaceError
+from sigmatau.exporting.export import Prepared, prepare
+from sigmatau.exporting.source import Source
+from sigmatau.exporting.targets import target
+from sigmatau.exporting.values import Numbers
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.terms import BIAS_LEVEL
+from sigmatau.record.record import stream_name
+from sigmatau.results import seconds
+
+HORIZON = 10.0
+"""Default averaging time at which the walk is matched: that over which a filter for cameras or satellites relies on a
+bias before other sensors correct it. A process is matched where random walk and bias instability are equal. [s]"""
+
+
+def prepare_stated(model: NoiseModel, *, to: str, choices: Choices, origins: Iterable[str]) -> Prepared:
+    """The file of a target for a model of stated values.
+
+    The rate random walk of a sensor without one has at the horizon the Allan variance of its bias instability; if that is
+    not stated either, that of its random walk: a larger one would show at the horizon, in the stated random walk.
+
+    Parameters
+    ----------
+    model : NoiseModel
+    to : str
+    choices : Choices
+        Chosen walks are kept.
+    origins : iterable of str
+        Lines for the head of the file: where the values come from.
+    """
+    wanted = target(to)
+    horizon = choices.horizon or (not wanted.has_walk and _minimum(model)) or HORIZON
+    walks, reasons = dict(choices.walk), list(origins)
+    for sensor, kind in KINDS.items():
+        names = [name for name in model.channels if stream_name(name) == sensor]
+        lacking = names and not any("rate_random_walk" in model.channels[name] for name in names)
+        if not lacking or sensor in walks or not (wanted.has_walk or wanted.has_process):
+            continue
+        if any(map(Numbers(model, choices).has_slow_noise, names)):
+            if wanted.has_process:
+                continue  # which is that of the bias instability
+            walks[sensor], match = "horizon", "bias instability"
+        else:
+            noise = max(model.channels[name].get("random_walk", 0.0) for name in names)
+            if not noise:
+                continue
+            walks[sensor], match = math.sqrt(3) * noise / horizon, "random walk, as no bias instability is stated"
+        reasons.append(
+            f"Rate random walk of the {kind}: not stated; with the Allan variance at {seconds(horizon)} s (--horizon)"
+            f" of the {match}"
+        )
+    source = replace(Source.of_model(model), head=tuple(reasons))
+    chosen = replace(choices, walk=walks, horizon=horizon)
+    try:
+        return prepare(source, to=to, choices=chosen)
+    except NoPlaceError as error:
+        if error.choice != "horizon" or choices.horizon is not None:
+            raise
+        return prepare(source, to=to, choices=chosen.without("horizon"))
+
+
+def _minimum(model: NoiseModel) -> float | None:
+    """The averaging time at which the Allan deviation reaches the stated bias instability: N²/τ is 2 ln 2/π·B². [s]"""
+    both = [
+        (c["random_walk"], c["bias_instability"]) for c in model.values() if {"random_walk", "bias_instability"} <= {*c}
+    ]
+    return max((noise**2 / (BIAS_LEVEL * flicker) ** 2 for noise, flicker in both), default=None)

@@ -1,0 +1,100 @@
+"""Figures: new ones, which a notebook shows when the cell ends, those of given axes, and two styles."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import importlib.util
+import io
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
+
+from sigmatau.errors import OptionError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["Panels", "Style", "figure_of", "need_matplotlib", "new_figure", "panels_of", "small", "styled"]
+
+Style = Literal["screen", "paper"]
+Panels: TypeAlias = "Axes | Sequence[Axes] | None"
+
+# A column of a two-column paper is 3.5 in wide (IEEE); figures are drawn at half the size of the screen's.
+_PAPER = {
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": 6,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "lines.markersize": 2,
+    "font.family": "serif",
+    "mathtext.fontset": "stix",
+    "savefig.dpi": 300,
+}
+_PAPER_SCALE = 0.5
+_scale = 1.0  # of new figures, set by `styled`
+
+
+def need_matplotlib() -> None:
+    """Raise ImportError with the command to install matplotlib if it is missing."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise ImportError("drawing needs matplotlib: pip install 'sigmatau[plot]'")
+
+
+@contextlib.contextmanager
+def styled(style: str) -> Iterator[None]:
+    """Draw in a style; raises `OptionError` for an unknown one."""
+    global _scale
+    if style not in get_args(Style):
+        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Style))}, not {style!r}", option="style")
+    need_matplotlib()
+    from matplotlib import rc_context
+
+    with rc_context(_PAPER if style == "paper" else {}):  # type: ignore[arg-type]
+        _scale = _PAPER_SCALE if style == "paper" else 1.0
+        try:
+            yield
+        finally:
+            _scale = 1.0
+
+
+@functools.cache
+def _shown() -> type[Figure]:
+    from matplotlib.figure import Figure
+
+    class ShownFigure(Figure):
+        """A figure outside pyplot, which a notebook shows by its picture."""
+
+        def _repr_png_(self) -> bytes:
+            out = io.BytesIO()
+            self.savefig(out, format="png")
+            return out.getvalue()
+
+    return ShownFigure
+
+
+def new_figure(width: float, height: float, **options: Any) -> Figure:  # noqa: ANN401
+    """An empty figure of a size in inches on a screen, smaller in the style of a paper."""
+    need_matplotlib()
+    return _shown()(figsize=(_scale * width, _scale * height), layout="constrained", **options)
+
+
+def small() -> int:
+    """Size of small text, such as that of legends. [points]"""
+    return 6 if _scale < 1 else 8
+
+
+def figure_of(ax: Axes) -> Figure:
+    """The figure of axes."""
+    return cast("Figure", ax.get_figure(root=True))
+
+
+def panels_of(ax: Any, count: int) -> list[Axes] | None:  # noqa: ANN401  one axes, several, or None
+    """Given axes, one a panel; None if there are none. Raises `OptionError` for another number."""
+    if ax is None:
+        return None
+    given = [ax] if hasattr(ax, "plot") else list(getattr(ax, "flat", ax))
+    if len(given) != count:
+        raise OptionError(f"{{option}} must be {count} axes, one a panel, not {len(given)}", option="ax")
+    return given

@@ -1,0 +1,142 @@
+"""Files for stated values, and for a sensor beside running motors against the same at rest."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vio
+from known import seed_of
+from sigmatau import NoiseModel, analyze, datasheet, list_datasheets, simulate
+from sigmatau.cli import main
+from sigmatau.exporting.choices import Choices
+from sigmatau.exporting.export import export
+from sigmatau.exporting.inflation import inflation
+from sigmatau.exporting.source import Source
+from sigmatau.exporting.stated import HORIZON, prepare_stated
+from sigmatau.exporting.targets import NAMES
+from sigmatau.io.write import write
+from sigmatau.noise.terms import BIAS_LEVEL
+
+COMPLETE = [name for name, sheet in list_datasheets().items() if {c.sensor for c in sheet.claims} >= {"gyro", "accel"}]
+
+
+def written(model, to="kalibr", **choices):
+    return prepare_stated(model, to=to, choices=Choices(rate=200.0, **choices), origins=["from a sheet"]).content
+
+
+@pytest.mark.parametrize("name", ["bmi088", "stim300", "ism330dhcx", "mpu6050"])
+@pytest.mark.parametrize("to", NAMES)
+def test_every_target_has_a_complete_file_of_a_datasheet(name, to, tmp_path, capsys):
+    assert name in COMPLETE
+    argv = ["export", "--from-datasheet", name, "--to", to, "--rate", "200", "-o", str(tmp_path / "out")]
+    assert main(argv) == 0, capsys.readouterr().err
+    text = (tmp_path / "out").read_text()
+    assert "from the datasheet of" in text or to == "state-space"
+    if to in vio.YAMLS:
+        assert min(vio.keys_of(to, vio.parse(text))) > 0
+
+
+def test_the_walk_matches_what_is_stated_at_the_horizon():
+    """K²T/3 is the Allan variance of the bias instability, or of the random walk, and a chosen one is kept."""
+    n, b = 1e-4, 2e-5
+    model = NoiseModel(channels={"gyro_x": {"random_walk": n, "bias_instability": b}, "accel_x": {"random_walk": n}})
+    for horizon in (HORIZON, 60.0):
+        text = written(model, **({} if horizon == HORIZON else {"horizon": horizon}))
+        found = vio.parse(text)
+        flicker = math.sqrt(3 / horizon) * BIAS_LEVEL * b
+        assert found["gyroscope_random_walk"] == pytest.approx(flicker, rel=1e-5)  # of samples, as in test_horizon
+        assert found["accelerometer_random_walk"] == pytest.approx(math.sqrt(3) * n / horizon, rel=1e-12)
+        assert text.count(f"not stated; with the Allan variance at {horizon:g} s") == 2
+    chosen = written(model, walk={"gyro": 1e-5, "accel": 2e-5})
+    assert vio.parse(chosen)["gyroscope_random_walk"] == 1e-5
+    assert "not stated" not in chosen
+
+
+def test_a_process_is_matched_where_the_stated_bias_instability_is():
+    n, b = 1e-4, 2e-5
+    both = {"random_walk": n, "bias_instability": b}
+    text = written(NoiseModel(channels={"gyro_x": both, "accel_x": both}), to="gnss-ins-sim")
+    place = (n / (BIAS_LEVEL * b)) ** 2
+    assert f"exact at the horizon, {place:.3g} s" in text
+
+
+def test_an_unstated_convention_is_that_with_more_noise(capsys):
+    assert main(["export", "--from-datasheet", "bmi088", "--to", "model"]) == 0
+    model = NoiseModel.from_dict(__import__("tomllib").loads(capsys.readouterr().out))
+    other = datasheet("bmi088").model(sided="one")
+    assert model["gyro_x"]["random_walk"] == pytest.approx(math.sqrt(2) * other["gyro_x"]["random_walk"], rel=1e-12)
+    assert main(["export", "imu.toml", "--from-datasheet", "bmi088", "--to", "kalibr"]) == 2
+
+
+@pytest.fixture(scope="module")
+def records():
+    """The same gyro at rest, and with three times the random walk and a line."""
+    rng = np.random.default_rng(seed_of("inflation"))
+    at_rest, running = (
+        simulate(NoiseModel(channels={"gyro_x": {"random_walk": n}}), duration=100.0, rate=100.0, rng=rng)
+        for n in (1e-3, 3e-3)
+    )
+    return at_rest, running
+
+
+def test_factors_by_coefficient(records):
+    """Of what both records show, with an interval; in the file beside the numbers."""
+    sources = [analyze(record).to_source() for record in records]
+    found = {one.term: one for one in inflation(*sources).factors}
+    assert found["random_walk"].low < 3 < found["random_walk"].high
+    assert found["sample"].value == pytest.approx(3, rel=4 * math.sqrt(1 / 10_000))
+    assert found["rate_random_walk"].text == "not observed"
+    first, second = (
+        Source.of_model(NoiseModel(channels={"gyro_x": m})) for m in ({"random_walk": 1.0}, {"random_walk": 4.0})
+    )
+    assert inflation(first, second).factors[0].text == "x 4"
+
+
+def test_the_command(records, tmp_path, capsys):
+    names = ("rest", "running")
+    for name, record in zip(names, records, strict=True):
+        write(record, tmp_path / f"{name}.csv")
+        assert main(["analyze", str(tmp_path / f"{name}.csv"), "--json", str(tmp_path / f"{name}.json"), "-q"]) == 0
+    files = [str(tmp_path / f"{name}.json") for name in names]
+    capsys.readouterr()
+    assert main(["export", "--inflate", *files]) == 0
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("gyro_x"))
+    assert " x 3" in row
+    assert main(["export", "--inflate", *files, "--to", "ieee952"]) == 0
+    out = capsys.readouterr().out
+    assert "inflated: the sensor of rest.json beside motors" in out
+    assert "gyro_x over the record at rest: random walk x 3" in out
+
+
+def test_the_topic_and_the_length_of_the_log_are_in_the_file():
+    record = simulate(
+        NoiseModel(channels={"gyro_x": {"random_walk": 1e-3}, "accel_x": {"random_walk": 1e-3}}),
+        duration=60.0, rate=100.0, rng=seed_of("origin"),
+    )  # fmt: skip
+    content = analyze(record).to_dict()
+    content["source"] |= {"path": "/home/me/night.bag", "topics": ["/bmi088/imu"]}
+    content["findings"].append(
+        {"code": "spikes", "severity": "warning", "channels": ["gyro_x"], "message": "9 spikes", "size": 1.0}
+    )
+    text = export(Source.of_result(content), to="kalibr")
+    assert vio.parse(text)["rostopic"] == "/bmi088/imu"
+    assert "# from night.bag, topic /bmi088/imu, 60 s at 100 Hz, analysed by sigmatau" in text
+    assert "# warning: gyro_x: 9 spikes\n" in text
+    chosen = export(Source.of_result(content), to="kalibr", choices=Choices(names={"topic": "/other"}))
+    assert vio.parse(chosen)["rostopic"] == "/other"
+    for topics in (["/a", "/b"], ["sensor_combined"]):
+        content["source"]["topics"] = topics
+        assert vio.parse(export(Source.of_result(content), to="kalibr"))["rostopic"] == "/imu0"
+
+
+@pytest.mark.as_written
+def test_numbers_have_four_digits():
+    model = NoiseModel(
+        channels={s: {"random_walk": 1.23456e-3, "rate_random_walk": 9.87654e-6} for s in ("gyro", "accel")}
+    )
+    content = vio.parse(export(model, to="kalibr", choices=Choices(rate=199.98765)))
+    assert (content["gyroscope_noise_density"], content["gyroscope_random_walk"]) == (1.235e-3, 9.877e-6)
+    assert content["update_rate"] == 199.98765
+    record = simulate(model, duration=30.0, rate=199.9987, rng=seed_of("digits"))
+    assert vio.parse(export(analyze(record), to="kalibr"))["update_rate"] == 200.0

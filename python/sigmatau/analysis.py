@@ -54,8 +54,6 @@ if TYPE_CHECKING:
     from sigmatau.exporting.source import Source
     from sigmatau.plot.style import Panels, Style
 
-__all__ = ["Analysis", "Long", "Method", "analyze", "of_curves"]
-
 P = ParamSpec("P")
 Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]

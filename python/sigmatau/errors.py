@@ -12,8 +12,6 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Self
 
-__all__ = ["DataError", "NonFiniteError", "OptionError", "RecordTooShortError", "StampError", "argument"]
-
 
 class _SourcedError(ValueError):
     """Base of all errors: a message, and the file or object that it is about.

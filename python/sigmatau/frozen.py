@@ -12,8 +12,6 @@ from collections.abc import Callable
 from dataclasses import MISSING, FrozenInstanceError, dataclass, field, fields
 from typing import Any, TypeVar, cast, dataclass_transform, overload
 
-__all__ = ["frozen"]
-
 _T = TypeVar("_T")
 
 

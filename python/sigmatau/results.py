@@ -9,24 +9,6 @@ import unicodedata
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar, cast
 
-__all__ = [
-    "ByChannel",
-    "Printed",
-    "TablesByChannel",
-    "Tabular",
-    "csv_text",
-    "duration_text",
-    "html_table",
-    "interval_texts",
-    "lines_text",
-    "option_seconds",
-    "plain",
-    "printable",
-    "seconds",
-    "two_digits",
-    "value_error_text",
-]
-
 
 class Printed:
     """A result whose notebook display is its printed form."""

@@ -12,8 +12,6 @@ import re
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 
-__all__ = ["STANDARD_GRAVITY", "Unit", "find", "integral", "known", "to_si", "usual"]
-
 STANDARD_GRAVITY = 9.80665
 """Conventional value of the acceleration of free fall, exact (CGPM 1901). [m/s²]"""
 

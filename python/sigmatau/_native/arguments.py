@@ -9,16 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import NonFiniteError, OptionError
 
-__all__ = [
-    "check_counting",
-    "check_overlap",
-    "check_threads",
-    "contiguous",
-    "in_order",
-    "non_finite",
-    "whole_sizes",
-]
-
 _MOST_THREADS = 1024
 _LARGEST_SIZE = 2**53  # up to which a double counts
 _PIECE = 4096  # samples of each column that are copied together

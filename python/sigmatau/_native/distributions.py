@@ -10,22 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _core
 
-__all__ = [
-    "chi2_above",
-    "chi2_below",
-    "chi2_quantile_above",
-    "digamma",
-    "gamma_above",
-    "gamma_below",
-    "gamma_quantile",
-    "gamma_quantile_above",
-    "log_gamma",
-    "normal_below",
-    "normal_quantile",
-    "student_below",
-    "student_quantile",
-]
-
 _Floats = NDArray[np.float64]  # of the shape of the arguments; without dimensions for numbers
 
 

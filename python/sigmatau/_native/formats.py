@@ -11,18 +11,6 @@ from numpy.typing import NDArray
 from sigmatau import _core
 from sigmatau.frozen import frozen
 
-__all__ = [
-    "Sentences",
-    "TextColumns",
-    "TextReadError",
-    "bytes_read",
-    "format_text",
-    "read_sentences",
-    "read_text",
-    "write_text",
-]
-
-
 _ANY_SIZE = 1 << 62  # [bytes]
 
 

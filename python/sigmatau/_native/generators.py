@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from sigmatau import _core
 
-__all__ = ["Generator", "flicker_poles"]
-
 
 class Generator:
     """Generator of the noise of one channel. The samples do not depend on the sizes of the pieces.

@@ -22,31 +22,6 @@ from sigmatau._native.arguments import (
 )
 from sigmatau.errors import OptionError, RecordTooShortError
 
-__all__ = [
-    "Accumulator",
-    "Factor",
-    "all_finite",
-    "allan_variance_variances",
-    "allan_variances",
-    "band_limited_avar",
-    "band_limited_psd",
-    "covariance_tensors",
-    "deviation_limits",
-    "deviations",
-    "gauss_markov_avar",
-    "gauss_markov_psd",
-    "masked_expectations",
-    "masked_variances",
-    "quadratic_edf",
-    "simulate",
-    "sinusoid_avar",
-    "stationary_moments",
-    "strides",
-    "term_avar",
-    "term_psd",
-    "theo1_expectation",
-]
-
 
 class Factor:
     """Factor of a covariance matrix, which makes correlated errors independent.

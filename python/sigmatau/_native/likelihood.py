@@ -11,19 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau import _core
 from sigmatau.frozen import frozen
 
-__all__ = [
-    "LEAST_SAMPLES",
-    "TERMS",
-    "Bounds",
-    "Line",
-    "Outcome",
-    "Process",
-    "Summary",
-    "enough",
-    "summarize",
-    "summarize_masked",
-]
-
 Floats = NDArray[np.float64]
 
 TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")

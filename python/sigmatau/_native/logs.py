@@ -11,22 +11,6 @@ from numpy.typing import NDArray
 
 from sigmatau import _core
 
-__all__ = [
-    "Decoded",
-    "LogChannel",
-    "LogContents",
-    "LogEnd",
-    "LogKind",
-    "dataflash_columns",
-    "decode_messages",
-    "log_contents",
-    "log_messages",
-    "scan_dataflash",
-    "scan_ulog",
-    "ulog_columns",
-    "unpacked",
-]
-
 LogKind = Literal["mcap", "rosbag1"]
 
 

@@ -13,8 +13,6 @@ from sigmatau import _core
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-__all__ = ["medians_of_others", "outliers", "residuals", "scatter"]
-
 
 def outliers(x: Floats, *, threshold: float, multiple: float, least: float, side: int, part: float) -> Ints:
     """Indices of the samples whose `residuals` are beyond a threshold, and beyond a multiple of the `scatter` + `least`."""

@@ -6,8 +6,6 @@ from cyclopts import App
 
 from sigmatau._version import __version__
 
-__all__ = ["EXAMPLES", "app"]
-
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
     " · 3 a unit does not meet its specification (compare) · 4 done with the readable part of a damaged file"

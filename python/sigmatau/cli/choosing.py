@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
     from sigmatau.exporting.choices import Choices
 
-__all__ = ["Choosing", "Exports", "as_typed", "print_findings"]
-
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)

@@ -11,9 +11,7 @@ from sigmatau.frozen import frozen
 from sigmatau.results import Tabular
 
 if TYPE_CHECKING:
-    from sigmatau.findings.wording import Words
-
-__all__ = ["Details", "Finding", "Findings", "Severity", "Span", "by_severity", "damaged", "exit_code"]
+    from sigmatau.findings.wording.phrases import Words
 
 Severity = Literal["info", "warning", "error"]
 

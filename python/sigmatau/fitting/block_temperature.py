@@ -18,8 +18,6 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
-__all__ = ["between_steps", "smoothed", "temperature_of"]
-
 _OVERSAMPLED = 4  # points of interpolation in a block
 _MOST_CHANGES = 0.25  # share of the samples; if more change, the noise averages out the steps
 _TOGETHER = 0.01  # share of the record: changes back and forth that are no further apart count as one

@@ -15,11 +15,10 @@ from sigmatau.fitting import likelihood
 from sigmatau.fitting.block_temperature import temperature_of
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.pass_over import usable
 from sigmatau.noise.terms import avar
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-
-__all__ = ["TEMPERATURE", "FitMethod", "fit_channel", "follows_temperature", "temperature_at"]
 
 FitMethod = Literal["likelihood", "gls"]
 
@@ -102,7 +101,7 @@ def fit_channel(
             f"{{option}} must be one of {', '.join(get_args(FitMethod))}, not {method!r}", option="method"
         )
     stream = record.stream_of(channel)
-    if method == "likelihood" and likelihood.usable(stream, channel):
+    if method == "likelihood" and usable(stream, channel):
         given = dict(regressors or {})
         degrees = None if TEMPERATURE in given else temperature_at(record, stream)
         if degrees is not None:

@@ -21,8 +21,6 @@ from sigmatau.fitting.gls import Gls
 from sigmatau.fitting.goodness import deviance, octaves
 from sigmatau.fitting.ramp import estimate_ramp
 
-__all__ = ["best_time", "intervals"]
-
 Floats = NDArray[np.float64]
 
 PRICE = 7.0

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import gamma_above, gamma_below, log_gamma, normal_below, normal_quantile
 from sigmatau.fitting.gls import Gls
 
-__all__ = ["deviance", "octaves", "p_value"]
-
 Floats = NDArray[np.float64]
 
 _LONGEST = 4

@@ -26,13 +26,11 @@ from sigmatau.fitting.noise_fit import (
     WarmUp,
 )
 from sigmatau.fitting.observed import observed_term
-from sigmatau.fitting.pass_over import LEAST_SAMPLES, summary_of, usable
+from sigmatau.fitting.pass_over import summary_of
 from sigmatau.fitting.response import FittedFilter, named
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.record.streams import Stream
-
-__all__ = ["LEAST_SAMPLES", "fit_samples", "usable"]
 
 Floats = NDArray[np.float64]
 

@@ -7,8 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["non_negative"]
-
 Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-13  # cosine of a column with what is left of the target, below which the column does not improve the fit

@@ -8,8 +8,6 @@ from dataclasses import replace
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.fitting.noise_fit import FittedTerm
 
-__all__ = ["limit_of", "observed_term"]
-
 
 def observed_term(
     *, term: str, unit: str, level: float, p_value: float, value: float, low: float, high: float, error: float

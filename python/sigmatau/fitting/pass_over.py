@@ -13,8 +13,6 @@ from sigmatau._native.likelihood import Summary
 from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
-__all__ = ["LEAST_SAMPLES", "summary_of", "usable"]
-
 LEAST_SAMPLES = 512
 """Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
 

@@ -16,8 +16,6 @@ from sigmatau.model.covariance import band_limited
 from sigmatau.model.processes import LowPass
 from sigmatau.results import plain
 
-__all__ = ["FittedFilter", "named"]
-
 Floats = NDArray[np.float64]
 Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"]
 

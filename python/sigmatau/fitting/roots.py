@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-__all__ = ["root"]
-
 
 def root(
     f: Callable[[float], float],

@@ -14,8 +14,6 @@ from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit
 from sigmatau.fitting.observed import limit_of
 from sigmatau.frozen import frozen
 
-__all__ = ["Rounding", "allowing_for_rounding"]
-
 Floats = NDArray[np.float64]
 
 _SIGMAS = np.linspace(0.02, 1.2, 237)  # of the noise before rounding [steps]

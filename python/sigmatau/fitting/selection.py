@@ -5,8 +5,6 @@ from __future__ import annotations
 from sigmatau.fitting.attempt import Attempt, Data, attempt
 from sigmatau.fitting.gauss_markov import best_time
 
-__all__ = ["LEAST_P", "LEAST_TIMES", "best_attempt"]
-
 LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
 LEAST_P = 0.002  # Smallest p-value of the goodness of fit with all averaging times for the model to be adequate
 LEAST_P_LATER = 0.01  # The same once shorter averaging times are left out, which are then known to deviate

@@ -12,8 +12,6 @@ from pathlib import Path
 
 from sigmatau.errors import DataError
 
-__all__ = ["PARTS", "atomic"]
-
 PARTS = ".parts"
 """Ending of the folder beside a temporary file in which a writer keeps parts of it."""
 

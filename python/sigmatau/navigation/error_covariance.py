@@ -27,8 +27,6 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.statespace.doubling import Steps
 from sigmatau.statespace.state_space import state_space
 
-__all__ = ["EARTH_RADIUS", "GRAVITY", "Earth", "Mechanisation", "Source", "mechanisations", "source"]
-
 Floats = NDArray[np.float64]
 Earth = Literal["round", "flat"]
 

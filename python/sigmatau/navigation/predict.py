@@ -18,8 +18,6 @@ from sigmatau.navigation.error_covariance import Earth, Mechanisation, Source, m
 from sigmatau.navigation.prediction import PredictedError, Prediction
 from sigmatau.record.record import stream_name
 
-__all__ = ["predict"]
-
 Floats = NDArray[np.float64]
 
 _MOST_STEPS = 1e12

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-__all__ = ["PredictedError", "Prediction"]
-
 Floats = NDArray[np.float64]
 
 _DISPLAY = {"rad": ("deg", math.pi / 180)}

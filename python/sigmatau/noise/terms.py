@@ -22,8 +22,6 @@ from sigmatau._native.arguments import whole_sizes
 from sigmatau.frozen import frozen
 from sigmatau.units import find
 
-__all__ = ["BIAS_LEVEL", "TERMS", "Term", "aliasing_inflation", "avar", "coefficient_unit", "display_units", "psd"]
-
 BIAS_LEVEL = math.sqrt(2 * math.log(2) / math.pi)
 """Height of the flicker plateau over the bias instability, √(2 ln 2/π) = 0.664 (eq. 19 for T much longer than 1/f₀)."""
 

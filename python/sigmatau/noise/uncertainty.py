@@ -19,8 +19,6 @@ from sigmatau._native import kernels
 from sigmatau._native.distributions import gamma_quantile
 from sigmatau.noise.terms import avar
 
-__all__ = ["avar_covariance", "chi2_factors", "degrees_of_freedom", "percentage_error"]
-
 
 def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
     """The paper's relative standard error of an Allan deviation, δ = 1/√(2(N/n − 1)), eq. (26) of [1]_.

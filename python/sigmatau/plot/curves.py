@@ -20,17 +20,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-__all__ = [
-    "COLOURS",
-    "TITLES",
-    "curve_unit",
-    "draw_analysis",
-    "draw_curve",
-    "draw_deviation",
-    "draw_deviations",
-    "save",
-]
-
 # Okabe & Ito's palette: distinct for any colour vision, and by lightness in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _PLOT_UNITS = {"angular_rate": "deg/h", "acceleration": "ug"}

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-__all__ = ["draw_prediction", "draw_verification", "draw_verifications"]
-
 Floats = NDArray[np.float64]
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

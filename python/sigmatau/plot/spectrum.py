@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-__all__ = ["draw_comparison", "draw_cross", "draw_filter", "draw_spectra", "draw_spectrum"]
-
 Floats = NDArray[np.float64]
 
 

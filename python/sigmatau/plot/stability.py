@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-__all__ = ["beyond_chance", "draw_all", "draw_dynamic", "relative"]
-
-
 _COLOUR_LIMITS = (1.5, 4.0)
 _MEDIAN_LABELS = 5
 _LEAST_FREEDOM = 2 / 3  # degrees of freedom of white noise at one sample, in those of eq. (26), n/m − 1

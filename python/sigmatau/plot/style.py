@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Panels", "Style", "figure_of", "need_matplotlib", "new_figure", "panels_of", "small", "styled"]
-
 Style = Literal["screen", "paper"]
 Panels: TypeAlias = "Axes | Sequence[Axes] | None"
 

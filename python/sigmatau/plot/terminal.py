@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from sigmatau.findings.wording.phrases import short_axes
 from sigmatau.plot.curves import COLOURS, CurveLike, curve_unit
 
-__all__ = ["sparkline", "text_plot"]
-
 _BRAILLE = 0x2800  # the empty cell; a dot is a bit
 _BITS = np.array([0x01, 0x08, 0x02, 0x10, 0x04, 0x20, 0x40, 0x80])  # of the dots row by row
 _MARGIN = 8

@@ -27,8 +27,6 @@ from sigmatau.quality.spectrum.axis_correlation import cross_axis
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["DISTURBANCES", "LEAST_SAMPLES", "LOOKED_AT", "Bandwidth", "check", "check_fits", "examine"]
-
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """By channel or stream: bandwidth of the sensor in Hz, and order of its filter if known."""
 

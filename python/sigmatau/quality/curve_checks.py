@@ -17,17 +17,6 @@ from sigmatau.findings.kinds.fit import (
 )
 from sigmatau.record.streams import Stream
 
-__all__ = [
-    "LARGEST",
-    "LEAST",
-    "constant_channel",
-    "constant_channels",
-    "out_of_range",
-    "rounding",
-    "strided",
-    "too_few_samples",
-]
-
 LEAST, LARGEST = 1e-120, 1e120  # range of Allan variances that can be analysed: a fit squares them [rate_unit²]
 
 

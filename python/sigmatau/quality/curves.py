@@ -25,8 +25,6 @@ from sigmatau.quality.curve_checks import (
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["curves_of"]
-
 
 def curves_of(
     record: Record,

@@ -18,8 +18,6 @@ from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.streams import Stream
 
-__all__ = ["channel_fact", "facts_kept", "in_threads", "stream_fact"]
-
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -24,8 +24,6 @@ from sigmatau.fitting.noise_fit import NoiseFit, Sinusoid
 from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
 
-__all__ = ["by_channel", "fit_findings", "without_consequences"]
-
 _MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
 _LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
 _MAINS = (50.0, 60.0)

@@ -28,8 +28,6 @@ from sigmatau.record import memory
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["FITTED", "inspect"]
-
 FITTED = 8_000_000
 """Largest number of samples of all channels that are fitted for the checks, which takes some seconds on one core."""
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 from sigmatau.record.streams import Stream
 
-__all__ = ["available", "fits", "needed"]
-
 _USABLE_SHARE = 0.8
 """Share of the free memory that may be used."""
 

@@ -13,8 +13,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import MissingValues
 from sigmatau.record.streams import CHUNK, Columns
 
-__all__ = ["mask_of", "missing_values"]
-
 _FEW_MISSING = 1e-3  # share of the rows up to which missing numbers are no warning: coefficients change by less
 
 

@@ -20,8 +20,6 @@ from sigmatau.errors import DataError
 from sigmatau.record.memory import available
 from sigmatau.record.streams import Stream
 
-__all__ = ["FileColumn", "FileRows", "file_bytes", "loaded"]
-
 _PIECE = 1 << 16  # rows read at a time, if a row is short
 _PIECE_BYTES = 1 << 22  # bytes read at a time, at most, if they are more than a row
 _SPARSE = 1 << 14  # rows that are read one by one where steps are long

@@ -21,22 +21,8 @@ from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.record.missing import mask_of, missing_values
 from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform, check_kind, check_rate
-from sigmatau.record.thermometers import CELSIUS as TEMPERATURE
-from sigmatau.record.thermometers import TO_CELSIUS, thermometers
+from sigmatau.record.thermometers import CELSIUS, TO_CELSIUS, thermometers
 from sigmatau.results import Printed
-
-__all__ = [
-    "MIN_SAMPLES",
-    "QUANTITIES",
-    "TEMPERATURE",
-    "Checksum",
-    "Provenance",
-    "Record",
-    "conversion",
-    "make_stream",
-    "real_numbers",
-    "stream_name",
-]
 
 QUANTITIES: Mapping[str, str] = {"angular_rate": "rad/s", "acceleration": "m/s^2"}
 """SI units by quantity. Any other signal keeps its unit."""
@@ -276,7 +262,7 @@ def _thermometer(name: str, values: NDArray[np.float64], unit: str, rate: float)
         "temperature",
         {"temperature": values},
         rate=rate,
-        unit={"temperature": TEMPERATURE},
+        unit={"temperature": CELSIUS},
         scale={"temperature": scale},
         offset={"temperature": offset},
     )
@@ -362,8 +348,8 @@ def conversion(channel: str, unit: Mapping[str, str], kind: InputKind) -> tuple[
     quantity = {"gyro": "angular_rate", "accel": "acceleration"}.get(stream, "signal")
     spelled = unit.get(channel, unit.get(stream))
     si = QUANTITIES.get(quantity)
-    if stream == "temperature" and spelled == TEMPERATURE and kind == "rate":
-        return "temperature", TEMPERATURE, 1.0
+    if stream == "temperature" and spelled == CELSIUS and kind == "rate":
+        return "temperature", CELSIUS, 1.0
     if si is None:
         return quantity, _rate_of(spelled or "1", kind), 1.0
     return quantity, si, 1.0 if spelled is None else _factor(spelled, channel, si, kind)

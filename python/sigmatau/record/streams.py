@@ -17,8 +17,6 @@ from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.results import two_digits
 
-__all__ = ["CHUNK", "PLAUSIBLE_RATES", "RATES", "Columns", "Grid", "InputKind", "Stream", "Transform", "grid_text"]
-
 InputKind = Literal["rate", "increments", "accumulated"]
 
 RATES = (1e-6, 1e9)

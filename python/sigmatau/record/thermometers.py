@@ -8,8 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CELSIUS", "NAMES", "PLAUSIBLE", "TO_CELSIUS", "thermometers", "typical"]
-
 CELSIUS = "degC"
 """Unit of a stream of temperatures."""
 

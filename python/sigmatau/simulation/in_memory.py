@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.record.record import TEMPERATURE, Provenance, Record, make_stream, stream_name
+from sigmatau.record.record import Provenance, Record, make_stream, stream_name
 from sigmatau.record.streams import CHUNK, InputKind, Stream
+from sigmatau.record.thermometers import CELSIUS
 from sigmatau.simulation.imperfections import Imperfections
 from sigmatau.simulation.rows import Channel, Flicker, Job, Stamps, job
 
@@ -94,7 +95,7 @@ def simulate(
         )
 
     streams = [
-        stream(name, columns, TEMPERATURE, "rate")
+        stream(name, columns, CELSIUS, "rate")
         if name == "temperature" and wrong.temperature is not None
         else stream(name, columns, given.unit(next(iter(columns))), wrong.output)
         for name, columns in by_stream.items()

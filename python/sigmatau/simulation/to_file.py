@@ -14,8 +14,8 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.io.write import table_writer
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.record.record import TEMPERATURE
 from sigmatau.record.streams import CHUNK
+from sigmatau.record.thermometers import CELSIUS
 from sigmatau.results import Printed, duration_text, plain
 from sigmatau.simulation.imperfections import Imperfections
 from sigmatau.simulation.rows import Channel, Flicker, Stamps, job
@@ -114,7 +114,7 @@ def simulate_to(
     warmth = given.imperfections.temperature
     columns = [("time", "s"), *((name, given.unit(name)) for name in model.channels)]
     if warmth is not None:
-        columns.append(("temperature", TEMPERATURE))
+        columns.append(("temperature", CELSIUS))
     target = Path(path)
     kept = 0
     threads = max(1, min(len(model.channels), os.cpu_count() or 1))

@@ -16,8 +16,6 @@ from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.spectrum.tapers import good_length, hann, sine_correlation, without_line
 
-__all__ = ["MOST_SAMPLES", "SHORTEST", "psd", "welch"]
-
 Floats = NDArray[np.float64]
 
 # Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's
@@ -151,6 +149,7 @@ def default_size(n: int) -> int:
 
 
 def segment_size(segment: float | None, stream: Stream) -> int | None:
+    """Samples in a segment of so many seconds; None for the default. Raises OptionError for none that fits."""
     if segment is None:
         return None
     is_number = isinstance(segment, Real) and not isinstance(segment, bool) and math.isfinite(segment)

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from sigmatau.findings.finding import Finding
 
-__all__ = ["SUBJECTS", "Words", "causes", "line", "sentence", "words"]
-
 SUBJECTS = ("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "exporting")
 """Modules of this package, one per subject."""
 

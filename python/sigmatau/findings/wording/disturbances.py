@@ -31,8 +31,6 @@ from sigmatau.findings.wording.phrases import (
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds
 
-__all__ = ["WORDS"]
-
 _GRAVITY = 9.80665  # m/s²
 _WALK = "rate_random_walk"
 

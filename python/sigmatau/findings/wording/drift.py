@@ -11,8 +11,6 @@ from sigmatau.findings.wording.phrases import Words, clock
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, seconds, two_digits
 
-__all__ = ["WORDS"]
-
 
 def _warm_up(finding: Finding, details: WarmUp) -> Words:
     unit, factor = display_units("bias_instability", details.quantity, finding.unit)[-1]

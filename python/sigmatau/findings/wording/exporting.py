@@ -11,8 +11,6 @@ from sigmatau.findings.wording.phrases import Words, axes_text
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import printable, seconds
 
-__all__ = ["WORDS"]
-
 _MOST_KEYS = 3  # keys of a file that are named; the others are counted
 _LONGEST_KEY = 24  # characters
 _QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}

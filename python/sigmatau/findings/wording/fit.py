@@ -10,8 +10,6 @@ from sigmatau.findings.kinds import fit as kinds
 from sigmatau.findings.wording.phrases import Words, axes_text, percent
 from sigmatau.results import duration_text, seconds, two_digits
 
-__all__ = ["WORDS", "beside_text", "filter_text", "reason_text", "reasons_text", "verdict_text"]
-
 _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 
 _REASONS: dict[type, Callable[[Any], str]] = {

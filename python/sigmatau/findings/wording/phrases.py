@@ -10,22 +10,6 @@ from sigmatau.findings.finding import Span
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import seconds
 
-__all__ = [
-    "LONGEST",
-    "Words",
-    "axes_text",
-    "clock",
-    "factor_text",
-    "factors_text",
-    "keep_option",
-    "largest_factor_text",
-    "leave_out_option",
-    "number",
-    "percent",
-    "short_axes",
-    "while_short",
-]
-
 LONGEST = 120
 """Largest number of characters of a message or an action, so that each fits on a line or two of a terminal."""
 

@@ -9,8 +9,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds import reading as kinds
 from sigmatau.findings.wording.phrases import Words
 
-__all__ = ["WORDS"]
-
 _AGAIN = "Copy or record the file again"
 _LONGEST = 120  # of a message [characters]
 _REASON = 60  # longest reason of a missing part [characters]

@@ -11,8 +11,6 @@ from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, No
 from sigmatau.findings.wording.phrases import LONGEST, Words, clock, keep_option, number, percent, while_short
 from sigmatau.results import duration_text, two_digits
 
-__all__ = ["WORDS"]
-
 _UNITS = {"angular_rate": ("deg/s", math.degrees(1.0))}
 
 

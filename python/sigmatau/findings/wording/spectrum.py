@@ -21,8 +21,6 @@ from sigmatau.findings.wording.phrases import Words, factor_text
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, two_digits
 
-__all__ = ["WORDS"]
-
 _QUANTITIES = {"rad/s": "angular_rate", "m/s^2": "acceleration"}
 
 

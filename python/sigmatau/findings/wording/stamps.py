@@ -10,8 +10,6 @@ from sigmatau.findings.kinds import stamps as kinds
 from sigmatau.findings.wording.phrases import Words, clock, factor_text
 from sigmatau.results import seconds, two_digits
 
-__all__ = ["WORDS"]
-
 _SURE = 1e-3  # relative error of a rate that is not worth stating
 _WITHOUT_STAMPS = "--channels time=none --rate HZ"
 

@@ -21,8 +21,6 @@ from sigmatau.findings.kinds.values import (
 from sigmatau.findings.wording.phrases import Words, clock, largest_factor_text, percent
 from sigmatau.results import duration_text, seconds, two_digits
 
-__all__ = ["WORDS"]
-
 
 def _degrees_per_hour(rate: float) -> str:
     return _number(math.degrees(rate) * 3600)

@@ -28,9 +28,9 @@ from sigmatau.io.read.time.timing import (
     timed,
     with_missing,
 )
-from sigmatau.record.record import MIN_SAMPLES, TEMPERATURE, make_stream, stream_name
+from sigmatau.record.record import MIN_SAMPLES, make_stream, stream_name
 from sigmatau.record.streams import RATES, Stream
-from sigmatau.record.thermometers import PLAUSIBLE, TO_CELSIUS, typical
+from sigmatau.record.thermometers import CELSIUS, PLAUSIBLE, TO_CELSIUS, typical
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -243,7 +243,7 @@ def temperature_stream(
             "temperature",
             {"temperature": timing.laid(column)},
             rate=timing.rate,
-            unit={"temperature": TEMPERATURE},
+            unit={"temperature": CELSIUS},
             scale={"temperature": scale},
             offset={"temperature": offset},
             grid_source=timing.source,

@@ -6,8 +6,6 @@ from sigmatau.arrays import Floats
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
-__all__ = ["block_means"]
-
 _LEAST_SHARE = 0.5  # smallest share of its samples that a block must have for its mean to be used
 
 

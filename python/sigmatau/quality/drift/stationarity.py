@@ -31,8 +31,6 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.record.streams import Stream
 
-__all__ = ["cusum", "non_stationary", "segment_test"]
-
 SEGMENTS = 8
 _LEAST_SEGMENTS = 4  # without missing samples
 _LEAST_SAMPLES = 64  # in a segment; also the smallest number of blocks of the cusum

@@ -15,8 +15,6 @@ from sigmatau.quality.samples.shocks_and_steps import level_finding
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["drifts", "steps_beside_drifts", "without_drifts"]
-
 
 def drifts(fitted: NoiseFit | None) -> bool:
     """Whether a warm-up or a drift with the temperature is part of a fit."""

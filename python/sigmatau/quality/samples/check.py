@@ -12,8 +12,6 @@ from sigmatau.quality.samples.shocks_and_steps import not_static
 from sigmatau.quality.samples.units import gravity, implausible_unit
 from sigmatau.record.streams import Stream
 
-__all__ = ["check"]
-
 
 def check(stream: Stream) -> list[Finding]:
     """Findings about the samples beside the disturbances: at most one per kind and channel, or one for several channels."""

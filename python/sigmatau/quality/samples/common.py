@@ -14,23 +14,6 @@ from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 
-__all__ = [
-    "block_rms",
-    "full_ends",
-    "growing_step",
-    "longest_spans",
-    "mask_of_runs",
-    "merged_axes",
-    "octaves",
-    "pieces",
-    "present",
-    "rounding_dust",
-    "row_means",
-    "sample_of",
-    "white_level",
-    "without_dust",
-]
-
 _STRETCHES = 32
 
 # Samples in a block of `block_rms`: few, so that one bad sample spoils few of the values that the median is taken of.

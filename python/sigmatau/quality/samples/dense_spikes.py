@@ -14,8 +14,6 @@ from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.local_scatter import medians, neighbours
 from sigmatau.record.streams import CHUNK
 
-__all__ = ["dense_spikes", "hidden"]
-
 _NORMAL = NormalDist()
 
 # Neighbours on either side whose median a sample is compared with: many are better for white noise, few for a walk.

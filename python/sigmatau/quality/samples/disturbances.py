@@ -22,8 +22,6 @@ from sigmatau.quality.samples.start_transient import start_transient
 from sigmatau.quality.samples.stuck_samples import stuck_samples
 from sigmatau.record.streams import Stream
 
-__all__ = ["CAUSES", "Disturbance", "disturbances", "masked_by", "without"]
-
 CAUSES: dict[str, Callable[[Stream], list[Found]]] = {
     "start": start_transient,
     "dropouts": dropouts,

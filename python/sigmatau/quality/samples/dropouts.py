@@ -14,8 +14,6 @@ from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
-__all__ = ["dropouts", "zero_rows"]
-
 # Distance of 0 from the level of a single channel, in standard deviations, beyond which noise does not reach it.
 _BEYOND_NOISE = 12.0
 

@@ -14,8 +14,6 @@ from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
 
-__all__ = ["copies"]
-
 # Least number of rows that are equal on all axes, and how many times more than by chance.
 _MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0
 

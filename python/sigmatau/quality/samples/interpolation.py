@@ -14,8 +14,6 @@ from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
 from sigmatau.record.streams import Stream
 
-__all__ = ["filled_outages", "interpolated", "upsampling"]
-
 _WARN_FACTOR = 1.02  # factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning
 
 _LOOKED_AT = 1 << 15

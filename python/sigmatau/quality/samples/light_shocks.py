@@ -12,8 +12,6 @@ from sigmatau.quality.samples.motion import Burst
 from sigmatau.quality.samples.spikes import spike_mask
 from sigmatau.record.streams import Stream
 
-__all__ = ["light_shocks"]
-
 # Spikes no further apart form a group. [s] Three of them, on two axes and at two times, are a shock: single spikes, k a
 # second on each axis, form such groups (k/2)² as often.
 _GROUP_GAP = 0.25

@@ -6,8 +6,6 @@ import numpy as np
 
 from sigmatau.arrays import Floats, Ints
 
-__all__ = ["medians", "neighbours"]
-
 
 def neighbours(x: Floats, at: Ints, first: int, last: int) -> Floats:
     """The samples from `first` to `last` after each index; NaN beyond the ends."""

@@ -12,8 +12,6 @@ from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import Stream
 
-__all__ = ["Found", "bridged", "in_seconds", "mask_of", "masked", "without_steps"]
-
 Found = tuple[Finding, Bools | None]
 """A finding and the samples that it is about, shape (n, n_channels); None if leaving them out would not help."""
 

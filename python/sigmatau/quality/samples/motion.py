@@ -14,8 +14,6 @@ from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import CHUNK, Stream
 
-__all__ = ["Burst", "LevelChange", "Summary", "bursts", "excursions", "level_changes", "summary"]
-
 _WINDOW_S, _WINDOW = 1.0, 16  # least length of a window, in seconds and in samples
 _LEAST_WINDOWS = 24  # windows that a distribution can be taken from
 

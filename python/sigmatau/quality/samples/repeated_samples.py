@@ -16,8 +16,6 @@ from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import equal_by_chance, step_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["repeated_samples", "repeats", "runs_of_equal", "runs_of_places"]
-
 # Least part of the record that is repeated, standard errors of it beyond chance, and number of equal neighbours.
 _MIN_SHARE, _SIGMAS, _MIN_EQUAL = 0.02, 6.0, 20
 

@@ -15,19 +15,6 @@ from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
 
-__all__ = [
-    "Resolution",
-    "coarse_resolution",
-    "common_step",
-    "equal_by_chance",
-    "hides_noise",
-    "resolution",
-    "rounded",
-    "step_of",
-    "step_of_changes",
-    "usual_value",
-]
-
 # Samples that the step is looked for in: enough for each step of a channel with 1e5 of them to the standard deviation.
 _LOOKED_AT = 16384
 

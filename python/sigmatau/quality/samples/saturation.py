@@ -18,8 +18,6 @@ from sigmatau.quality.samples.resolution import Resolution, resolution
 from sigmatau.quality.samples.stuck_samples import stuck_runs
 from sigmatau.record.streams import Stream
 
-__all__ = ["saturation"]
-
 # In the tail of any noise about a slowly moving level an outer value is rarer than the next one inwards. So of T visits
 # to the outermost value and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
 _LEVELS = 4

@@ -18,8 +18,6 @@ from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts,
 from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.record.streams import Stream
 
-__all__ = ["Movements", "between_steps", "level_finding", "movements", "not_static", "shocks"]
-
 _SHOCK_WINDOWS = 3  # a burst of no more windows, of 1 s each, is a shock
 _BESIDE = 3  # windows of a step whose means before and after it are compared
 _RETURNED = 0.5  # a mean that changes by less than this part of an excursion has returned

@@ -19,8 +19,6 @@ from sigmatau.quality.samples.masking import Found, in_seconds, masked
 from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.record.streams import Stream
 
-__all__ = ["find_spikes", "more_below", "spike_mask", "spikes", "spikes_missing"]
-
 FALSE_SPIKES = 1e-4
 """Spikes that noise alone makes in a record, on average. The residual of Gaussian noise of any spectrum (a sample less a
 median of its neighbours) is Gaussian in its tail, and a spike must be one on both sides."""

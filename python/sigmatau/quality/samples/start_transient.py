@@ -11,8 +11,6 @@ from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.masking import Found, in_seconds, mask_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["settled_from", "start_transient"]
-
 LONGEST_TRANSIENT = 10.0  # a record that settles later warms up [s]
 
 # The first sample less the mean of a window of 1 s that begins 1 s later, compared with the same all over the record:

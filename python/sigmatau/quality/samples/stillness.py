@@ -26,8 +26,6 @@ from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
 
 Counts = NDArray[np.int64]
 
-__all__ = ["Moved", "joined", "moved"]
-
 _SHORTEST, _OCTAVES = 1 / 16, 7  # averaging times: 1/16 s to 4 s
 _FLOOR = 2  # octave of the averaging time of the noise that motion is compared with, behind most filters: 1/4 s
 _SECOND = 4  # octave of 1 s

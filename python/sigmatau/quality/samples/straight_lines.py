@@ -14,8 +14,6 @@ from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import Stream
 
-__all__ = ["MIN_STRETCH", "TOO_COARSE", "Filled", "filled", "tolerance"]
-
 # Rounding of a second difference by double precision, as a part of the samples; and the part of the usual second difference
 # that counts as 0: single precision and printed decimals leave as much, noise is below it in one of 1250 cases.
 _EPS = 16 * float(np.finfo(float).eps)

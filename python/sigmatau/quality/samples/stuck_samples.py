@@ -17,8 +17,6 @@ from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, ru
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
 
-__all__ = ["held", "stuck_runs", "stuck_samples", "zero_rate", "zero_runs"]
-
 _FALSE_ALARM = 1e-4  # probability that a record of noise alone has a run that is reported
 _MIN_RUN = 5  # shortest run of equal samples that is reported: logs of real sensors have triples without a fault
 

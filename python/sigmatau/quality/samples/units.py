@@ -12,8 +12,6 @@ from sigmatau.quality.samples.common import octaves, pieces, present, sample_of,
 from sigmatau.quality.samples.resolution import hides_noise, step_of
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
-__all__ = ["gravity", "implausible_unit"]
-
 DEGREE = math.pi / 180
 
 GRAVITY = 9.80665  # standard gravity [m/s^2]

@@ -21,8 +21,6 @@ from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
-__all__ = ["causes_to_keep", "from_the_start", "leave_out"]
-
 _FORMS = "give stretches such as 720s:722s,1080s:1083s, :10s or 2h:"
 _TO_ROUNDING = 1e-6  # of a sample
 _LISTED = 5

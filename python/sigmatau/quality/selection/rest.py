@@ -22,8 +22,6 @@ from sigmatau.quality.samples.stillness import moved
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 
-__all__ = ["Rest", "at_rest_only", "rest"]
-
 Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest"]
 
 _LEAST_STILL = 20.0  # shortest stretch at rest worth an analysis [s]

@@ -6,8 +6,6 @@ import re
 
 from sigmatau.errors import OptionError
 
-__all__ = ["time_of"]
-
 _UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _NUMBER = r"((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
 _TIME = re.compile(rf"\s*{_NUMBER}\s*(ms|s|min|h|d)\s*")

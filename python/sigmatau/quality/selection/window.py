@@ -25,8 +25,6 @@ from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
-__all__ = ["BLOCK", "block_length", "choose", "criterion", "cut", "most_stable", "scatter", "wanted_length"]
-
 BLOCK = 60.0  # length of the means that are compared [s]
 _LEAST_BLOCKS = 10  # in a window
 _MOST_EMPTY = 0.1  # share of the blocks in a window that may have no mean

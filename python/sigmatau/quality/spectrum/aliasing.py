@@ -10,8 +10,6 @@ from sigmatau.findings.kinds.spectrum import Aliasing
 from sigmatau.noise.terms import aliasing_inflation
 from sigmatau.record.streams import Stream
 
-__all__ = ["aliasing"]
-
 INFLATION_WARNED = 1.05
 _INFLATION_ADVISED = 1.02  # at the sampling rate that the action names
 _WIDEST = 1e6  # [Hz] piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is faster

@@ -19,8 +19,6 @@ from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
-__all__ = ["cross_axis"]
-
 _FALSE_ALARM = 1e-4
 """Probability of a finding for a stream with independent axes; divided among its pairs and its measures."""
 

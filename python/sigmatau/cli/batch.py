@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
+from sigmatau.fitting.overview import trust
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.results import duration_text
 
@@ -35,7 +36,7 @@ class Outcome:
     log: Path
     error: str = ""  # Why there is no result; empty if there is one
     findings: tuple[Finding, ...] = ()
-    rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, verdict
+    rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
     usage: bool = False  # Whether the error is about an option
 
     @property
@@ -188,13 +189,13 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
                 value, unit = read.texts(term)[0] if read is not None and term in read else ("", "")
             texts.append(f"{value} {unit}" if value else "")
         without = "not at rest" if read is None else "read off"
-        verdict = without if fit is None else fit.verdict.replace("_", " ")
-        yield channel, length, rate, *texts, verdict + (", DAMAGED" if damaged(analysis.findings) else "")
+        worth = without if fit is None else trust(fit, analysis.findings, channel)
+        yield channel, length, rate, *texts, worth + (", DAMAGED" if damaged(analysis.findings) else "")
 
 
 def summary(outcomes: Sequence[Outcome]) -> str:
     """The table of all logs, in the order in which they were given."""
-    head = ("log", "channel", "length", "rate", *(t.replace("_", " ") for t in _TERMS), "verdict")
+    head = ("log", "channel", "length", "rate", *(t.replace("_", " ") for t in _TERMS), "trust")
     short = _short([outcome.log for outcome in outcomes])
     rows = [
         (name if first else "", *row)

@@ -160,6 +160,19 @@ def test_a_mean_that_returns_after_a_shock_is_no_step():
     assert not_static(stream, still=masked(stream, mask)) == []
 
 
+def test_a_mean_that_returns_where_samples_are_left_out_is_no_step():
+    """As after a bump that the other sensor shows longer: the level is that of the samples that are there."""
+    x = white("bump of the other", (N, 1))[:, 0]
+    x[60_000:60_300] -= 8
+    gone = np.zeros(N, dtype=bool)
+    gone[60_100:60_450] = True
+    stream = Record.from_arrays(rate=RATE, accel_x=x).streams[0]
+    assert not_static(masked(stream, gone), still=masked(stream, gone)) == []
+    x[60_450:] -= 8
+    (step,) = not_static(masked(stream, gone), still=masked(stream, gone))[0].details.steps
+    assert step.size == pytest.approx(-8, abs=0.3)
+
+
 def test_gaps_are_no_motion():
     x = white("gaps")
     x[np.random.default_rng(seed_of("lost")).random(N) < 0.05] = np.nan

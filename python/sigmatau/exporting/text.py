@@ -16,7 +16,21 @@ DIGITS: int | None = 4  # of a coefficient, whose interval is seldom narrower th
 LARGEST = 1e9  # Largest value of a constant beside the noise, in any unit
 _LONGEST = 2000  # characters of a comment; the YAML reader of OpenCV had a buffer of 4096 per line
 _NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"  # float() also accepts 9_8 and digits of other alphabets
-_ASCII = {"√Hz": "sqrt(Hz)", "√h": "sqrt(h)", "√s": "sqrt(s)", "√": "sqrt ", "µ": "u", "²": "^2", "³": "^3", "·": "*"}
+_ASCII = {
+    "√Hz": "sqrt(Hz)",
+    "√h": "sqrt(h)",
+    "√s": "sqrt(s)",
+    "√": "sqrt ",
+    "µ": "u",
+    "²": "^2",
+    "³": "^3",
+    "·": "*",
+    "τ": "tau",
+    "σ": "sigma",
+    "±": "+-",
+    "×": "x",
+    "…": "...",
+}
 
 
 def digits(value: float, significant: int | None = None) -> str:

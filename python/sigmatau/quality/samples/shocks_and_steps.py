@@ -65,7 +65,7 @@ def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
 def _is_left(seen: Summary, change: LevelChange) -> bool:
     """Whether the mean before a step and after it differ without the shocks beside it."""
     at, size = change.sample // seen.window, _BESIDE * change.window // seen.window
-    before, after = present(seen.mean[max(at - size, 0) : at]), present(seen.mean[at : at + size])
+    before, after = present(seen.mean[:at])[-size:], present(seen.mean[at:])[:size]
     if not (len(before) and len(after)):
         return True
     return abs(float(np.median(after) - np.median(before))) > _RETURNED * abs(change.size)

@@ -501,7 +501,7 @@ def of_curves(
 def _with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
     """The curve with degrees of freedom by the model; with missing samples in proportion to the pairs that are left."""
     edf = fitted.degrees_of_freedom(m=curve.m)
-    if edf is not None and curve.gaps is not None:
+    if edf is not None and curve.missing:
         edf = np.maximum(edf * curve.n_pairs / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
     return replace(curve, edf=edf)
 

@@ -238,7 +238,7 @@ class TestBadData:
         y = np.zeros(100)
         y[17] = math.nan
         bad = Record.from_arrays(rate=100, gyro_x=y)
-        assert allan(bad)["gyro_x"].gaps.missing == 1
+        assert allan(bad)["gyro_x"].missing == 1
         with pytest.raises(NonFiniteError, match=r"`gyro_x` has missing samples \(1 rows, the first at index 17") as e:
             accumulate(bad.streams[0], taus="octave")
         assert (e.value.channel, e.value.index) == ("gyro_x", 17)

@@ -1,19 +1,13 @@
 """Records with missing samples: the estimator, and what it is expected to show."""
 
-import math
-import pickle
-
 import numpy as np
 import pytest
 
 from known import seed_of
 from sigmatau import Record, allan, analyze, deviation, fit
-from sigmatau._native import kernels
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
-from sigmatau.estimators.gaps import Gaps
 from sigmatau.findings.kinds.fit import IncompleteRecord
-from sigmatau.fitting.components import LINEAR, components
 
 N = 1024
 SIZES = np.array([int(m) for m in cluster_sizes("half", n=N, tau0=1.0) if m <= N // 3])
@@ -45,18 +39,6 @@ def differences(mask, m):
             row[start + m : start + 2 * m] = second / second.sum()
             rows.append(row)
     return np.array(rows)
-
-
-def autocovariances(n):
-    """Of unit processes; generalised for flicker, of which a constant makes no difference."""
-    lag = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
-    harmonic = np.concatenate([[0], np.cumsum(1 / (2 * np.arange(1, n) - 1))])
-    return {
-        "quantization": 2.0 * (lag == 0) - (lag == 1),
-        "random_walk": 1.0 * (lag == 0),
-        "bias_instability": -2 / math.pi * harmonic[lag],
-        "rate_random_walk": np.minimum.outer(np.arange(1, n + 1), np.arange(1, n + 1)).astype(float),
-    }
 
 
 class TestEstimator:
@@ -99,8 +81,8 @@ class TestEstimator:
         for channel in one:
             assert np.array_equal(one[channel].avar, two[channel].avar)
         assert np.array_equal(one["gyro_x"].avar, alone.avar)
-        assert one["gyro_x"].gaps is None
-        assert one["gyro_y"].gaps.missing == int(np.isnan(y[:, 1]).sum())
+        assert one["gyro_x"].missing == 0
+        assert one["gyro_y"].missing == int(np.isnan(y[:, 1]).sum())
         assert "missing)" in repr(one["gyro_y"])
 
     def test_paper_counting_and_disjoint_clusters(self):
@@ -123,56 +105,6 @@ class TestEstimator:
         y[0] = np.nan
         with pytest.raises(OptionError, match="at most 100000 samples"):
             allan(Record.from_arrays(rate=1, y=y), taus="all")
-
-
-class TestExpectations:
-    @pytest.mark.parametrize("name", MASKS)
-    def test_sums_over_the_mask(self, name):
-        mask = MASKS[name][:240]
-        sizes = [1, 2, 5, 12, 32, 80]
-        expected = Gaps.of(mask).expected(sizes)
-        of = autocovariances(len(mask))
-        for k, m in enumerate(sizes):
-            rows = differences(mask, m)
-            for p, term in enumerate(LINEAR):
-                sums = 0.5 * np.mean(np.sum(rows @ of[term] * rows, axis=1))
-                # Flicker by a quadrature; the sums here are of large numbers for the random walk of the rate.
-                assert expected.avar[k, p] == pytest.approx(sums, rel=1e-4 if term == "bias_instability" else 1e-10)
-            assert expected.square_distance[k] == pytest.approx(np.mean((rows @ np.arange(len(mask))) ** 2), rel=1e-10)
-
-    def test_nothing_missing(self):
-        expected = Gaps.of(np.zeros(N, dtype=bool)).expected(SIZES)
-        assert expected.avar == pytest.approx(components(N, tuple(SIZES.tolist())).design, rel=1e-9)
-
-    @pytest.mark.parametrize("term", LINEAR)
-    def test_simulated_records(self, term):
-        mask = MASKS["both"]
-        variances = []
-        rng = np.random.default_rng(seed_of("simulated " + term))
-        for _ in range(400):
-            y = kernels.simulate(N, 1.0, {term: 1.0}, seed=int(rng.integers(1 << 62)), stream=0)
-            y[mask] = np.nan
-            variances.append(
-                kernels.masked_variances(y, SIZES, overlap="full", counting="standard", threads=1, name="y")[0]
-            )
-        expected = Gaps.of(mask).expected(SIZES).avar[:, LINEAR.index(term)]
-        error = np.std(variances, axis=0, ddof=1) / math.sqrt(len(variances))
-        # As many sizes as there are, hardly independent: 4 standard errors.
-        assert np.all(np.abs(np.mean(variances, axis=0) - expected) < 4 * error)
-
-    def test_lost_samples_leave_white_noise_of_quantization(self):
-        """3.3 times the variance at 64 samples and 10.2 times at 256, 5 % missing at random (simulated elsewhere)."""
-        ratio = Gaps.of(missing("quantization", 200_000)).ratio("quantization", [64, 256])
-        assert ratio == pytest.approx([3.3, 10.2], rel=0.05)
-
-    def test_one_object_for_one_mask(self):
-        mask = MASKS["both"]
-        gaps = Gaps.of(mask)
-        assert Gaps.of(mask.copy()) is gaps
-        assert pickle.loads(pickle.dumps(gaps)) is gaps
-        assert Gaps.of(mask[:-1]) is not gaps
-        assert np.array_equal(gaps.there, ~mask)
-        assert repr(gaps) == f"Gaps: {mask.sum()} of 1024 samples missing"
 
 
 class TestAnalysis:

@@ -7,7 +7,6 @@ from known import seed_of
 from sigmatau import Record
 from sigmatau._native import kernels
 from sigmatau._native import likelihood as native
-from sigmatau.estimators.gaps import Gaps
 from sigmatau.fitting.likelihood import fit_samples
 
 N = 100_000
@@ -60,12 +59,3 @@ def test_so_do_those_that_would_leak_into_a_low_density(monkeypatch):
         walk = fitted["random_walk"]
         ends = (walk.low, walk.high) if walk.observed else (0.0, walk.upper_limit)
         assert ends[0] <= truth <= ends[1]
-
-
-def test_a_few_do_not_change_readings():
-    """Up to 1e-4 of the samples, what the mask does to them is not computed."""
-    n = 50_000
-    absent = np.zeros(n, dtype=bool)
-    absent[np.random.default_rng(seed_of("few missing, readings")).choice(n, 5, replace=False)] = True
-    ratios = Gaps.of(absent).ratio("random_walk", np.array([1, 4, 16, 64, 256, 1024, 4096]))
-    np.testing.assert_allclose(ratios, 1.0, rtol=0.002)

@@ -77,7 +77,7 @@ def test_times_count_from_the_beginning_of_the_whole_record():
     late, _ = leave_out(cut(whole, "100s:"), "120s:121s")
     assert np.flatnonzero(late.streams[0].mask[:, 0]).tolist() == list(range(2000, 2100))
     both = analyze(whole, window="100s:", leave_out="120s:121s", method="read-off")
-    assert both.curves["gyro_x"].gaps.missing == 100
+    assert both.curves["gyro_x"].missing == 100
 
 
 def knocked(name, at=30_000, ring=100):
@@ -96,7 +96,7 @@ def test_a_knock_is_left_out_and_the_random_walk_is_that_of_the_sensor():
     (said,) = analysis.findings
     assert (said.code, said.severity, said.channels) == ("not_static", "info", ("gyro_x", "gyro_y", "gyro_z"))
     assert said.message.endswith("left out on all axes")
-    assert [analysis.curves[c].gaps.missing for c in ("gyro_x", "accel_z")] == [said.left_out] * 2
+    assert [analysis.curves[c].missing for c in ("gyro_x", "accel_z")] == [said.left_out] * 2
     assert said.left_out == 300
     walk = analysis.fits["gyro_x"]["random_walk"]
     # 60 000 samples: 1/√(2·60 000) = 0.3 % of N, three of them and half a per cent for what the fit knows less well
@@ -112,8 +112,7 @@ def test_what_is_to_be_kept_is_a_warning_and_in_the_curve():
         (["shocks", "stuck"], 1, {"not_static"}),
     ):
         analysis = analyze(record_of(gyro, accel), keep=keep, method="read-off")
-        gaps = analysis.curves["gyro_x"].gaps
-        assert (gaps.missing if gaps else 0) == missing
+        assert analysis.curves["gyro_x"].missing == missing
         assert {f.code for f in analysis.findings if f.severity == "warning"} >= codes
         assert all(f.code not in codes or not f.left_out for f in analysis.findings)
     with pytest.raises(OptionError, match="must be all or some of"):
@@ -126,8 +125,8 @@ def test_stuck_samples_and_their_times():
     analysis = analyze(record_of(gyro, accel), method="read-off")
     (said,) = analysis.findings
     assert (said.code, said.channels, said.spans) == ("stuck_samples", ("gyro_y",), ((200.0, 201.5),))
-    assert analysis.curves["gyro_y"].gaps.missing == said.left_out == 150
-    assert analysis.curves["gyro_x"].gaps is None
+    assert analysis.curves["gyro_y"].missing == said.left_out == 150
+    assert analysis.curves["gyro_x"].missing == 0
 
 
 def test_a_disturbed_record_keeps_its_findings_in_bounded_memory():

@@ -2,12 +2,7 @@
 //!
 //! A cluster of n samples of which m are there is averaged over those m, and a pair of neighbouring clusters counts if both
 //! are at least half full: z = S₂/m₂ − S₁/m₁, AVAR(n) = ½ mean z². Samples stay where they are in time; none is made up.
-//! What each kind of noise is expected to show in the pairs of a given mask is in [`expected`]: a cluster with fewer
-//! samples has more white noise, and of quantization noise it loses the telescoping of its differences.
 
-mod counts;
-pub mod expected;
-mod exponential;
 mod few;
 
 use crate::allan::{Counting, Estimate, Overlap, check_sizes};

@@ -1,11 +1,11 @@
-//! Allan variances of records with missing samples, and what noise is expected to show in them.
+//! Allan variances of records with missing samples.
 
-use crate::allan::{sizes, value_error, wrong};
+use crate::allan::{sizes, wrong};
 use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use sigmatau_core::allan::{Counting, Overlap};
-use sigmatau_core::gaps::{self, expected};
+use sigmatau_core::gaps;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
@@ -30,24 +30,4 @@ pub fn masked_variances<'py>(
     };
     let pairs: Vec<i64> = found.iter().map(|e| e.pairs as i64).collect();
     Ok((of(|e| e.avar), of(|e| e.ramp), pairs.into_pyarray(py)))
-}
-
-/// Seven columns, size after size.
-#[pyfunction]
-pub fn masked_expectations<'py>(
-    py: Python<'py>,
-    there: PyReadonlyArray1<'py, bool>,
-    m: PyReadonlyArray1<'py, i64>,
-    threads: usize,
-) -> PyResult<Floats<'py>> {
-    let there = there.as_slice()?;
-    let sizes = sizes(&m)?;
-    let threads = (threads > 0).then_some(threads);
-    let found =
-        detached(py, || expected::expected(there, &sizes, threads)).map_err(|error| value_error(&error))?;
-    let row = |e: &expected::Expected| {
-        let walks = [e.random_walk, e.bias_instability, e.rate_random_walk];
-        [[e.pairs as f64, e.quantization, e.telescoping].as_slice(), &walks, &[e.square_distance]].concat()
-    };
-    Ok(found.iter().flat_map(row).collect::<Vec<_>>().into_pyarray(py))
 }

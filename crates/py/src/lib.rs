@@ -39,7 +39,7 @@ mod _core {
     #[pymodule_export]
     use crate::flight::{dataflash_columns, scan_dataflash, scan_ulog, ulog_columns};
     #[pymodule_export]
-    use crate::gaps::{masked_expectations, masked_variances};
+    use crate::gaps::masked_variances;
     #[pymodule_export]
     use crate::generate::{Generator, flicker_poles};
     #[pymodule_export]

@@ -161,7 +161,7 @@ def masked_variances(
     column: ArrayLike, m: NDArray[np.int64], *, overlap: str, counting: str, threads: int | None, name: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
     """Allan variances, ramps per sample and pairs of one channel whose missing samples are NaN; see
-    `sigmatau.estimators.gaps`.
+    `sigmatau.allan`.
 
     A size without a pair of clusters at least half full has 0 pairs, and NaN.
     """
@@ -174,22 +174,6 @@ def masked_variances(
         return _core.masked_variances(array, sizes, overlap == "full", counting == "paper", threads or 0)
     except _core.NonFinite as error:
         raise non_finite(error, [array], [name]) from None
-
-
-def masked_expectations(
-    there: NDArray[np.bool_], m: NDArray[np.int64], *, threads: int | None = None
-) -> NDArray[np.float64]:
-    """Expected Allan variances for a mask, unit coefficients, one sample interval being 1; see
-    `sigmatau.estimators.gaps.Gaps`.
-
-    Returns
-    -------
-    ndarray, shape (n_tau, 7)
-        Pairs, quantization, mean of m²/(m₁m₂), random walk, bias instability, rate random walk, mean square of the
-        distance of the mean times.
-    """
-    check_threads(threads)
-    return _core.masked_expectations(np.ascontiguousarray(there), whole_sizes(m), threads or 0).reshape(len(m), -1)
 
 
 def deviation_limits(kind: str, n: int) -> tuple[int, int, int]:

@@ -20,7 +20,6 @@ from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
-from sigmatau.estimators.gaps import Gaps
 from sigmatau.frozen import frozen
 from sigmatau.noise.uncertainty import chi2_factors, percentage_error
 from sigmatau.record.record import Record
@@ -74,8 +73,8 @@ class DeviationCurve(Tabular):
         Equivalent degrees of freedom of each variance for the fitted noise; None without a fit.
     stride : ndarray of int or None, shape (n_tau,)
         Distance of the starts of clusters in samples; None if they begin at every sample, or with `overlap` "none".
-    gaps : Gaps or None
-        The missing samples; None if no sample is missing.
+    missing : int
+        Samples that are missing.
 
     See Also
     --------
@@ -105,7 +104,7 @@ class DeviationCurve(Tabular):
     counting: Counting = "standard"
     edf: NDArray[np.float64] | None = None
     stride: NDArray[np.int64] | None = None
-    gaps: Gaps | None = None
+    missing: int = 0
 
     def __post_init__(self) -> None:
         freeze(self, *_COLUMNS)
@@ -190,7 +189,7 @@ class DeviationCurve(Tabular):
             return figure_of(draw_curve(self, ax=ax, unit=unit))
 
     def __repr__(self) -> str:
-        missing = "" if self.gaps is None else f" ({self.gaps.missing} missing)"
+        missing = f" ({self.missing} missing)" if self.missing else ""
         head = f"{self.channel}: Allan deviation, {self.n} samples{missing} at {1 / self.tau0:.6g} Hz [{self.unit}]"
         low, high = self.interval()
         columns = np.stack([self.tau, self.adev, low, high], axis=1)
@@ -278,8 +277,8 @@ def allan(
     record : Record or array_like, shape (n,)
         Static data, or the samples of one signal with its `rate`. With missing samples, clusters are averaged over their
         present samples, and a pair counts if both clusters are at least half full; sizes without such a pair are omitted.
-        The expected variance then differs from that of a complete record. `fit` and `read_off` take this into account, see
-        `sigmatau.estimators.gaps`.
+        The expected variance of such a curve is larger than that of a complete record: of a random walk by the share of
+        samples that is missing, of quantization noise at long times by much more. `analyze` fits the samples instead.
     rate : float, optional
         Sampling rate of an array. [Hz]
     unit : str, optional
@@ -418,7 +417,7 @@ def _of_stream(
         curve = _curve(
             stream, channel, sizes[kept], avar[kept], ramp[kept], pairs[kept], overlap=overlap, counting=counting
         )
-        found[channel] = replace(curve, gaps=Gaps.of(used) if used.any() else None)
+        found[channel] = replace(curve, missing=int(used.sum()))
     return {channel: found[channel] for channel in channels}
 
 

@@ -74,8 +74,8 @@ def fit(
         raise OptionError(
             f"{{option}} must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
         )
-    if curve.gaps is not None:
-        return no_fit(curve, level, IncompleteRecord(missing=curve.gaps.missing, samples=curve.n))
+    if curve.missing:
+        return no_fit(curve, level, IncompleteRecord(missing=curve.missing, samples=curve.n))
     n = curve.n if curve.counting == "standard" else curve.n - 1
     chosen = _thinned(curve, n)
     if len(chosen) < LEAST_TIMES:

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -57,7 +56,6 @@ _BEND = 0.1
 _SIGMAS = 2.5  # errors by eq. (26) that a point may deviate in addition
 _PER_OCTAVE = 8  # averaging times, at most
 _SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
-_PROPORTIONAL = 1 - 1e-9  # cosine from which on two columns count as proportional
 
 GAIN = 6.0  # Smallest reduction of the misfit by the term of a region, in squared errors by δ (at least 2 %) per octave
 
@@ -147,7 +145,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         return "\n".join(lines)
 
 
-_FEW_MISSING = 1e-4  # share of missing samples whose effect on a reading is far below its error
+_FEW_MISSING = 0.01  # share of missing samples that changes the reading of a random walk by half as much
 
 
 def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> ReadOff:
@@ -182,16 +180,17 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
     weights 1/(δ² + (tolerance/5)²), δ by eq. (26); the second part limits the weight of the shortest averaging times, which
     have the smallest errors and are bent by neighbouring terms.
 
-    With missing samples, incomplete clusters have larger variances, by a factor that depends on the term (see
-    `sigmatau.estimators.gaps`). The region of a term is then sought on the curve divided by that factor.
+    Incomplete clusters have larger variances: with more than 1 % of the samples missing, nothing is read off.
     """
-    whole = _Points.of(curve)
-    few = curve.gaps is None or curve.gaps.missing <= _FEW_MISSING * curve.n or not len(whole.m)
-    gaps = {} if few or curve.gaps is None else {name: curve.gaps.ratio(name, whole.m) for name in TERMS}
+    points = _Points.of(curve)
     coefficients, refused = {}, []
+    if curve.missing > _FEW_MISSING * curve.n:
+        why = f"{100 * curve.missing / curve.n:.2g} % of the samples are missing"
+        ends = {"tau_min": float(curve.tau[0]), "tau_max": float(curve.tau[-1])}
+        refused = [Refusal(term=name, **ends, reason=why) for name in rules]
+        return ReadOff(curve.channel, curve.quantity, curve.unit, {}, tuple(refused))
     for name, rule in rules.items():
         term = TERMS[name]
-        points = whole.without(name, gaps)
         found = points.longest(term.slope, rule)
         if found is None:
             continue
@@ -220,9 +219,7 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 
 @frozen(kw_only=False)
 class _Points:
-    """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points. `ratios` are
-    the factors of gaps on the variances of each term, over that of the term that is read off; empty without gaps.
-    """
+    """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points."""
 
     m: NDArray[np.int64]
     tau0: float
@@ -230,7 +227,6 @@ class _Points:
     lt: NDArray[np.float64]
     ls: NDArray[np.float64]
     delta: NDArray[np.float64]
-    ratios: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, curve: DeviationCurve) -> _Points:
@@ -241,14 +237,6 @@ class _Points:
         bins = np.floor(lt / math.log(2) * _PER_OCTAVE)
         kept = np.concatenate(([True], np.diff(bins) > 0))[: len(lt)]
         return cls(curve.m[usable][kept], curve.tau0, tau[kept], lt[kept], ls[kept], delta[kept])
-
-    def without(self, term: str, gaps: Mapping[str, NDArray[np.float64]]) -> _Points:
-        """The points without the effect of gaps, if the curve were of one term only."""
-        if not gaps:
-            return self
-        own = gaps[term]
-        ratios = {name: ratio / own for name, ratio in gaps.items()}
-        return replace(self, ls=self.ls - np.log(own) / 2, ratios=ratios)
 
     def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Slope over about an octave around each point, and its standard error by eq. (26)."""
@@ -332,23 +320,10 @@ class _Points:
         m, variance = self.m[near], np.exp(2 * self.ls[near])
         weight = 1 / (2 * variance * np.hypot(self.delta[near], _SMALLEST_ERROR))
         columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
-        columns = {
-            name: column * self.ratios[name][near] if self.ratios else column for name, column in columns.items()
-        }
-        own = columns[term.name]
-        # With isolated samples, quantization noise has the curve of a random walk and is not a reason against one.
-        proportional = {
-            n for n, c in columns.items() if n != term.name and self.ratios and _cosine(c, own) > _PROPORTIONAL
-        }
-        columns = {name: column for name, column in columns.items() if name not in proportional}
         others = [column for name, column in columns.items() if name != term.name]
         per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[near][-1] - self.lt[near][0])
         gain = (_misfit(others, weight * variance) - _misfit(list(columns.values()), weight * variance)) / per_octave
         return None if gain > GAIN else "the other terms together explain it"
-
-
-def _cosine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    return float(one @ other) / float(np.linalg.norm(one) * np.linalg.norm(other))
 
 
 def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:

@@ -251,9 +251,9 @@ def _verify_channel(
         )
     if curve.overlap != "full":
         raise OptionError("{option} must be of overlapping clusters, overlap='full'", option="curve")
-    if curve.gaps is not None:
+    if curve.missing:
         raise DataError(
-            f"`curve` of {curve.channel} has gaps, {curve.gaps.missing} of {curve.n} samples missing: what a linear model"
+            f"`curve` of {curve.channel} has gaps, {curve.missing} of {curve.n} samples missing: what a linear model"
             " shows in it is not known; take the longest run without a gap, `Record.longest_run`"
         )
     check_noise(model, curve)

@@ -243,7 +243,7 @@ def test_the_command_line(log, capsys):
     assert "warning" not in captured.err
     assert "200 of 60000 samples" in captured.err
     assert main(["analyze", str(log), "--keep", "shocks,spikes", "--method", "read-off"]) == 0
-    assert "warning: gyro_x, gyro_y and gyro_z: shock at 300 s for 1 s" in capsys.readouterr().err
+    assert "! gyro: shock at 300 s for 1 s" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.non_negative import non_negative
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
-from sigmatau.results import Tabular, plain, seconds, value_error_text
+from sigmatau.results import Printed, Tabular, plain, seconds, value_error_text
 from sigmatau.units import find
 
 LARGEST_ERROR = 0.35
@@ -127,6 +127,8 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         every = list(self.coefficients.values())
         rows = {name: [getattr(one, name) for one in every] for name in ("term", "value", "error", "unit")}
         return {"channel": [self.channel] * len(every), **rows}
+
+    _repr_html_ = Printed._repr_html_  # in the field's units
 
     def to_dict(self) -> dict[str, Any]:
         return {term: c.to_dict() for term, c in self.coefficients.items()}

@@ -8,7 +8,8 @@ from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau._native import kernels
 from sigmatau._native.likelihood import summarize, summarize_masked
-from sigmatau.fitting import likelihood
+from sigmatau.fitting.likelihood import fit_samples
+from sigmatau.fitting.pass_over import usable
 
 RECORDS = 3
 MIXTURES_HERE = ("N B K", "Q N")
@@ -50,8 +51,8 @@ class TestLimits:
         absent = np.ones(n, dtype=bool)
         absent[rng.choice(n, 600, replace=False)] = False
         record = recorded("all but 600 samples", absent, random_walk=1e-3)
-        assert likelihood.usable(record.streams[0], "gyro_x")
-        result = likelihood.fit_samples(record.streams[0], "gyro_x")
+        assert usable(record.streams[0], "gyro_x")
+        result = fit_samples(record.streams[0], "gyro_x")
         term = result["random_walk"]
         # N² of 600 white samples: 2/600, and the interval not wider than twice that.
         assert term.low <= 1e-3 <= term.high
@@ -64,17 +65,17 @@ class TestLimits:
         record = recorded("600 samples in a row", absent, random_walk=1e-3)
         stream = record.streams[0]
         alone = Record.from_arrays(rate=100.0, gyro_x=stream.column("gyro_x")[20_000:20_600]).streams[0]
-        assert likelihood.usable(stream, "gyro_x")
-        a, b = (likelihood.fit_samples(s, "gyro_x")["random_walk"] for s in (stream, alone))
+        assert usable(stream, "gyro_x")
+        a, b = (fit_samples(s, "gyro_x")["random_walk"] for s in (stream, alone))
         assert (a.value, a.low, a.high) == (b.value, b.low, b.high)
 
     def test_too_few_samples_and_too_few_places(self):
         absent = np.ones(50_000, dtype=bool)
         absent[::100] = False
-        assert not likelihood.usable(recorded("too few", absent, random_walk=1e-3).streams[0], "gyro_x")
+        assert not usable(recorded("too few", absent, random_walk=1e-3).streams[0], "gyro_x")
         absent = np.ones(2_000_000, dtype=bool)
         absent[:400] = absent[-400:] = False
-        assert not likelihood.usable(recorded("too few places", absent, random_walk=1e-3).streams[0], "gyro_x")
+        assert not usable(recorded("too few places", absent, random_walk=1e-3).streams[0], "gyro_x")
 
     def test_one_long_gap(self):
         absent = np.zeros(40_000, dtype=bool)
@@ -103,7 +104,7 @@ def test_a_record_without_missing_samples_has_no_mask():
     y = kernels.simulate(2**14, 1.0, {"random_walk": 1.0}, seed=seed_of("complete"), stream=1)
     record = Record.from_arrays(rate=1.0, gyro_x=y)
     with_column = Record.from_arrays(rate=1.0, gyro_x=y, gyro_y=np.where(np.arange(2**14) == 77, np.nan, y))
-    results = [likelihood.fit_samples(r.streams[0], "gyro_x") for r in (record, with_column)]
+    results = [fit_samples(r.streams[0], "gyro_x") for r in (record, with_column)]
     assert results[0]["random_walk"].value == results[1]["random_walk"].value
     plain = summarize([y], samples=len(y), tau0=1.0).analyse()
     assert results[0]["random_walk"].value ** 2 == pytest.approx(plain.reduced["random_walk"], rel=1e-14)

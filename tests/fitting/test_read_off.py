@@ -205,18 +205,18 @@ def test_notebooks_show_what_is_printed():
     assert found._repr_html_().startswith("<pre>x: read off")
 
 
-@pytest.mark.parametrize(("term", "share"), [("random_walk", 0.009), ("quantization", 0.009)])
-def test_few_missing_samples_do_not_change_what_is_read(term, share):
-    """Up to 1 %: half as much of the random walk."""
-    rng = np.random.default_rng(seed_of(f"read off {term} {share}"))
+@pytest.mark.parametrize(("term", "most"), [("random_walk", 0.005), ("quantization", 0.05)])
+def test_few_missing_samples_change_little_of_what_is_read(term, most):
+    """1 %, the most with which anything is read off."""
+    rng = np.random.default_rng(seed_of(f"read off {term}, few missing"))
     n, values = 20_000, []
     for _ in range(8):
         white = rng.normal(size=n + 1)
         x = white[1:] if term == "random_walk" else np.diff(white)
-        x[rng.random(n) < share] = np.nan
+        x[rng.choice(n, n // 100, replace=False)] = np.nan
         values.append(read_off(allan(Record.from_arrays(rate=1, gyro_x=x))["gyro_x"])[term].value)
     error = np.std(values, ddof=1) / len(values) ** 0.5
-    assert np.mean(values) == pytest.approx(1, abs=3 * error + 0.01)
+    assert np.mean(values) == pytest.approx(1, abs=3 * error + most)
 
 
 def test_nothing_is_read_off_where_many_samples_are_missing():

@@ -1,5 +1,6 @@
 from ._version import __version__
-from .analysis import Analysis, analyze
+from .analysed import Analysis
+from .analysis import analyze
 from .datasheets.compare import compare_with
 from .datasheets.sheet import Datasheet, datasheet, list_datasheets
 from .datasheets.verdict import Verdict

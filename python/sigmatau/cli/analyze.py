@@ -14,7 +14,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.analysis import Analysis, analyze, failed_result
+from sigmatau.analysed import Analysis, failed_result
+from sigmatau.analysis import analyze
 from sigmatau.cli import batch
 from sigmatau.cli.choosing import Choosing, Exports
 from sigmatau.cli.options import (

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sigmatau.analysis import Analysis
+from sigmatau.analysed import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.fitting.overview import trust

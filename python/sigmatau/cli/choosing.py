@@ -16,7 +16,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
 
 if TYPE_CHECKING:
-    from sigmatau.analysis import Analysis
+    from sigmatau.analysed import Analysis
     from sigmatau.exporting.choices import Choices
 
 

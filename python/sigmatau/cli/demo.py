@@ -9,7 +9,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.analysis import Analysis, analyze
+from sigmatau.analysed import Analysis
+from sigmatau.analysis import analyze
 from sigmatau.cli.options import say, working, write_figure, write_json
 from sigmatau.errors import DataError
 from sigmatau.io.read import read

@@ -31,7 +31,7 @@ from sigmatau.record.record import Record
 from sigmatau.results import csv_text, printable
 
 if TYPE_CHECKING:
-    from sigmatau.analysis import Analysis
+    from sigmatau.analysed import Analysis
     from sigmatau.estimators.allan import DeviationCurve
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")

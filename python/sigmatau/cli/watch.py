@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.analysis import Analysis, of_curves
+from sigmatau.analysed import Analysis
+from sigmatau.analysis import of_curves
 from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_values, say, write_figure, write_json
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator

@@ -1,0 +1,256 @@
+"""The result of an analysis: what it holds, prints, draws and writes."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+from dataclasses import field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sigmatau._version import __version__
+from sigmatau.errors import OptionError
+from sigmatau.estimators.allan import Curves
+from sigmatau.findings.finding import Findings
+from sigmatau.findings.wording import causes, words
+from sigmatau.fitting.noise_fit import Fits, NoiseFit
+from sigmatau.fitting.overview import overview, overview_rows, trust
+from sigmatau.fitting.read_off import ReadOff
+from sigmatau.fitting.tables import fit_table, read_off_table
+from sigmatau.frozen import frozen
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.quality.selection.rest import Rest
+from sigmatau.record.record import Provenance
+from sigmatau.results import TablesByChannel, Tabular, duration_text, html_table, printable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sigmatau.estimators.stability import DynamicAllan
+    from sigmatau.exporting.choices import Choices
+    from sigmatau.exporting.source import Source
+    from sigmatau.plot.style import Panels, Style
+
+SCHEMA = 2
+"""Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
+
+
+def failed_result(path: str | Path, message: str, *, exit_code: int) -> dict[str, Any]:
+    """The JSON form of an analysis that failed: why, and no channels."""
+    return {
+        "schema": SCHEMA,
+        "sigmatau": __version__,
+        "source": {"path": str(path)},
+        "error": {"message": message, "exit_code": exit_code},
+        "findings": [],
+        "channels": {},
+    }
+
+
+_RESTING = {
+    "at_rest": "at rest",
+    "partly_at_rest": "at rest in part",
+    "not_at_rest": "not at rest",
+    "assumed": "taken as at rest",
+}
+
+WITHOUT_CURVE = ("out_of_range", "constant_channel", "too_few_samples")
+"""Codes of findings of channels without a curve."""
+
+
+@frozen(eq=False)
+class Analysis(Tabular):
+    """Result of `analyze`.
+
+    Attributes
+    ----------
+    source : Provenance
+    findings : Findings
+        A tuple of `Finding`: faults of the record and other facts that affect the results.
+    curves : Curves
+        Allan deviation by channel; a channel that cannot be analysed is absent and has a finding.
+    fits : Fits
+        Mapping of channel to `NoiseFit`, coefficients with intervals; empty if they were only read off.
+        ``analysis["gyro_x"]`` is ``analysis.fits["gyro_x"]``.
+    read_off : mapping of str to ReadOff
+        Coefficients by the paper's method, by channel.
+    grids : mapping of str to str
+        Samples, rate and length by stream, in words.
+    stability : mapping of str to DynamicAllan
+        Dynamic Allan deviation by channel; empty if it was not requested.
+    rate_source : str
+        Where the sampling rate comes from: ``"given"``, ``"time stamps"`` …
+    rest : Rest or None
+        Whether the sensor is at rest: without that there are curves, and no coefficients. None for curves alone.
+    """
+
+    source: Provenance
+    findings: Findings
+    curves: Curves
+    fits: Fits
+    read_off: Mapping[str, ReadOff]
+    grids: Mapping[str, str]
+    stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
+    rest: Rest | None = None
+    rate_source: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The stable JSON form, schema 2: plain values, no NaN."""
+        return {
+            "schema": SCHEMA,
+            "sigmatau": __version__,
+            "source": self.source.to_dict(),
+            **({} if self.rest is None else {"rest": self.rest.to_dict()}),
+            "findings": [finding.to_dict() for finding in self.findings],
+            "channels": {
+                channel: {
+                    "quantity": curve.quantity,
+                    "sample_rate_hz": 1 / curve.tau0,
+                    "samples": curve.n,
+                    "curve": curve.to_dict(),
+                    "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
+                    **self._fit_to_dict(channel),
+                    **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
+                }
+                for channel, curve in self.curves.items()
+            },
+        }
+
+    def _fit_to_dict(self, channel: str) -> dict[str, Any]:
+        if channel not in self.fits:
+            return {}
+        fitted = self.fits[channel]
+        return {"fit": fitted.to_dict(), "trust": trust(fitted, self.findings, channel)}
+
+    @property
+    def model(self) -> NoiseModel:
+        """The noise model of the channels that have one; see `NoiseModel.from_result`. Raises `DataError` if none has."""
+        return NoiseModel.from_result(self.to_dict())
+
+    def __getitem__(self, channel: str) -> NoiseFit:
+        """The fit of a channel; the `KeyError` of any other says why there is none."""
+        if channel in self.fits or channel not in self.curves:
+            known = self.fits or self.curves
+            if channel not in known:
+                lost = [
+                    words(one).message for one in self.findings if channel in one.channels and one.code in WITHOUT_CURVE
+                ]
+                why = f" ({lost[0]})" if lost else ""
+                raise KeyError(f"no channel {channel!r}{why}; channels: {', '.join(known)}")
+            return self.fits[channel]
+        why = "the sensor was not at rest" if self._moving else "the coefficients were read off: .read_off has them"
+        raise KeyError(f"no fit of {channel!r}: {why}")
+
+    def plot(self, *channels: str, ax: Panels = None, style: Style = "screen") -> Figure:
+        """Draw the curves with their intervals and fits, with one panel for each stream.
+
+        Parameters
+        ----------
+        *channels : str
+            Which channels. Default: all. A panel with one channel has a line of each term, with its value.
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        style : {"screen", "paper"}
+            ``"paper"``: for a column of a two-column paper.
+
+        Returns
+        -------
+        matplotlib figure
+        """
+        from sigmatau.plot.curves import draw_analysis
+        from sigmatau.plot.style import styled
+
+        curves = {name: self.curves[name] for name in channels or self.curves}
+        with styled(style):
+            return draw_analysis(curves, self.read_off, self.fits, ax=ax)
+
+    def plot_stability(self, ax: Panels = None) -> Figure:
+        """Draw the dynamic Allan deviation of each channel, which must have been requested; `ax` is one axes a channel.
+
+        Raises
+        ------
+        OptionError
+            If it was not requested.
+        """
+        if not self.stability:
+            raise OptionError(
+                "no dynamic Allan deviation was asked for: analyze(…, stability=True)", option="stability"
+            )
+        from sigmatau.plot.stability import draw_all
+
+        return draw_all(self.stability, ax=ax)
+
+    def export(self, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> str | bytes:
+        """Write the fitted model for another program; see `sigmatau.export`.
+
+        The sampling rate is that of the record if `choices` has none.
+        """
+        from sigmatau.exporting.export import export
+
+        return export(self.to_source(), to=to, path=path, choices=choices)
+
+    def to_source(self) -> Source:
+        """The input of an export: the model, the sampling rates and the filters."""
+        from sigmatau.exporting.source import Source
+
+        return Source.of_result(self.to_dict())
+
+    def headline(self) -> str:
+        """The record in a line: its file, axes, rate and where that comes from, length, and whether it is at rest."""
+        curves = list(self.curves.values())
+        rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
+        source = f" ({self.rate_source.partition(' in ')[0].partition(',')[0]})" if self.rate_source else ""
+        words = [
+            f"{len(curves)} {'axis' if len(curves) == 1 else 'axes'} at {' and '.join(rates)} Hz{source}",
+            duration_text(max(curve.n * curve.tau0 for curve in curves)),
+        ]
+        if self.rest is not None:
+            words.append(_RESTING["assumed" if self._moving and self.fits else self.rest.verdict])
+        name = "" if self.source.path is None else f"{Path(self.source.path).name}: "
+        return printable(name + ", ".join(words))
+
+    @property
+    def _moving(self) -> bool:
+        return self.rest is not None and self.rest.verdict == "not_at_rest"
+
+    def overview(self, *, width: int = 80) -> str:
+        """The record in a line, and the main coefficients of each axis in a row with how far to trust them, as the command
+        line prints them.
+        """
+        if self.read_off and not self.fits:
+            return self.summary()
+        table = [overview(self.fits, self.findings, width=width)] if self.fits else []
+        return "\n".join([self.headline(), *table])
+
+    def summary(self) -> str:
+        """The grids and the table of all coefficients, as the command line prints them with ``--verbose``."""
+        return "\n".join([*self.grids.values(), "", self.coefficients()])
+
+    def coefficients(self) -> str:
+        """The table of coefficients; of a record that is not at rest, that there are none."""
+        if not self.fits and not self.read_off:
+            return "not at rest: no coefficients"
+        return fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a channel and term, with how far to trust it; see `Tabular.columns`."""
+        if not self.fits:
+            return TablesByChannel(self.read_off).columns()
+        columns = self.fits.columns()
+        return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}
+
+    def _repr_html_(self) -> str:
+        told = "".join(f"<li>{html.escape(line)}</li>" for line in causes(self.findings))
+        if not self.fits:
+            return f"<pre>{html.escape(self.coefficients())}</pre><ul>{told}</ul>"
+        from sigmatau.plot.terminal import sparkline
+
+        head, *rows = overview_rows(self.fits, self.findings)
+        shown = [(*head, "σ(τ)")]
+        for row in rows:
+            curve = self.curves.get(row[0])
+            shown.append((*row, "" if curve is None else sparkline(curve.tau, curve.adev)))
+        return f"{html_table(shown, ready={len(head)})}<ul>{told}</ul>"
+
+    def __repr__(self) -> str:
+        return "\n".join([self.overview(), *causes(self.findings)])

@@ -7,7 +7,7 @@ code 1 if a bug is not found.
 
     python -m studies.mutations                   # all bugs without a result
     python -m studies.mutations --check           # only whether every change still fits its file
-    python -m studies.mutations gaps-walk         # these again
+    python -m studies.mutations gap-start         # these again
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import html
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, get_args
@@ -175,6 +175,10 @@ class Analysis(Tabular):
         why = "the sensor was not at rest" if self._moving else "the coefficients were read off: .read_off has them"
         raise KeyError(f"no fit of {channel!r}: {why}")
 
+    def __iter__(self) -> Iterator[str]:
+        """The channels with a fit, so that ``"gyro_x" in analysis`` tells whether there is ``analysis["gyro_x"]``."""
+        return iter(self.fits)
+
     def plot(self, *channels: str, ax: Panels = None, style: Style = "screen") -> Figure:
         """Draw the curves with their intervals and fits, with one panel for each stream.
 
@@ -268,7 +272,7 @@ class Analysis(Tabular):
 
     def columns(self) -> dict[str, list[Any]]:
         """A row a channel and term, with how far to trust it; see `Tabular.columns`."""
-        if not self.fits:
+        if self.read_off and not self.fits:
             return TablesByChannel(self.read_off).columns()
         columns = self.fits.columns()
         return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}
@@ -377,7 +381,7 @@ def analyze(
     Notes
     -----
     A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve uses
-    clusters that are at least half complete; the fit and the coefficients read off account for that.
+    clusters that are at least half complete; the fit accounts for that, and nothing is read off if more than 1 % is missing.
     """
     if method not in get_args(Method):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Method))}, not {method!r}", option="method")

@@ -88,6 +88,18 @@ def test_a_channel_by_its_name(analysis):
     with pytest.raises(KeyError, match=r"no channel 'flat' .*not analysed.*; channels: x"):
         read_off["flat"]
     assert list(read_off.to_dataframe()["term"]) == ["random_walk"]
+    assert "gyro_x" in analysis
+    assert "gyro_a" not in analysis
+    assert [analysis[name] for name in analysis] == list(analysis.fits.values())
+    assert list(read_off) == []
+
+
+def test_the_table_of_a_record_that_moves_has_no_rows(analysis):
+    """But columns: a file of one line feed is no CSV."""
+    t = np.arange(20_000) / 100
+    moving = st.analyze(st.Record.from_arrays(rate=100, gyro_x=np.sin(t / 3), unit={"gyro": "rad/s"}))
+    assert moving.rest.verdict == "not_at_rest"
+    assert moving.columns() == {name: [] for name in analysis.columns()}
 
 
 def test_what_is_no_record(tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -141,6 +141,10 @@ class Analysis(Tabular):
         why = "the sensor was not at rest" if self._moving else "the coefficients were read off: .read_off has them"
         raise KeyError(f"no fit of {channel!r}: {why}")
 
+    def __iter__(self) -> Iterator[str]:
+        """The channels with a fit, so that ``"gyro_x" in analysis`` tells whether there is ``analysis["gyro_x"]``."""
+        return iter(self.fits)
+
     def plot(self, *channels: str, ax: Panels = None, style: Style = "screen") -> Figure:
         """Draw the curves with their intervals and fits, with one panel for each stream.
 
@@ -234,7 +238,7 @@ class Analysis(Tabular):
 
     def columns(self) -> dict[str, list[Any]]:
         """A row a channel and term, with how far to trust it; see `Tabular.columns`."""
-        if not self.fits:
+        if self.read_off and not self.fits:
             return TablesByChannel(self.read_off).columns()
         columns = self.fits.columns()
         return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}

@@ -137,7 +137,7 @@ def analyze(
     Notes
     -----
     A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve uses
-    clusters that are at least half complete; the fit and the coefficients read off account for that.
+    clusters that are at least half complete; the fit accounts for that, and nothing is read off if more than 1 % is missing.
     """
     if method not in get_args(Method):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Method))}, not {method!r}", option="method")

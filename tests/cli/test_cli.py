@@ -382,6 +382,19 @@ def test_the_log_is_never_overwritten(log, tmp_path, capsys):
     assert log.read_bytes() == before
 
 
+def test_the_log_is_not_overwritten_by_the_curves_beside_a_csv(tmp_path, capsys):
+    log = tmp_path / "run-curves.csv"
+    log.write_text(table())
+    code, out, err = run("analyze", log, "--rate", 100, "--csv", tmp_path / "run.csv", capsys=capsys)
+    assert (code, out) == (2, "")
+    assert "run-curves.csv is the file that is read" in err
+    assert log.read_text() == table()
+    files = ("--csv", tmp_path / "r.csv", "--json", tmp_path / "r-curves.csv")
+    code, out, err = run("analyze", log, "--rate", 100, *files, capsys=capsys)
+    assert (code, out) == (2, "")
+    assert "both name" in err
+
+
 def test_two_outputs_of_one_name(log, tmp_path, capsys):
     path = tmp_path / "a.png"
     code, _, err = run("analyze", log, "--rate", 100, "--plot", path, "--json", path, capsys=capsys)

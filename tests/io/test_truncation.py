@@ -149,6 +149,15 @@ def test_a_last_number_of_any_form_without_a_line_end(tmp_path):
     assert record.provenance.rows == 49  # 1.25 cut off is 1.2
 
 
+def test_a_last_comment_without_a_line_end_truncates_no_number(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{i},{v!r}\n" for i, v in enumerate(WX[:50, 0].tolist()))
+    path.write_text("time [s],gyro_x [deg/s]\n" + rows + "# end")
+    record = read(path)
+    assert record.provenance.rows == 50
+    assert record.findings == ()
+
+
 def test_mutated_files(tmp_path):
     """A result or an error of ours, and never more rows than there are lines."""
     rng = np.random.default_rng(seed_of("mutated text"))

@@ -160,3 +160,10 @@ def test_damaged_results_are_refused(case, whole):
     damage(content["channels"]["gyro_x"]["fit"])
     with pytest.raises(DataError, match=f"channel 'gyro_x': .*{words}"):
         NoiseModel.from_result(content)
+
+
+def test_coefficients_that_were_read_off_are_no_model():
+    model = NoiseModel(channels={"gyro_x": {"random_walk": 1e-3}})
+    analysis = analyze(simulate(model, duration=60.0, rate=20.0, rng=1), method="read-off")
+    with pytest.raises(DataError, match="only read off; a model needs a fit"):
+        NoiseModel.from_result(analysis.to_dict())

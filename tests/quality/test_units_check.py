@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, allan, simulate
+from sigmatau import NoiseModel, Record, allan, analyze, simulate
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.samples.units import gravity, implausible_unit
 
@@ -64,7 +64,16 @@ def test_bias_is_information_and_absurd_levels_are_not():
     assert finding.details.cause == "removed"
     (finding,) = gravity(Record.from_arrays(rate=100, accel=triad("absurd", (0, 0, 4.0))).streams[0])
     assert finding.severity == "warning"
+    assert dict(finding.factors) == pytest.approx(dict.fromkeys(TERMS, 4.0 / 9.80665), rel=1e-3)
     assert gravity(Record.from_arrays(rate=100, accel_x=np.ones(100) * 4).streams[0]) == []  # one axis may lie
+
+
+def test_raw_counts_named_g_are_not_to_be_trusted():
+    """16384 counts are 1 g: no mistaken unit explains them, and all coefficients are wrong by their number."""
+    counts = np.random.default_rng(1).normal((0, 0, 16384.0), 16.0, (6000, 3))
+    analysis = analyze(Record.from_arrays(rate=100, accel=counts, unit={"accel": "g"}))
+    assert [one.code for one in analysis.findings] == ["gravity"]
+    assert set(analysis.columns()["trust"]) == {"poor"}
 
 
 def test_gyros_of_all_grades_are_plausible():

@@ -25,6 +25,7 @@ from sigmatau.cli.options import (
     bandwidths,
     check_folder,
     check_output,
+    curves_beside,
     finding_lines,
     read_log,
     refuse_same,
@@ -196,7 +197,9 @@ def _one(
         check_output(path, outputs.endings[option], option)
     for path in exports.files.values():
         check_output(path, (), "export")
-    refuse_same(log, **outputs.files, **{f"export {name}": path for name, path in exports.files.items()})
+    beside = None if outputs.csv is None else curves_beside(outputs.csv)
+    named = {f"export {name}": path for name, path in exports.files.items()}
+    refuse_same(log, **outputs.files, **named, **{"csv curves": beside})
     with _failures_written(log, outputs.json):
         record = read_log(log, reading, quiet=quiet)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)

@@ -126,10 +126,14 @@ def write_json(content: object, path: Path) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def curves_beside(path: Path) -> Path:
+    """The file of the curves that `write_csv` writes beside the coefficients."""
+    return path.with_name(f"{path.stem}-curves{path.suffix}")
+
+
 def write_csv(analysis: Analysis, path: Path) -> None:
     """Write the coefficients, and the curves to a file beside it; an error leaves neither half written."""
-    beside = path.with_name(f"{path.stem}-curves{path.suffix}")
-    for table, file in ((analysis, path), (analysis.curves, beside)):
+    for table, file in ((analysis, path), (analysis.curves, curves_beside(path))):
         with atomic(file) as temporary:
             temporary.write_text(csv_text(table.columns()), encoding="utf-8")
 

@@ -81,8 +81,10 @@ def fit_channel(
     Raises
     ------
     OptionError
-        For an unknown method, term or channel, a correlation time that is not positive, a regressor of another length, that
-        is not finite or never changes, or a level outside 0.5 … 0.999.
+        For an unknown method or term, processes or regressors of least squares, a correlation time that is not positive, a
+        regressor of another length, that is not finite or never changes, or a level outside 0.5 … 0.999.
+    KeyError
+        For an unknown channel.
 
     See Also
     --------
@@ -100,6 +102,10 @@ def fit_channel(
         raise OptionError(
             f"{{option}} must be one of {', '.join(get_args(FitMethod))}, not {method!r}", option="method"
         )
+    if method == "gls":
+        for option, given_one in (("processes", processes), ("regressors", regressors)):
+            if given_one:
+                raise OptionError("{option} are of the likelihood: least squares has none", option=option)
     stream = record.stream_of(channel)
     if method == "likelihood" and usable(stream, channel):
         given = dict(regressors or {})

@@ -417,6 +417,10 @@ class Fits(TablesByChannel[NoiseFit]):
 
     __slots__ = ()
 
+    def columns(self) -> dict[str, list[Any]]:
+        """The rows of all channels, see `Tabular.columns`; without channels, the same columns without rows."""
+        return super().columns() or {name: [] for name in ("channel", *_TERM_COLUMNS, "verdict")}
+
 
 def _in_words(interval: Interval, factor: float, unit: str) -> str:
     low = None if interval.low is None else interval.low / factor

@@ -68,6 +68,10 @@ def models_of(channels: Mapping[str, Any]) -> tuple[dict[str, ChannelModel], lis
     """The models of channels by name, and the names of those without one; raises `DataError`, which names the channel."""
     models, without = {}, []
     for name, channel in channels.items():
+        if isinstance(channel, Mapping) and "fit" not in channel and "read_off" in channel:
+            raise DataError(
+                f"channel {name!r}: its coefficients were only read off; a model needs a fit (method likelihood)"
+            )
         try:
             fit, quantity, unit = channel["fit"], channel["quantity"], channel["curve"]["unit"]
             if not (isinstance(quantity, str) and isinstance(unit, str)):

@@ -95,7 +95,12 @@ def _spikes(finding: Finding, details: Spikes) -> Words:
     if details.count > 1:
         share = percent(details.share)
         found = f"{details.count} spikes ({share}), the largest {height} at {clock(details.time)}"
-    return Words(found + (", beside smaller ones in the noise" if details.more_below else ""))
+    if not details.more_below:
+        return Words(found)
+    return Words(
+        f"{found}, beside smaller ones in the noise",
+        "Run with --keep spikes too: the random walk is between the two" if finding.left_out else "",
+    )
 
 
 def _start_transient(finding: Finding, details: StartTransient) -> Words:

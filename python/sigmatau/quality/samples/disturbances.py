@@ -9,6 +9,7 @@ import numpy as np
 
 from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.dropouts import dropouts
@@ -78,5 +79,8 @@ def without(stream: Stream, *, keep: Iterable[str] = ()) -> tuple[Stream, list[F
             told.append(one.finding)
         else:
             count = int(np.count_nonzero(one.mask, axis=0).max())
-            told.append(replace(one.finding, severity="info", left_out=count))
+            # Of noise with heavy tails, a part is left out with the spikes, and the random walk is too small.
+            heavy = isinstance(one.finding.details, Spikes) and one.finding.details.more_below
+            severity = one.finding.severity if heavy else "info"
+            told.append(replace(one.finding, severity=severity, left_out=count))
     return masked_by(stream, (one for one in found if one.cause not in kept)), told

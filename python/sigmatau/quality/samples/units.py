@@ -108,7 +108,9 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
     cause = "bias_or_scale" if near else "removed" if level < _WITHOUT_GRAVITY else "unknown"
     details = Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause)
     severity: Severity = "warning" if cause == "unknown" else "info"
-    return [Finding(details=details, severity=severity, channels=stream.channels, size=level, unit=stream.unit)]
+    factors = tuple((term, 1 + deviation) for term in TERMS) if cause == "unknown" else ()
+    channels, unit = stream.channels, stream.unit
+    return [Finding(details=details, severity=severity, channels=channels, size=level, unit=unit, factors=factors)]
 
 
 def _by_gravity(stream: Stream) -> list[Finding]:

@@ -170,7 +170,7 @@ class _Text:
                 tail = stream.read()
         encoding, point = "latin-1" if self.encoding == "ascii" else self.encoding, ".,"[self.layout.decimal_comma]
         lines = tail[-_TAIL:].decode(encoding, "replace").rstrip("\0 \t\x1a").split("\n")
-        if not lines[-1].strip():
+        if not lines[-1].strip() or lines[-1].lstrip().startswith(COMMENTS):
             return False
         above, *_, last = 2 * [line.split(self.layout.delimiter)[-1].strip() for line in lines[-2:] if line.strip()]
         return point not in last or len(last.partition(point)[2]) < len(above.partition(point)[2])

@@ -45,7 +45,9 @@ def fit_findings(fitted: NoiseFit, *, missing: float = 0.0, beside: Sequence[Fin
     """
     channels = (fitted.channel,)
     disturbed = any(
-        one.code in DISTURBANCES for one in beside if one.severity == "warning" and fitted.channel in one.channels
+        one.code in DISTURBANCES and not one.left_out
+        for one in beside
+        if one.severity == "warning" and fitted.channel in one.channels
     )
     of_misfit: Severity = "info" if disturbed else "warning"
     if fitted.verdict == "too_short":

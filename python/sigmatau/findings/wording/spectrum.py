@@ -1,4 +1,4 @@
-"""Words of findings about spectra: lines, low-pass filters, resampling, common noise."""
+"""Words of findings about spectra: lines, filters, processes, aliasing, correlated axes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sigmatau.findings.kinds.spectrum import (
     SpectralLines,
 )
 from sigmatau.findings.wording.fit import filter_text
-from sigmatau.findings.wording.phrases import Words, factor_text
+from sigmatau.findings.wording.phrases import Words, axes_text, factor_text
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, two_digits
 
@@ -90,8 +90,10 @@ def _correlated_axes(finding: Finding, details: CorrelatedAxes) -> Words:
     of = f"means over {duration_text(strongest.mean_length)}" if strongest.mean_length else "sample-to-sample changes"
     several = f", the largest of {len(details.pairs)} pairs" if len(details.pairs) > 1 else ""
     shared = "a shared supply, temperature or motion" if strongest.mean_length else "a shared vibration or converter"
+    pair = (strongest.first, strongest.second)
+    which = "" if set(finding.channels) == set(pair) else f"{axes_text(pair)} are "
     return Words(
-        f"{strongest.first} and {strongest.second} are correlated, r = {strongest.coefficient:.2f} for {of}{several}",
+        f"{which}correlated, r = {strongest.coefficient:.2f} for {of}{several}",
         f"Look for {shared}; a Kalman filter needs the covariance of the axes",
     )
 

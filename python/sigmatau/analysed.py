@@ -244,9 +244,9 @@ class Analysis(Tabular):
         return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}
 
     def _repr_html_(self) -> str:
-        told = "".join(f"<li>{html.escape(line)}</li>" for line in causes(self.findings))
+        told = "".join(f"<li>{html.escape(line)}</li>" for line in self._causes())
         if not self.fits:
-            return f"<pre>{html.escape(self.coefficients())}</pre><ul>{told}</ul>"
+            return f"<p>{html.escape(self.headline())}</p><pre>{html.escape(self.coefficients())}</pre><ul>{told}</ul>"
         from sigmatau.plot.terminal import sparkline
 
         head, *rows = overview_rows(self.fits, self.findings)
@@ -254,7 +254,10 @@ class Analysis(Tabular):
         for row in rows:
             curve = self.curves.get(row[0])
             shown.append((*row, "" if curve is None else sparkline(curve.tau, curve.adev)))
-        return f"{html_table(shown, ready={len(head)})}<ul>{told}</ul>"
+        return f"<p>{html.escape(self.headline())}</p>{html_table(shown, ready={len(head)})}<ul>{told}</ul>"
 
     def __repr__(self) -> str:
-        return "\n".join([self.overview(), *causes(self.findings)])
+        return "\n".join([self.overview(), *self._causes()])
+
+    def _causes(self) -> list[str]:
+        return causes(self.findings, rest="analysis.findings")

@@ -37,6 +37,7 @@ EXAMPLES = [
     of_gyro(TooShort(reasons=(FEW,))),
     of_gyro(TooShort(reasons=(FEW,), missing=0.9996), size=0.9996),
     of_gyro(TooShort(reasons=(ZeroVariance(),))),
+    of_gyro(TooShort(reasons=(IncompleteRecord(missing=12, samples=5000),))),
     *(
         of_gyro(NoAdequateModel(reasons=(reason,)))
         for reason in (

@@ -61,6 +61,10 @@ EXAMPLES = [
     ALIASING,
     replace(ALIASING, details=replace(STATED, order=2, second_order=None), severity="info"),
     CORRELATED,
-    replace(CORRELATED, details=CorrelatedAxes(pairs=(replace(SLOW[0], mean_length=0.0),), only_slow=False)),
+    replace(
+        CORRELATED,
+        channels=("gyro_x", "gyro_y"),
+        details=CorrelatedAxes(pairs=(replace(SLOW[0], mean_length=0.0),), only_slow=False),
+    ),
     replace(CORRELATED, severity="info"),
 ]

@@ -100,8 +100,8 @@ def analyze_command(
         Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes (with
         commas between), or all. Default: none; they are treated as missing.
     at_rest
-        Take the log as at rest, whatever it shows: motion, as of a turntable or a shaking table, is analysed as noise.
-        Otherwise a log that is not at rest gets no coefficients (exit code 5), and the longest part at rest is analysed.
+        Analyse motion, such as that of a turntable or a shaker, as noise. Default: a log that is partly at rest is cut to
+        its longest part at rest, and one that is not at rest gets no coefficients (exit code 5).
     bandwidth
         Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then
         reports the random walk that aliasing adds.
@@ -114,8 +114,7 @@ def analyze_command(
         Write the result as JSON; - writes it to standard output instead of the table; for several logs, a folder. If the
         analysis fails, the JSON says why.
     csv
-        Write the coefficients as CSV in SI, NAME.csv, and the curves beside them, NAME-curves.csv; for several
-        logs, a folder.
+        Write the coefficients as CSV in SI units, NAME.csv, and the curves as NAME-curves.csv; for several logs, a folder.
     export
         Write the parameters of one log for another program, kalibr=imu.yaml; sigmatau export --list shows the targets.
     jobs

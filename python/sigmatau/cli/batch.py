@@ -181,12 +181,12 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
         texts = []
         for term in _TERMS:
             if fit is not None:
-                value, interval, unit = fit.texts(term)[0] if term in fit else ("", "", "")
+                value, interval, unit = fit.texts(term)[-1] if term in fit else ("", "", "")
                 # A value that is consistent with zero is printed with its interval.
                 if value and fit[term].low == 0:
                     value = f"{value} {interval}"
             else:
-                value, unit = read.texts(term)[0] if read is not None and term in read else ("", "")
+                value, unit = read.texts(term)[-1] if read is not None and term in read else ("", "")
             texts.append(f"{value} {unit}" if value else "")
         without = "not at rest" if read is None else "read off"
         worth = without if fit is None else trust(fit, analysis.findings, channel)

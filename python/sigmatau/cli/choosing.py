@@ -37,9 +37,9 @@ class Choosing:
     horizon
         Averaging time for gyro=horizon and Gauss-Markov biases, e.g. 10s (ms, s, min, h, d).
     noise_factor
-        Factor on the random walk; the file states estimate and factor (default 1).
+        Factor on the random walk; the file states estimate and factor.
     walk_factor
-        Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes (default 1).
+        Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.
     step
         Step of the filter in seconds, for targets that need one.
     name

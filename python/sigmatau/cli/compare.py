@@ -32,7 +32,7 @@ def compare_command(
     sided: Literal["one", "two"] | None = None,
     bias: Literal["minimum", "coefficient"] | None = None,
     undecided: Literal["pass", "fail"] = "pass",
-    json: bool = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
     """Test whether units meet their datasheet, by noise term and in sigmas; exit code 3 if a unit does not.
@@ -47,7 +47,7 @@ def compare_command(
     datasheet
         A name of "sigmatau datasheet list", or your file (.toml).
     level
-        Confidence level of the status out: the probability of out for a unit exactly at its limit is at most 1 - level.
+        Confidence level of the status "out": a unit exactly at its limit gets it with a probability of at most 1 - LEVEL.
     factor
         If the datasheet states no maximum, use FACTOR times the typical value. Default: a typical value cannot fail a unit.
     sided

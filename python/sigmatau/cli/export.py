@@ -51,10 +51,10 @@ def export_command(
         Sampling rate in Hz (default: that of the record, if the source is a result).
     from_datasheet
         Instead of a source: typical values of a sensor, by a name of "sigmatau datasheet list" or your file (.toml). If a
-        convention is not stated, that with more noise is taken; a rate random walk is matched at --horizon (default 10s).
+        convention is not stated, the one with more noise is used; a rate random walk is matched at --horizon (default 10s).
     inflate
-        JSON of the same sensor at rest, if the source is one with engines or motors on: print the factor of each
-        coefficient, or with --to, write the numbers of the source with these factors beside them.
+        JSON of the sensor at rest; the source is the JSON of the same sensor with engines or motors on. Print the factor of
+        each coefficient. With --to, write the numbers of the source, with these factors as comments.
     list_
         List the targets; with a name, --list kalibr, show its options.
     quiet

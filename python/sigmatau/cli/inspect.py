@@ -42,7 +42,7 @@ def inspect_command(
     leave_out
         Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log.
     keep
-        Disturbances that are not left out, as of analyze.
+        Disturbances to treat as good samples, as in analyze.
     json
         Write JSON; - writes it to standard output instead of the list.
     quiet

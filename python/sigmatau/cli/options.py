@@ -335,7 +335,7 @@ class Reading:
     offset
         Reading at zero, in counts or volts: gyro=2048.
     max_expansion
-        Largest size of compressed content over that of its file (default 100; 64 MiB are always unpacked).
+        Largest ratio of unpacked to compressed size (default 100; 64 MiB are always unpacked).
     """
 
     rate: float | None = None

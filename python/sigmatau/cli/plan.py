@@ -46,7 +46,7 @@ def plan_command(
     value: str | None = None,
     rate: float | None = None,
     channels: Annotated[list[str] | None, Parameter(negative=())] = None,
-    json: bool = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
     """Plan the length of a record that shows a noise term, or the smallest value that a record shows.

@@ -36,7 +36,7 @@ def predict_command(
     earth: Literal["round", "flat"] = "round",
     channels: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
-    json: bool = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
     """Predict the error growth of unaided inertial navigation at rest: attitude, velocity, position, by noise term.

@@ -7,7 +7,7 @@ states it, and no coefficient is written under the name of another.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -161,9 +161,13 @@ class Numbers:
     def limits_written(self) -> tuple[Finding, ...]:
         """A finding for each term of which upper limits are written, unasked."""
         return tuple(
-            Finding(severity="info", channels=tuple(found), details=LimitWritten(term=term))
+            Finding(severity="info", channels=self._in_order(found), details=LimitWritten(term=term))
             for term, found in self.limits.items()
         )
+
+    def _in_order(self, channels: Iterable[str]) -> tuple[str, ...]:
+        """Channels as the model has them, so that files that use them in another order have equal findings."""
+        return tuple(sorted(channels, key=list(self.whole.channels).index))
 
     def not_used(self) -> tuple[Finding, ...]:
         """Choices for a coefficient that was observed for every axis, or for a sensor that the model does not have."""

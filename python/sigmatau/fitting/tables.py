@@ -25,8 +25,8 @@ _FITTED = {
 _FIT_LEGEND = (
     '"below": 95 % upper limit of a term that is not observed; `sigmatau plan` tells how long a record would show it.',
     "p: p-value of the model; with p < 0.002 it does not fit.",
-    "Read off: lines of the term's slope, ± eq. (26), as in El-Sheimy, Hou & Niu (2008). A line includes the other terms at",
-    "its averaging times, and its ± is a rule of thumb: therefore the two columns differ.",
+    "Read off: lines with the term's slope, ± by eq. (26), as in El-Sheimy, Hou & Niu (2008). The columns differ:",
+    "a line includes the other terms at its averaging times, and its ± is a rule of thumb.",
 )
 
 
@@ -63,7 +63,7 @@ def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) ->
     methods = dict.fromkeys(fitted.method for fitted in fits.values())
     lines += ["", *(_FITTED[method] for method in methods), *_FIT_LEGEND]
     if plateau:
-        lines.append("Bias instability: the flat part of the curve, which most datasheets state, is 0.664 of it.")
+        lines.append("Bias instability B: most datasheets state the flat part of the curve instead, 0.664·B.")
     lines += [f"{term.capitalize()} has the same slope as {others}." for others, term in notes.items()]
     return "\n".join(lines)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -142,7 +142,7 @@ class PredictedError(Printed):
                 parts.append(f"beyond the record of {duration_text(duration)}")
             if self.large[k]:
                 parts.append("too large for these equations")
-            limit = "" if self.at_most is None else f"at most {self.at_most[k] / factor:.3g}"
+            limit = "" if self.at_most is None else f"at most {float(f'{self.at_most[k] / factor:.3g}'):g}"
             rows.append((duration_text(after), value, interval, unit, limit, ", ".join(parts)))
         return rows
 
@@ -253,9 +253,9 @@ class Prediction(Mapping[str, PredictedError], Printed):
         """Assumptions of the numbers."""
         if self.calibration is not None:
             lines = [
-                f"The mean rates of the {duration_text(self.calibration)} before the start are subtracted, those of level"
-                " accelerometers by levelling;",
-                "roll and pitch are without what levelling leaves, an accelerometer's bias over g.",
+                f"The mean rates of the {duration_text(self.calibration)} before the start are subtracted;"
+                " level accelerometers are levelled instead.",
+                "Roll and pitch do not contain the error of levelling: the bias of an accelerometer over g.",
             ]
         else:
             lines = ["The state at the start is taken as known: walks and flicker noise begin at 0."]
@@ -279,7 +279,9 @@ class Prediction(Mapping[str, PredictedError], Printed):
         if self.earth == "flat":
             lines.append("Flat Earth: without Schuler's feedback.")
         if self.flicker_error:
-            lines.append(f"Flicker noise: Allan deviation within {100 * self.flicker_error:.2g} %.")
+            lines.append(
+                f"Bias instability is approximated: its Allan deviation is right within {100 * self.flicker_error:.2g} %."
+            )
         if any(error.low is not None for error in self.errors.values()):
             known = ", ".join(_label(*key) for key in self.as_known)
             lines.append(
@@ -288,9 +290,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
             )
         lines += [f"{name}: {alike_text(time)}; the interval holds both." for name, time in self.alike_from.items()]
         if self.not_seen:
-            lines.append(
-                "Not seen in the record, and 0 in the rms: " + ", ".join(_label(*key) for key in self.not_seen) + "."
-            )
+            lines.append("Not seen in the record, and 0 in the rms: " + _by_channel(self.not_seen) + ".")
         if self.undecided:
             lines.append(
                 "Not distinguished from other noise; the rms has what fits best: "
@@ -301,15 +301,13 @@ class Prediction(Mapping[str, PredictedError], Printed):
             lines.append(f"At most: the rms with each of these terms at its {100 * self.limit_level:g} % limit.")
         if self.duration is not None and self.after[-1] > self.duration:
             lines.append(
-                f"Beyond the {duration_text(self.duration)} of the record nothing was measured of the noise: what is slower"
-                " can be larger than this, and no interval says by how much."
+                f"Beyond the {duration_text(self.duration)} of the record, the noise was not measured: slower noise may"
+                " make the errors larger, and no interval accounts for it."
             )
         upwards = self.errors.get("position_z")
         growth = math.sqrt(EARTH_RADIUS / (2 * GRAVITY))
         if upwards is not None and self.earth == "round" and self.after[-1] > growth:
-            lines.append(
-                f"Height alone is unstable: without an aid an error upwards grows e-fold every {duration_text(growth)}."
-            )
+            lines.append(f"Height is unstable: without an aid, its error grows e-fold every {duration_text(growth)}.")
         if any(error.large.any() for error in self.errors.values()):
             lines.append(
                 "Too large for these equations: they are of tilts below 0.2 rad, speeds below 1 km/s and 64 km."
@@ -317,8 +315,8 @@ class Prediction(Mapping[str, PredictedError], Printed):
         return lines
 
     def __repr__(self) -> str:
-        head = f"error of free inertial navigation at rest, steps of {1 / self.rate:g} s"
-        rows: list[tuple[str, ...]] = [("", "after", "rms", "", "", "", "of the mean square")]
+        head = f"error of unaided inertial navigation at rest, steps of {1 / self.rate:g} s"
+        rows: list[tuple[str, ...]] = [("", "after", "rms", "", "", "", "shares of the mean square")]
         for error in self.errors.values():
             rows += _named(error, duration=self.duration)
         return lines_text([head, *_table(rows), *self.notes()])
@@ -328,6 +326,14 @@ def _label(channel: str, part: str) -> str:
     """Name of a part of a channel, as `analyze` prints it; of correlated channels of different kinds, the common name."""
     quantity = _QUANTITIES.get(stream_name(channel), "signal") if " " not in channel else "signal"
     return f"{channel} {TERMS[part].label(quantity) if part in TERMS else _OTHER_LABELS[part]}"
+
+
+def _by_channel(keys: Iterable[tuple[str, str]]) -> str:
+    """``"gyro_x quantization, rate ramp; accel_x rate ramp"``: gyros first."""
+    parts: dict[str, list[str]] = {}
+    for channel, part in sorted(keys, key=lambda key: (stream_name(key[0]) != "gyro", key[0])):
+        parts.setdefault(channel, []).append(_label(channel, part).removeprefix(f"{channel} "))
+    return "; ".join(f"{channel} {', '.join(labels)}" for channel, labels in parts.items())
 
 
 def _bias(channel: str, value: float) -> str:

@@ -73,7 +73,7 @@ def line(finding: Finding) -> str:
     return printable(f"{finding.severity}: {about}{finding.message}")
 
 
-def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:
+def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose") -> list[str]:
     """What matters: errors, warnings and what was left out, one line a kind of finding, of its worst axis; of an
     error, what to do.
 
@@ -82,6 +82,8 @@ def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:
     findings : iterable of Finding
     most : int
         Kinds that are named; a last line counts the other findings.
+    rest : str
+        Where the other findings are.
 
     Returns
     -------
@@ -97,7 +99,7 @@ def causes(findings: Iterable[Finding], *, most: int = 5) -> list[str]:
     told = list(kinds.values())[:most]
     lines = [_cause(alike) for alike in told]
     if left := len(findings) - sum(map(len, told)):
-        lines.append(f"· {left} more finding{'s' if left > 1 else ''}, and what to do: --verbose")
+        lines.append(f"· {left} more finding{'s' if left > 1 else ''}, and what to do: {rest}")
     return lines
 
 

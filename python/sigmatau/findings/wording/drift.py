@@ -37,7 +37,7 @@ def _non_stationary(finding: Finding, details: NonStationary) -> Words:
     if one is not None:
         texts.append(
             f"Allan deviations of segments differ by a factor of {one.ratio:.3g}"
-            + ("" if change else f" at τ = {seconds(one.tau)} s, largest from {clock(one.largest_at)}")
+            + ("" if change else f" at τ = {seconds(one.tau)} s, largest in the one from {clock(one.largest_at)}")
         )
     if change is not None:
         texts.append(f"short-time noise changes by a factor of {change.ratio:.3g} at {clock(change.time)}")

@@ -52,7 +52,9 @@ def _slow_noise_left_out(_: Finding, of: kinds.SlowNoiseLeftOut) -> Words:
 
 def _limit_written(_: Finding, of: kinds.LimitWritten) -> Words:
     label = TERMS[of.term].label("signal")
-    return Words(f"{label} not observed; its upper limit is written (a value: {_option(of.term)}; an error: --strict)")
+    return Words(
+        f"{label} not observed; its upper limit is written", f"{_option(of.term)} sets another value, --strict refuses"
+    )
 
 
 def _not_adequate(_: Finding, __: kinds.NotAdequate) -> Words:

@@ -14,7 +14,7 @@ _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 
 _REASONS: dict[type, Callable[[Any], str]] = {
     kinds.TooFewTimes: lambda r: (
-        f"{r.times} averaging times up to a third of {r.samples} samples, a fit needs {r.needed}"
+        f"only {r.times} averaging times up to a third of {r.samples} samples; a fit needs {r.needed}"
     ),
     kinds.ZeroVariance: lambda r: "an Allan variance is 0, which noise cannot cause",
     kinds.Misfit: lambda r: f"σ({seconds(r.tau)} s) is {_off(r.ratio)} the best fit{_p_text(r)}",
@@ -102,6 +102,8 @@ def _too_short(finding: Finding, details: kinds.TooShort) -> Words:
             f"{text}; {percent(details.missing)} of the samples are missing",
             "Find the cause of the loss; a longer record with the same losses helps little",
         )
+    if isinstance(details.reasons[0], kinds.IncompleteRecord):
+        return Words(text, "Use --method likelihood, which allows for missing samples")
     return Words(text, "Record longer" if isinstance(details.reasons[0], kinds.TooFewTimes) else "")
 
 

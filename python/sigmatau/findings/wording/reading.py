@@ -60,7 +60,7 @@ def _part_missing(finding: Finding, it: kinds.PartMissing) -> Words:
     part = f"part {it.number} of {it.of}"
     if it.alone:
         return Words(f"the file is {part} of a recording", "Give the folder instead of the file to read all parts")
-    return Words(f"{part} {f'cannot be read: {_short(it.reason)}' if it.reason else 'is missing'}", _AGAIN)
+    return Words(f"{part} {f'cannot be read ({_short(it.reason)})' if it.reason else 'is missing'}", _AGAIN)
 
 
 def _skipped_messages(finding: Finding, it: kinds.SkippedMessages) -> Words:

@@ -15,7 +15,7 @@ _UNITS = {"angular_rate": ("deg/s", math.degrees(1.0))}
 
 
 def _motion(motion: Motion) -> str:
-    unit, factor = _UNITS.get(motion.quantity, ("m/s²", 1.0))
+    unit, factor = _UNITS.get(motion.quantity, ("m/s^2", 1.0))
     size = f"{number(factor * motion.size)} {unit}"
     if motion.kind == "turns":
         return f"{motion.channel} turns at {size}"
@@ -38,7 +38,7 @@ def _partly_at_rest(_: Finding, details: PartlyAtRest) -> Words:
     if whole:
         said.append(f"{_moved(details.moved)} left out{'' if not cut else f' of {_names(whole)}'}")
     if cut:
-        name = f"{_names(cut)} " if whole else "at rest in part: "
+        name = f"{_names(cut)} " if whole else "partly at rest: "
         span, share = f"{clock(cut[0].start)} to {clock(cut[0].stop)}", percent(cut[0].share)
         said.append(f"{name}analysed from {span}, {share} of the record")
     return Words("; ".join(said))
@@ -48,7 +48,7 @@ def _moved(spans: tuple[Span, ...]) -> str:
     total = duration_text(sum(stop - start for start, stop in spans))
     if len(spans) == 1:
         return f"motion at {clock(spans[0][0])} for {total}"
-    return f"motion at {len(spans)} times, {total} in all,"
+    return f"{len(spans)} periods of motion, {total} in total,"
 
 
 def _names(kept: list[KeptOfStream]) -> str:
@@ -56,7 +56,7 @@ def _names(kept: list[KeptOfStream]) -> str:
 
 
 def _assumed_at_rest(_: Finding, details: AssumedAtRest) -> Words:
-    return Words(f"not at rest: {_motion(details.motion)}; analysed as noise, as asked")
+    return Words(f"not at rest: {_motion(details.motion)}; analysed as noise, as requested")
 
 
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {

@@ -1,4 +1,4 @@
-"""Words of findings about spectra: lines, low-pass filters, resampling, common noise."""
+"""Words of findings about spectra: lines, filters, processes, aliasing, correlated axes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sigmatau.findings.kinds.spectrum import (
     SpectralLines,
 )
 from sigmatau.findings.wording.fit import filter_text
-from sigmatau.findings.wording.phrases import Words, factor_text
+from sigmatau.findings.wording.phrases import Words, axes_text, factor_text, number
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, two_digits
 
@@ -35,12 +35,16 @@ def _spectral_lines(finding: Finding, details: SpectralLines) -> Words:
     strongest = details.lines[0]
     unit, factor = display_units("bias_instability", _QUANTITIES.get(finding.unit, "signal"), finding.unit)[-1]
     what = f"{len(details.lines)} spectral lines, largest" if len(details.lines) > 1 else "spectral line"
-    message = f"{what} of {strongest.amplitude / factor:.3g} {unit} at {strongest.frequency:.4g} Hz{_mains(strongest)}"
+    message = (
+        f"{what} of {number(strongest.amplitude / factor)} {unit} at {strongest.frequency:.4g} Hz{_mains(strongest)}"
+    )
     return Words(message, "Nothing to do: the coefficients are those without the lines")
 
 
 def _low_pass_filter(_: Finding, details: LowPassFilter) -> Words:
     what = filter_text(details.shape, details.order)
+    if details.shape == "uneven":
+        what = "the spectrum is uneven, but does not fall as behind a low-pass filter"
     if details.corner is not None and details.low is not None and details.high is not None:
         what += f" at {details.corner:.3g} ± {two_digits((details.high - details.low) / 2)} Hz"
     return Words(what, "Nothing to do: it is part of the fit")
@@ -56,7 +60,8 @@ def _band_left_out(_: Finding, details: BandLeftOut) -> Words:
 def _gauss_markov(finding: Finding, details: GaussMarkovProcess) -> Words:
     low, high = duration_text(details.low or 0.0), duration_text(details.high or 0.0)
     return Words(
-        f"Gauss-Markov process of {_sized(finding, details.quantity)}, time {duration_text(details.time)} [{low}, {high}]",
+        f"Gauss-Markov process of {_sized(finding, details.quantity)},"
+        f" correlation time {duration_text(details.time)} [{low}, {high}]",
         "Nothing to do: it is part of the model",
     )
 
@@ -90,8 +95,10 @@ def _correlated_axes(finding: Finding, details: CorrelatedAxes) -> Words:
     of = f"means over {duration_text(strongest.mean_length)}" if strongest.mean_length else "sample-to-sample changes"
     several = f", the largest of {len(details.pairs)} pairs" if len(details.pairs) > 1 else ""
     shared = "a shared supply, temperature or motion" if strongest.mean_length else "a shared vibration or converter"
+    pair = (strongest.first, strongest.second)
+    which = "" if set(finding.channels) == set(pair) else f"{axes_text(pair)} are "
     return Words(
-        f"{strongest.first} and {strongest.second} are correlated, r = {strongest.coefficient:.2f} for {of}{several}",
+        f"{which}correlated, r = {strongest.coefficient:.2f} for {of}{several}",
         f"Look for {shared}; a Kalman filter needs the covariance of the axes",
     )
 

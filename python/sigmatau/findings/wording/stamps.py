@@ -132,7 +132,7 @@ def _jitter(_: Finding, found: kinds.Jitter) -> Words:
     scatter = f"time stamps scatter by {_short_time(found.sigma)}, {share} % of the interval"
     if found.added is None:
         return Words(f"{scatter}; no effect on rates of a sensor at rest")
-    return Words(f"{scatter}; if the samples do, they have {found.added:.2g} {found.unit} of quantization noise")
+    return Words(f"{scatter}; if sampling times do too, they add {found.added:.2g} {found.unit} of quantization noise")
 
 
 def _short_time(value: float) -> str:
@@ -143,14 +143,14 @@ def _short_time(value: float) -> str:
 
 
 _BAD = {
-    "missing": ("have no time stamp", "skipped", f"If their samples are good, run again with {_WITHOUT_STAMPS}"),
-    "wrong": ("have time stamps far from their neighbours", "skipped", "Find the cause if many rows are affected"),
+    "missing": ("without a time stamp", "skipped", f"If their samples are good, run again with {_WITHOUT_STAMPS}"),
+    "wrong": ("with time stamps far from their neighbours", "skipped", "Find the cause if many rows are affected"),
     "repeated": (
-        "repeat the time stamp of the row before",
+        "with the time stamp of the row before",
         "skipped",
         "Check the logging program: it may write rows twice",
     ),
-    "late": ("are out of time order", "sorted by time", "Check the link and the logging program: samples come late"),
+    "late": ("out of time order", "sorted by time", "Check the link and the logging program: samples come late"),
 }  # what is wrong with the rows, what became of them, what to do
 
 
@@ -162,14 +162,14 @@ def _bad_stamps(finding: Finding, found: kinds.BadStamps) -> Words:
 def _missing_values(finding: Finding, found: kinds.MissingValues) -> Words:
     equal = len(set(found.counts)) == 1
     count = (
-        f"{_count(finding)} of {found.total}"
+        f"{_count(finding)} of {found.total} {found.unit}"
         if equal
-        else f"up to {_count(finding)} of {found.total} ({found.strongest})"
+        else f"up to {_count(finding)} of {found.total} {found.unit} ({found.strongest})"
     )
     run = f", the longest run {found.longest} from {found.longest_place}" if found.longest > 1 else ""
     first = "" if found.longest > 1 and found.longest_place == found.place else f", the first at {found.place}"
     return Words(
-        f"{count} {found.unit} have no number{first}{run}; {'not analysed' if found.dropped else 'treated as missing'}",
+        f"{count} without a number{first}{run}; {'not analysed' if found.dropped else 'treated as missing'}",
         "" if finding.severity == "info" else "Check the sensor, the link or the converter",
     )
 

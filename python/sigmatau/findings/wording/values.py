@@ -43,8 +43,9 @@ def _joined(*parts: str) -> str:
 def _held(details: HeldRuns, what: str) -> Words:
     share = percent(details.share)
     if details.samples == details.runs:
-        one = what.removesuffix("s") if details.runs == 1 else f"single {what}"
-        return Words(f"{details.samples} {one} ({share}), the first at {clock(details.start)}")
+        if details.runs == 1:
+            return Words(f"1 {what.removesuffix('s')} at {clock(details.start)} ({share})")
+        return Words(f"{details.samples} single {what} ({share}), the first at {clock(details.start)}")
     longest = duration_text(details.longest)
     if details.runs == 1:
         return Words(f"a run of {what} at {clock(details.start)}, {longest} long ({share})")
@@ -114,7 +115,8 @@ def _interpolated(finding: Finding, details: Interpolated) -> Words:
 
 def _coarse_resolution(finding: Finding, details: CoarseResolution) -> Words:
     noise = two_digits(details.noise / details.step)
-    said = f"the noise is {noise} times the resolution of {details.step:.3g} {details.unit}"
+    times = "equal to" if noise == "1" else f"{noise} times"
+    said = f"the noise is {times} the resolution of {details.step:.3g} {details.unit}"
     finer = "Record again with a smaller range or more bits"
     if details.rounding == "unknown":
         return Words(_joined(said, "what rounding adds is unknown, and intervals allow for it"), finer)
@@ -132,7 +134,7 @@ def _integrated(unit: str) -> str:
 def _implausible_unit(finding: Finding, details: ImplausibleUnit) -> Words:
     noise = f"{_number(math.degrees(details.noise or 0))} (deg/s)/√Hz"
     if details.evidence == "gravity":
-        said = f"mean acceleration of {details.mean:.4g} m/s^2"
+        said = f"mean acceleration of {details.mean:.3g} m/s^2"
     elif details.evidence == "step":
         said = f"the resolution is {details.step:.3g} rad/s (1 LSB of sensors with {details.sensitivity:.6g} LSB per deg/s)"
     elif details.evidence == "bias":
@@ -148,7 +150,7 @@ def _implausible_unit(finding: Finding, details: ImplausibleUnit) -> Words:
 
 
 def _gravity(finding: Finding, details: Gravity) -> Words:
-    mean = f"mean acceleration of {details.mean:.4g} m/s^2"
+    mean = f"mean acceleration of {details.mean:.3g} m/s^2"
     if details.cause == "bias_or_scale":
         off = f"{percent(abs(details.deviation))} {'more' if details.deviation > 0 else 'less'} than gravity"
         return Words(
@@ -157,7 +159,7 @@ def _gravity(finding: Finding, details: Gravity) -> Words:
         )
     if details.cause == "removed":
         return Words(
-            f"{mean}: gravity was subtracted, which may add noise of the estimated attitude",
+            f"{mean}: gravity was subtracted, which may add the noise of an estimated attitude",
             "Record the raw output of the sensor if possible",
         )
     times = f"{1 + details.deviation:.3g} times the true values"

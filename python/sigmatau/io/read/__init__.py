@@ -79,7 +79,7 @@ def read(
         of three gives x, y and z. ``<`` (low byte first, the usual order) and ``>`` (high byte first) hold for all fields
         that follow. ``4x`` skips four bytes, and ``header 512`` at the beginning skips 512 bytes before the first row.
     max_expansion : float, optional
-        Largest size of compressed content over that of its file. Default: 100; up to 64 MiB are always unpacked.
+        Largest ratio of unpacked to compressed size. Default: 100; up to 64 MiB are always unpacked.
 
     Returns
     -------

@@ -44,7 +44,7 @@ def test_table(toml, capsys):
     assert heading.split()[1:5] == ["60", "s", f"{value:.3g}", "deg"]
     assert "gyro_z angle random walk 100 %" in heading
     assert "The mean rates of the 5 min before the start" in out
-    names = [line.split()[0] for line in out.splitlines()[2:] if not line.startswith((" ", "The", "roll and", "Fl"))]
+    names = [line.split()[0] for line in out.splitlines()[2:] if not line.startswith((" ", "The", "Roll and", "Bias"))]
     assert names == ["heading", "pitch", "velocity_x", "position_x"]
 
 

@@ -25,6 +25,7 @@ MASKS = {
     "5 % at random": missing("loss"),
     "an outage": missing("outage", share=0, outage=100),
     "both": missing("both", outage=100),
+    "30 % at random": missing("much", share=0.3),
 }
 
 
@@ -156,7 +157,7 @@ def test_least_squares_says_that_it_needs_every_sample():
     assert analyze(record, method="gls").fits["gyro_x"].reasons == fitted.reasons
 
 
-@pytest.mark.parametrize("lost", ["5 % at random", "an outage", "both"])
+@pytest.mark.parametrize("lost", MASKS)
 def test_degrees_of_freedom_are_those_of_the_pairs(lost):
     """Against the scatter of 300 records, some 4 % of a standard deviation; a tenth is allowed for the approximation."""
     rng = np.random.default_rng(seed_of(f"freedom of the pairs {lost}"))

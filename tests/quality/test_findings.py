@@ -183,6 +183,15 @@ class TestOptions:
         assert calm.curves["gyro_x"].n == 2 * 3600 * 5
         assert chosen.severity == "warning"  # by its own noise: there is nothing else in the record
 
+    def test_spikes_of_heavy_tails_stay_a_warning(self):
+        """Student's t of 4 degrees: the random walk without its largest samples is 3 % too small."""
+        x = np.random.default_rng(seed_of("heavy tails")).standard_t(4, size=30_000) * 1e-3
+        analysis = analyze(Record.from_arrays(rate=50, gyro_x=x))
+        (said,) = told(analysis.findings, "spikes")
+        assert (said.severity, said.details.more_below) == ("warning", True)
+        assert said.left_out
+        assert analysis.to_dict()["channels"]["gyro_x"]["trust"] == "partial"
+
     def test_spikes_are_left_out(self):
         x = sensor("spikes", {"random_walk": N})
         x[::3000] += 30 * N * math.sqrt(RATE)

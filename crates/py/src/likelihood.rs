@@ -137,6 +137,7 @@ fn stated<'py>(py: Python<'py>, found: &Outcome) -> PyResult<Bound<'py, PyDict>>
     }
     result.set_item("processes", processes)?;
     result.set_item("filter", found.filter.clone())?;
+    result.set_item("filter_interval", found.filter_interval)?;
     result.set_item(
         "lines",
         found.lines.iter().map(|l| (l.from, l.to, l.frequency, l.amplitude, l.error)).collect::<Vec<_>>(),

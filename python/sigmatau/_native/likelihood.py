@@ -59,7 +59,8 @@ class Outcome:
     terms: dict[str, Bounds]  # those that were fitted
     reduced: dict[str, float]  # the model without the terms that were not observed
     processes: tuple[Process, ...]
-    filter: tuple[float, ...]  # ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1), on all but quantization noise
+    filter: tuple[float, ...]  # ln |H|² = Σ aₖ (cos 2πk f Δ − 1), on all but quantization noise
+    filter_interval: float  # Δ: the sample interval, or a multiple where the top of the band was left out [s]
     lines: tuple[Line, ...]
     highest: float | None  # frequency from which the band was left out [Hz]
     # where a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as well;

@@ -27,7 +27,7 @@ from sigmatau.fitting.noise_fit import (
 )
 from sigmatau.fitting.observed import observed_term
 from sigmatau.fitting.pass_over import summary_of
-from sigmatau.fitting.response import FittedFilter, named
+from sigmatau.fitting.response import UNUSED_POWER, FittedFilter, named
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.record.streams import Stream
@@ -136,9 +136,16 @@ def _stated(
     if found.filter:
         own = len(found.parameters)
         rows = slice(own, own + len(found.filter))
-        response = named(found.filter, found.covariance[rows, rows], tau0=tau0, quantile=quantile)
-        if found.highest is None:
-            response = replace(response, known_to=float(found.bins[:, 0].max()))
+        response = named(
+            found.filter,
+            found.covariance[rows, rows],
+            tau0=tau0,
+            interval=found.filter_interval,
+            quantile=quantile,
+        )
+        last = float(found.bins[:, 0].max())
+        if found.highest is None or response.power(np.array([last]))[0] < UNUSED_POWER:
+            response = replace(response, known_to=last)
     processes, resonances, steady = _processes(stream, found, response)
     warm_up = None
     if found.warm_up is not None:
@@ -360,7 +367,8 @@ def _from_clear_times(fitted: NoiseFit) -> NoiseFit:
     if fitted.response is not None:
         filtered -= fitted.response.taken_off(fitted.filtered_psd, sizes, highest=fitted.highest)
     # White noise of a band that was left out has this share of the variance; what is there instead is not known.
-    unknown = 0.0 if fitted.highest is None else 4 * _MEAN_OF_SINE_4 / (np.pi**2 * fitted.highest * sizes * fitted.tau0)
+    known = fitted.highest is None or (fitted.response is not None and fitted.response.known_to is not None)
+    unknown = 0.0 if known else 4 * _MEAN_OF_SINE_4 / (np.pi**2 * fitted.highest * sizes * fitted.tau0)
     enough = np.minimum(_SAME, _SAME_ERRORS * np.sqrt(2 * sizes / fitted.n)) * bare
 
     def beginning(avar: Floats) -> float:

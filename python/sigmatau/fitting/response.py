@@ -19,12 +19,13 @@ from sigmatau.results import plain
 Floats = NDArray[np.float64]
 Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"]
 
-_GRID = 4096  # frequencies up to half the rate
+_GRID = 4096  # frequencies up to half the rate of the cosines
+_FINEST = 16  # times as many up to half the rate of the samples, at most
 _HALF_POWER = -math.log(2)
-_UNUSED_POWER = 0.08  # |H|² below which the fit uses no frequencies
+UNUSED_POWER = 0.08  # |H|² below which the fit uses no frequencies
 _LEAST_POWER = 0.1  # |H|² from which a shape is compared
 _ALIKE = 0.2  # largest difference of ln |H|² of a shape with a name: 0.9 dB
-_MOST_ORDER, _LONGEST_MEAN = 4, 32
+_MOST_ORDER, _LONGEST_MEAN = 4, 1000
 _FASTEST_SMOOTHING = 0.4  # corner of exponential smoothing, times tau0: it never falls to half the power beyond
 _SAME_CORNER = 1e-9  # relative error of a corner that is converted
 _MOST_WARPED = 3.0  # corner of a filter over that of its samples
@@ -33,10 +34,11 @@ _AVERAGED = 1024  # cluster size from which sin⁴ is replaced by its mean of 3/
 
 @frozen
 class FittedFilter:
-    """A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1)."""
+    """A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1)."""
 
     coefficients: tuple[float, ...]  # a₁, a₂ …
     tau0: float  # sample interval [s]
+    interval: float  # Δ: the sample interval, or a multiple where the top of the band was left out [s]
     shape: Shape  # the shape that it is like; "uneven" if it does not fall to half the power
     order: int | None  # of a Butterworth filter; samples of a running mean
     corner: float | None  # frequency of half the power [Hz]
@@ -46,21 +48,35 @@ class FittedFilter:
     known_to: float | None = None  # highest frequency that the fit used, because the filter takes the rest [Hz]
 
     def power(self, f: Floats) -> Floats:
-        """|H|² at frequencies; beyond those that the fit used at most the power at which it uses none. [Hz]"""
-        found = np.exp(_logarithm(self.coefficients, np.asarray(f) * self.tau0))
+        """|H|² at frequencies; beyond those that the fit used as of the shape that it is like, or falling. [Hz]"""
+        f = np.asarray(f, dtype=np.float64)
+        found = np.exp(_logarithm(self.coefficients, f * self.interval))
         if self.known_to is not None:
-            found = np.where(np.asarray(f) > self.known_to, np.minimum(found, _UNUSED_POWER), found)
+            beyond = f > self.known_to
+            found[beyond] = self._beyond(f[beyond])
         return np.asarray(found)
+
+    def _beyond(self, f: Floats) -> Floats:
+        corner = (self.corner or math.nan) * self.tau0
+        if self.shape == "butterworth" and self.order is not None:
+            return np.exp(_digital(f * self.tau0, corner, 2 * self.order))
+        if self.shape == "smoothing":
+            return np.exp(_smoothing(f * self.tau0, corner))
+        if self.shape == "running_mean" and self.order is not None:
+            return np.exp(_running_mean(f * self.tau0, self.order))
+        known_to = self.known_to or math.nan
+        return UNUSED_POWER * (known_to / f) ** 2
 
     def taken_off(
         self, density: Callable[[Floats], Floats], m: NDArray[np.int64], *, highest: float | None = None
     ) -> Floats:
         """What the filter takes off the Allan variances of noise with a density, at cluster sizes. Nothing from `highest`
-        on [Hz], where the band was left out: the filter is not known there. [(rate unit)²]
+        on [Hz], where the band was left out, unless it took the rest there: it is not known. [(rate unit)²]
         """
-        f: Floats = (np.arange(_GRID, dtype=np.float64) + 0.5) / (2 * _GRID * self.tau0)
+        grid = _GRID * min(round(self.interval / self.tau0), _FINEST)
+        f: Floats = (np.arange(grid, dtype=np.float64) + 0.5) / (2 * grid * self.tau0)
         lost = density(f) * (1 - self.power(f)) / np.sin(np.pi * f * self.tau0) ** 2
-        if highest is not None:
+        if highest is not None and self.known_to is None:
             lost[f >= highest] = 0.0
         step = f[1] - f[0]
         short = m[m < _AVERAGED]
@@ -91,10 +107,13 @@ class FittedFilter:
 
     def to_dict(self) -> dict[str, Any]:
         like = None if self.low_pass is None else plain(self.low_pass, "order corner_hz=corner")
-        return {**plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients"), "low_pass": like}
+        known = plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients interval_s=interval")
+        return {**known, "low_pass": like}
 
 
-def named(coefficients: tuple[float, ...], covariance: Floats, *, tau0: float, quantile: float) -> FittedFilter:
+def named(
+    coefficients: tuple[float, ...], covariance: Floats, *, tau0: float, interval: float, quantile: float
+) -> FittedFilter:
     """The filter with a name and the interval of its corner.
 
     Parameters
@@ -102,22 +121,23 @@ def named(coefficients: tuple[float, ...], covariance: Floats, *, tau0: float, q
     coefficients : tuple of float
     covariance : ndarray, shape (n, n)
         Of the coefficients.
-    tau0 : float
-        Sample interval. [s]
+    tau0, interval : float
+        Of the samples, and of the cosines. [s]
     quantile : float
         Of the standard normal distribution, for the interval.
     """
-    x: Floats = (np.arange(_GRID, dtype=np.float64) + 0.5) / (2 * _GRID)  # frequency times tau0
-    log_power = _logarithm(coefficients, x)
+    times = round(interval / tau0)
+    x: Floats = (np.arange(_GRID, dtype=np.float64) + 0.5) / (2 * _GRID * times)  # frequency times tau0
+    log_power = _logarithm(coefficients, x * times)
     below = np.flatnonzero(log_power < _HALF_POWER)
-    shared: dict[str, Any] = {"coefficients": coefficients, "tau0": tau0}
+    shared: dict[str, Any] = {"coefficients": coefficients, "tau0": tau0, "interval": interval}
     if not len(below) or below[0] == 0:
         return FittedFilter(shape="uneven", order=None, corner=None, low=None, high=None, **shared)
     k = int(below[0])
     share = (_HALF_POWER - log_power[k - 1]) / (log_power[k] - log_power[k - 1])
     corner = x[k - 1] + share * (x[k] - x[k - 1])
     slope = (log_power[k] - log_power[k - 1]) / (x[k] - x[k - 1])
-    cosines = np.cos(2 * np.pi * corner * np.arange(1, len(coefficients) + 1)) - 1
+    cosines = np.cos(2 * np.pi * corner * times * np.arange(1, len(coefficients) + 1)) - 1
     error = math.sqrt(max(float(cosines @ covariance @ cosines), 0.0)) / abs(slope)
     kept = log_power > math.log(_LEAST_POWER)
     kept[k:] &= np.cumprod(kept[k:]).astype(bool)

@@ -10,7 +10,7 @@ use crate::likelihood::masked::Levels;
 use crate::likelihood::model::{Fit, Model, Shape, TOLERANCE};
 use crate::likelihood::pass::{PARTS, Summary};
 use crate::likelihood::profile::{Bounds, Thresholds, of_part, of_resonance, of_time};
-use crate::likelihood::select::{Allowed, GOOD, select};
+use crate::likelihood::select::{Allowed, GOOD, second_explanations, select};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -42,7 +42,17 @@ const RAMP_DOUBLINGS: usize = 8;
 const RAMP_HALVINGS: usize = 5;
 
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
-const LEAST_BAND: f64 = 20.0;
+const LEAST_BAND: f64 = 5.0;
+
+/// Times that the band is halved, and after which it is so only to find white noise behind a filter.
+const MOST_HALVINGS: u32 = 10;
+const USUAL_SHARE: f64 = 16.0;
+
+/// Correlation time up to which a process without white noise beside it may be white noise behind a filter. [s]
+const SLOWEST_FILTER: f64 = 2.0;
+
+/// White noise over the level of such a process below which there is none beside it.
+const NO_WHITE: f64 = 0.1;
 
 /// Filters and resonances in the high band beyond which its top is left out rather than described.
 const MOST_HIGH_PARTS: f64 = 6.0;
@@ -125,8 +135,10 @@ pub struct Outcome {
     pub reduced: [f64; 4],
     /// Processes and resonances.
     pub processes: Vec<Process>,
-    /// ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1): a filter on all but quantization noise.
+    /// ln |H|² = Σ aₖ (cos 2πk f Δ − 1): a filter on all but quantization noise.
     pub filter: Vec<f64>,
+    /// Δ: the sample interval, or a multiple where the top of the band was left out. [s]
+    pub filter_interval: f64,
     /// Lines that were left out.
     pub lines: Vec<Line>,
     /// Frequency from which the band was left out. [Hz]
@@ -197,6 +209,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     let (limited, limited_bins, discrepancy) = widened(&fit, &bins);
     let at = if wide { thresholds.scaled(WIDENED) } else { thresholds };
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
+    join_alike(&mut terms, &plain, &bins, at, allowed(record, options));
     reduced = reduced.model.clone().refit(&bins, 40, TOLERANCE, &plain);
     value_of_likelihood(&mut terms, &plain, &reduced);
     if let Some(j) = plain.model.index(Part::RandomWalk) {
@@ -232,6 +245,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         reduced: TERMS.map(|part| reduced.model.index(part).map_or(0.0, |j| reduced.model.theta[j])),
         processes,
         filter: reduced.model.filter.clone(),
+        filter_interval: bins.spacing as f64 * record.tau0,
         lines,
         highest,
         ramp,
@@ -289,7 +303,7 @@ fn best_attempt<'a>(
     let nyquist = 0.5 / record.tau0;
     let lowest = record.mode_frequency(record.low_modes());
     let mut attempts: Vec<Attempt<'a>> = Vec::new();
-    for share in [1.0, 2.0, 4.0, 8.0, 16.0] {
+    for share in (0..MOST_HALVINGS).map(|halvings| f64::from(1 << halvings)) {
         let mut mask = mask.to_vec();
         let highest = (share > 1.0).then_some(nyquist / share);
         if let Some(highest) = highest {
@@ -309,8 +323,12 @@ fn best_attempt<'a>(
         let many = model.filter.len() as f64 / 2.0 + model.parts.iter().filter(|p| high(p)).count() as f64;
         let wanted = if highest.is_none() && many == 0.0 { LEAST } else { GOOD };
         let done = attempt.p_value >= wanted && many <= MOST_HIGH_PARTS;
+        let hidden = hides_white_noise(&attempt.fit);
         attempts.push(attempt);
-        if done {
+        if done && !hidden {
+            break;
+        }
+        if share >= USUAL_SHARE && !attempts.iter().any(|a| hides_white_noise(&a.fit)) {
             break;
         }
     }
@@ -320,6 +338,22 @@ fn best_attempt<'a>(
     };
     let chosen = if attempts.len() == 1 { 0 } else { last_good.or_else(|| best(&attempts)).unwrap_or(0) };
     attempts.swap_remove(chosen)
+}
+
+/// Whether a fast process stands for white noise behind a filter: nothing else of the white noise is seen.
+fn hides_white_noise(fit: &Fit) -> bool {
+    let no_white =
+        fit.model.index(Part::RandomWalk).is_some_and(|j| fit.model.theta[j] * 10.0 < fast_level(fit));
+    no_white
+}
+
+/// Highest level at low frequencies of processes as fast as filters are.
+fn fast_level(fit: &Fit) -> f64 {
+    let level = |(part, theta): (&Part, &f64)| match part {
+        Part::GaussMarkov { time } if *time <= SLOWEST_FILTER => 2.0 * theta * time,
+        _ => 0.0,
+    };
+    fit.model.parts.iter().zip(&fit.model.theta).map(level).fold(0.0, f64::max)
 }
 
 fn attempt<'a>(
@@ -332,12 +366,7 @@ fn attempt<'a>(
 ) -> Attempt<'a> {
     let mut bins = Bins::new(record, Arc::new(mask), regressors.clone());
     bins.see(&lines);
-    let allowed = Allowed {
-        quantization: wanted_terms(record, options)[0],
-        filter: options.filter,
-        processes: options.processes,
-        resonances: options.resonances,
-    };
+    let allowed = allowed(record, options);
     let mut parts: Vec<Part> = TERMS
         .into_iter()
         .zip(wanted_terms(record, options))
@@ -366,6 +395,15 @@ fn attempt<'a>(
     fit = informed(fit, &mut bins);
     let p_value = adequacy(&fit, &bins).p_value;
     Attempt { bins, fit, p_value, lines, highest }
+}
+
+fn allowed(record: &Summary, options: &Options) -> Allowed {
+    Allowed {
+        quantization: wanted_terms(record, options)[0],
+        filter: options.filter,
+        processes: options.processes,
+        resonances: options.resonances,
+    }
 }
 
 /// The terms that may be present. Without neighbouring samples the densities of quantization noise and random walk are
@@ -639,6 +677,21 @@ fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
         };
     }
     (bounds, reduced)
+}
+
+/// Intervals of terms joined with those of other explanations that are nearly as good.
+fn join_alike(terms: &mut [Bounds], plain: &Fit, bins: &Bins, at: Thresholds, allowed: Allowed) {
+    for other in second_explanations(plain, bins, allowed) {
+        let (other, bins, _) = widened(&other, bins);
+        for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {
+            let Some(k) = other.model.index(*part) else { continue };
+            let second = of_part(&other, &bins, k, at);
+            if terms[j].observed && second.observed {
+                terms[j].low = terms[j].low.min(second.low);
+            }
+            terms[j].high = terms[j].high.max(second.high);
+        }
+    }
 }
 
 /// The shortest correlation time of a Gauss-Markov process that stands for the rate random walk about as well.

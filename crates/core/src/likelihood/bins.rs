@@ -94,7 +94,9 @@ pub(crate) struct Bins<'a> {
     pub lines: Vec<f64>,
     /// Columns of the four terms, in the order of [`TERMS`].
     terms: Arc<Vec<Column>>,
-    /// cos 2πk f τ₀ − 1, k = 1 … 6: of the low bins, of the points.
+    /// Samples whose interval is that of the filter's cosines: 1 with a whole band, more where its top is left out.
+    pub spacing: usize,
+    /// cos 2πk f τ₀ · spacing − 1, k = 1 … 6: of the low bins, of the points.
     pub cosines_low: Arc<Vec<Vec<f64>>>,
     pub cosines_high: Arc<Vec<Vec<f64>>>,
     pub regressors: Arc<Vec<Regressor>>,
@@ -140,7 +142,38 @@ pub(crate) fn usable(record: &Summary) -> Vec<bool> {
     if end < PIECES {
         mask[edge(end)..].fill(false);
     }
+    if let Some(end) = end_of_slow_filter(&record.density[..last], first) {
+        mask[end..].fill(false);
+    }
     mask
+}
+
+/// Where a filter far below half the rate leaves nothing of the noise: densities fall steeper than those of any term, and
+/// stay low. None without such a filter.
+fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
+    const PER_OCTAVE: usize = 8;
+    const FEWEST: usize = 16; // densities of a piece
+    const STEEP: f64 = 0.08; // of the least density one to two octaves lower; a random walk of the rate has 0.25
+    const TOGETHER: usize = 3; // pieces
+    let mut edges = vec![first.max(1)];
+    while edges[edges.len() - 1] < density.len() {
+        let start = edges[edges.len() - 1];
+        let next = start as f64 * 2_f64.powf(1.0 / PER_OCTAVE as f64);
+        edges.push((next.round() as usize).max(start + FEWEST));
+    }
+    edges.pop();
+    let medians: Vec<f64> = edges.windows(2).map(|p| median(&density[p[0]..p[1]])).collect();
+    let lower = |i: usize, octaves: usize| {
+        let wanted = edges[i] >> octaves;
+        edges.partition_point(|&e| e <= wanted).saturating_sub(1)
+    };
+    let steep = |i: usize| {
+        let range = lower(i, 2)..=lower(i, 1);
+        edges[i] >> 1 >= first
+            && medians[i] < STEEP * medians[range].iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    let pieces = medians.len();
+    (0..(pieces + 1).saturating_sub(TOGETHER)).find(|&i| (i..i + TOGETHER).all(steep)).map(|i| edges[i])
 }
 
 impl<'a> Bins<'a> {
@@ -206,7 +239,9 @@ impl<'a> Bins<'a> {
             fine_points = masked.cells.at.iter().map(|&f| FinePoint::narrow(f, record.tau0)).collect();
         }
         let scale = if high_power.is_empty() { median(&low_power) } else { median(&high_power) };
-        let cosines = |f: f64, k: usize| -2.0 * (PI * k as f64 * f * record.tau0).sin().powi(2);
+        let spacing = spacing_of(record, &mask, &kept);
+        let interval = spacing as f64 * record.tau0;
+        let cosines = |f: f64, k: usize| -2.0 * (PI * k as f64 * f * interval).sin().powi(2);
         let each = |at: &[f64]| -> Vec<Vec<f64>> {
             (1..=MOST_FILTER).map(|k| at.iter().map(|&f| cosines(f, k)).collect()).collect()
         };
@@ -215,6 +250,7 @@ impl<'a> Bins<'a> {
             record,
             mask,
             low,
+            spacing,
             cosines_low: Arc::new(each(&frequency[..low])),
             cosines_high: Arc::new(each(&at_points)),
             cap: vec![f64::INFINITY; frequency.len()],
@@ -487,6 +523,14 @@ impl<'a> Bins<'a> {
             .map(|part| self.ranges.iter().map(|range| mean(part, range)).collect())
             .collect()
     }
+}
+
+/// The largest power of two whose multiple of the sample interval still shows the top of the band.
+fn spacing_of(record: &Summary, mask: &[bool], kept: &[usize]) -> usize {
+    let density = mask.iter().rposition(|&used| used).map_or(0.0, |k| record.frequency(k));
+    let mode = kept.last().map_or(0.0, |&k| record.mode_frequency(k + 1));
+    let shown = 0.5 / (density.max(mode).max(record.frequency(1)) * record.tau0);
+    1 << (shown.max(1.0) as usize).ilog2()
 }
 
 /// Modes that count, less 1: all below the band of the periodogram, and those of a short record that are not masked there.

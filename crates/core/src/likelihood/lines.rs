@@ -85,7 +85,7 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     }
     let reference: Vec<f64> = match &record.masked {
         Some(masked) => through_mask(bins, model, masked, first..last),
-        None => (first..last).map(|k| model.density(record.frequency(k), record)).collect(),
+        None => (first..last).map(|k| model.density(record.frequency(k), bins)).collect(),
     };
     standing_out(record, mask, &reference, 1.0)
 }
@@ -104,7 +104,7 @@ fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Ra
     let seen = masked.densities(&terms);
     let first = range.start;
     let mut reference: Vec<f64> =
-        range.map(|k| seen[k] + processes.density(bins.record.frequency(k), bins.record)).collect();
+        range.map(|k| seen[k] + processes.density(bins.record.frequency(k), bins)).collect();
     if bins.ranges.is_empty() {
         return reference;
     }

@@ -140,9 +140,9 @@ impl Model {
         }
     }
 
-    /// |H|² at a frequency. [Hz]
-    pub(crate) fn response_at(&self, f: f64, tau0: f64) -> f64 {
-        let angle = 2.0 * std::f64::consts::PI * f * tau0;
+    /// |H|² at a frequency, with the interval of the filter's cosines. [Hz, s]
+    pub(crate) fn response_at(&self, f: f64, interval: f64) -> f64 {
+        let angle = 2.0 * std::f64::consts::PI * f * interval;
         let sum: f64 = (1..).zip(&self.filter).map(|(k, a)| a * ((f64::from(k) * angle).cos() - 1.0)).sum();
         sum.exp()
     }
@@ -482,9 +482,11 @@ fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regresse
 
 impl Model {
     /// Density at a frequency of the periodogram. [Hz]
-    pub(crate) fn density(&self, f: f64, record: &crate::likelihood::pass::Summary) -> f64 {
+    pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
+        let record = bins.record;
         let point = crate::likelihood::expected::FinePoint::new(f, record.tau0, record.segment);
-        let response = if self.filter.is_empty() { 1.0 } else { self.response_at(f, record.tau0) };
+        let response =
+            if self.filter.is_empty() { 1.0 } else { self.response_at(f, bins.spacing as f64 * record.tau0) };
         let of = |(&part, &theta): (&Part, &f64)| {
             let density = theta * point.density(part, record.tau0);
             if part == Part::Quantization { density } else { density * response }

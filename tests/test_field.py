@@ -62,7 +62,7 @@ class TestAdisFitted:
         assert fitted.response is not None
         walk = fitted["random_walk"]
         assert 2.2 <= walk.to("deg/sqrt(h)") <= 2.8
-        assert walk.high / walk.low < 1.03
+        assert walk.high / walk.low < 1.04
         assert 20 <= fitted["bias_instability"].to("deg/h") <= 45
 
     @pytest.mark.parametrize("channel", ["accel_x", "accel_y", "accel_z"])

@@ -303,6 +303,7 @@ fn best_attempt<'a>(
     let nyquist = 0.5 / record.tau0;
     let lowest = record.mode_frequency(record.low_modes());
     let mut attempts: Vec<Attempt<'a>> = Vec::new();
+    let mut good = None; // the widest band with an adequate model, whose white noise may be hidden
     for share in (0..MOST_HALVINGS).map(|halvings| f64::from(1 << halvings)) {
         let mut mask = mask.to_vec();
         let highest = (share > 1.0).then_some(nyquist / share);
@@ -326,7 +327,10 @@ fn best_attempt<'a>(
         let hidden = hides_white_noise(&attempt.fit);
         attempts.push(attempt);
         if done && !hidden {
-            break;
+            return attempts.swap_remove(attempts.len() - 1);
+        }
+        if done && good.is_none() {
+            good = Some(attempts.len() - 1);
         }
         if share >= USUAL_SHARE && !attempts.iter().any(|a| hides_white_noise(&a.fit)) {
             break;
@@ -336,15 +340,13 @@ fn best_attempt<'a>(
     let best = |attempts: &[Attempt]| {
         (0..attempts.len()).max_by(|&a, &b| attempts[a].p_value.total_cmp(&attempts[b].p_value))
     };
-    let chosen = if attempts.len() == 1 { 0 } else { last_good.or_else(|| best(&attempts)).unwrap_or(0) };
+    let chosen = good.or(last_good).or_else(|| best(&attempts)).unwrap_or(0);
     attempts.swap_remove(chosen)
 }
 
 /// Whether a fast process stands for white noise behind a filter: nothing else of the white noise is seen.
 fn hides_white_noise(fit: &Fit) -> bool {
-    let no_white =
-        fit.model.index(Part::RandomWalk).is_some_and(|j| fit.model.theta[j] * 10.0 < fast_level(fit));
-    no_white
+    fit.model.index(Part::RandomWalk).is_some_and(|j| fit.model.theta[j] < NO_WHITE * fast_level(fit))
 }
 
 /// Highest level at low frequencies of processes as fast as filters are.

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.distributions import normal_quantile
 from sigmatau._native.likelihood import Bounds, Outcome, Process
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.components import LINEAR
@@ -26,7 +26,7 @@ from sigmatau.fitting.noise_fit import (
     WarmUp,
 )
 from sigmatau.fitting.observed import observed_term
-from sigmatau.fitting.pass_over import summary_of
+from sigmatau.fitting.pass_over import never_changes, summary_of
 from sigmatau.fitting.response import UNUSED_POWER, FittedFilter, named
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, coefficient_unit
@@ -75,21 +75,31 @@ def fit_samples(
     OptionError
         For an unknown term or no noise term, a correlation time that is not positive, a regressor of another length, that is
         not finite or never changes, or a level outside 0.5 … 0.999.
+    DataError
+        For a channel that never changes.
     """
     given_terms = set(TERMS) if terms is None else set(terms)
     _refuse(given_terms, processes, regressors, stream.grid.n, level)
+    if never_changes(stream, channel):
+        raise DataError(f"channel {channel!r} never changes in {stream.grid.n} samples: it has no noise to fit")
     summary, start = summary_of(stream, channel)
     wanted = given_terms & set(LINEAR)
     given = regressors or {}
+    curves = [_at(summary.centres + start, curve, stream.grid.tau0) for curve in given.values()]
+    sizes = [float(curve.std()) or 1.0 for curve in curves]
     found = summary.analyse(
         terms=wanted,
         processes=processes is None,
         resonances=processes is None,
         drifts="rate_ramp" in given_terms,
         times=processes or (),
-        regressors=[_at(summary.centres + start, curve, stream.grid.tau0) for curve in given.values()],
+        regressors=[(curve - curve.mean()) / size for curve, size in zip(curves, sizes, strict=True)],
         level=level,
     )
+    coefficients = tuple(
+        (value / size, error / size) for size, (value, error) in zip(sizes, found.regressors, strict=True)
+    )
+    found = replace(found, regressors=coefficients)
     return _stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
 
 
@@ -367,8 +377,8 @@ def _from_clear_times(fitted: NoiseFit) -> NoiseFit:
     if fitted.response is not None:
         filtered -= fitted.response.taken_off(fitted.filtered_psd, sizes, highest=fitted.highest)
     # White noise of a band that was left out has this share of the variance; what is there instead is not known.
-    known = fitted.highest is None or (fitted.response is not None and fitted.response.known_to is not None)
-    unknown = 0.0 if known else 4 * _MEAN_OF_SINE_4 / (np.pi**2 * fitted.highest * sizes * fitted.tau0)
+    left_out = None if fitted.response is not None and fitted.response.known_to is not None else fitted.highest
+    unknown = 0.0 if left_out is None else 4 * _MEAN_OF_SINE_4 / (np.pi**2 * left_out * sizes * fitted.tau0)
     enough = np.minimum(_SAME, _SAME_ERRORS * np.sqrt(2 * sizes / fitted.n)) * bare
 
     def beginning(avar: Floats) -> float:

@@ -70,6 +70,19 @@ def summary_of(stream: Stream, channel: str) -> tuple[Summary, float]:
     return native.summarize_masked(lambda: pieces(zeros), present=there[span], tau0=grid.tau0), start
 
 
+def never_changes(stream: Stream, channel: str) -> bool:
+    """Whether all samples that are there are the same."""
+    k, first = stream.channels.index(channel), math.nan
+    for begins in range(0, stream.grid.n, _PIECE):
+        piece = stream.samples.read(k, begins, min(begins + _PIECE, stream.grid.n))
+        there = piece[~np.isnan(piece)]
+        if len(there) and math.isnan(first):
+            first = float(there[0])
+        if (there != first).any():
+            return False
+    return True
+
+
 def _between(stream: Stream, k: int, absent: NDArray[np.int64]) -> Floats:
     """Values on straight lines between the samples beside the missing ones."""
     values = np.empty(len(absent))

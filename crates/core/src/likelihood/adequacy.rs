@@ -15,6 +15,9 @@ const PAID: f64 = 0.7;
 const LOWEST: [f64; 7] = [4.0, 6.0, 9.0, 14.0, 20.0, 30.0, 45.0];
 const LOWEST_PRICE: f64 = 4.0;
 
+/// Share of the degrees of freedom of a bin that regressors leave, at least.
+const LEAST_LEFT: f64 = 0.05;
+
 /// Result of the tests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adequacy {
@@ -26,19 +29,24 @@ pub struct Adequacy {
 
 /// Tests a fit.
 pub(crate) fn adequacy(fit: &Fit, bins: &Bins) -> Adequacy {
-    let ratio: Vec<f64> = fit.powers.iter().zip(&fit.spectrum).map(|(i, s)| i / s).collect();
-    let parameters = fit.model.parameters() as f64;
-    let deviances = gamma_deviances(&ratio, bins, parameters);
-    let (of_bands, bands) = bands(&ratio, bins, parameters);
-    let lowest = lowest_modes(&ratio, bins);
+    // Regressors take degrees of freedom from bins, and their share of the power.
+    let taken = |i: usize| fit.leverage.get(i).copied().unwrap_or(0.0); // none without regressors
+    let left: Vec<f64> =
+        (0..bins.len()).map(|i| (1.0 - taken(i) / bins.freedom[i]).max(LEAST_LEFT)).collect();
+    let ratio: Vec<f64> =
+        fit.powers.iter().zip(&fit.spectrum).zip(&left).map(|((i, s), left)| i / (s * left)).collect();
+    let parameters = fit.model.parameters_beside_curves() as f64;
+    let deviances = gamma_deviances(&ratio, bins, &left, parameters);
+    let (of_bands, bands) = bands(&ratio, bins, &left, parameters);
+    let lowest = lowest_modes(&ratio, bins, &left);
     Adequacy { p_value: (3.0 * deviances.min(of_bands).min(lowest)).min(1.0), bands }
 }
 
 /// The sum of gamma deviances 2x(r − 1 − ln r), x half the degrees of freedom, with its exact mean and variance.
-fn gamma_deviances(ratio: &[f64], bins: &Bins, parameters: f64) -> f64 {
+fn gamma_deviances(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> f64 {
     let (mut sum, mut mean, mut variance) = (0.0, 0.0, 0.0);
     for (i, &r) in ratio.iter().enumerate() {
-        let x = 0.5 / (1.0 / bins.freedom_alone[i] + 1.0 / bins.cap[i]);
+        let x = 0.5 * left[i] / (1.0 / bins.freedom_alone[i] + 1.0 / bins.cap[i]);
         sum += 2.0 * x * (r - 1.0 - r.max(1e-300).ln());
         mean += 2.0 * x * log_bias(x);
         variance += 4.0 * x * x * (trigamma(x) - 1.0 / x);
@@ -53,7 +61,7 @@ pub(crate) fn log_bias(x: f64) -> f64 {
 }
 
 /// Bands of a quarter decade: a misfit of many neighbouring bins that none shows alone.
-fn bands(ratio: &[f64], bins: &Bins, parameters: f64) -> (f64, Vec<(f64, f64)>) {
+fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec<(f64, f64)>) {
     let mut found: Vec<(f64, f64)> = Vec::new();
     let mut start = 0;
     while start < ratio.len() {
@@ -61,7 +69,7 @@ fn bands(ratio: &[f64], bins: &Bins, parameters: f64) -> (f64, Vec<(f64, f64)>) 
         let mut end = start;
         let (mut freedom, mut sum, mut log, mut count) = (0.0, 0.0, 0.0, 0.0);
         while end < ratio.len() && band_of(bins, end, BANDS) == band {
-            let weight = bins.weight(end);
+            let weight = bins.weight(end) * left[end];
             freedom += weight;
             sum += weight * ratio[end];
             log += bins.frequency[end].ln();
@@ -93,13 +101,13 @@ pub(crate) fn band_of(bins: &Bins, bin: usize, per_decade: f64) -> i64 {
 }
 
 /// The lowest modes together, in both directions: a model that is far too high there is invisible to the other tests.
-fn lowest_modes(ratio: &[f64], bins: &Bins) -> f64 {
+fn lowest_modes(ratio: &[f64], bins: &Bins, left: &[f64]) -> f64 {
     let mut least: f64 = 1.0;
     for wanted in LOWEST {
         let (mut freedom, mut sum) = (0.0, 0.0);
         for (i, r) in ratio.iter().enumerate() {
-            freedom += bins.freedom[i];
-            sum += bins.freedom[i] * r;
+            freedom += bins.freedom[i] * left[i];
+            sum += bins.freedom[i] * left[i] * r;
             if freedom >= wanted - 0.5 {
                 break;
             }

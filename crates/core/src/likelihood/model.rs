@@ -1,6 +1,6 @@
 //! A model of the density of a channel, and its fit: Fisher scoring on Σ ν (ln S + I/S), parameters of parts ≥ 0.
 
-use crate::likelihood::bins::{Bins, ENDS, MOST_FILTER, Products};
+use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
 use std::sync::Arc;
@@ -59,7 +59,7 @@ pub(crate) struct Fit {
     pub beta: Vec<f64>,
     pub beta_covariance: Symmetric,
     /// Degrees of freedom that the regressors take from each bin.
-    leverage: Vec<f64>,
+    pub leverage: Vec<f64>,
     /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is.
     slope_of_ends: f64,
     /// Of this set of regressors; shared by the fits that follow.
@@ -108,10 +108,9 @@ impl Model {
         found
     }
 
-    /// Numbers that are fitted.
-    pub(crate) fn parameters(&self) -> usize {
-        let curves = self.regressors.iter().filter(|k| !ENDS.contains(k)).count();
-        self.parts.len() + self.filter.len() + self.shapes().len() + curves
+    /// Numbers that are fitted to the densities: without the coefficients of regressors.
+    pub(crate) fn parameters_beside_curves(&self) -> usize {
+        self.parts.len() + self.filter.len() + self.shapes().len()
     }
 
     /// |H|² at the low bins and at the points of the others; None without a filter.

@@ -5,7 +5,7 @@ use crate::likelihood::bins::{Bins, ENDS, Regressor, TERMS, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::{chi2_above, chi2_quantile_above};
-use crate::likelihood::lines::{Line, above_medians, above_model, without_images};
+use crate::likelihood::lines::{Line, above_medians, above_model, beyond_band, without_images};
 use crate::likelihood::masked::Levels;
 use crate::likelihood::model::{Fit, Model, Shape, TOLERANCE};
 use crate::likelihood::pass::{PARTS, Summary};
@@ -186,6 +186,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     let mut mask = usable(record);
     let mut lines = Vec::new();
     if options.lines {
+        lines = beyond_band(record, &mask);
         for _ in 0..LINE_SEARCHES {
             let least = of_terms(record, &mask);
             let found = above_medians(record, &mut mask, least.as_deref());

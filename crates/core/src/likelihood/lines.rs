@@ -25,6 +25,9 @@ const SHARED: f64 = 4.16;
 const RUNNING: usize = 32;
 const UNSURE: f64 = 1.1;
 
+/// The same where a filter takes the noise.
+const BEYOND: f64 = 30.0;
+
 /// Share of a line that stronger lines explain, above which it is an image of them.
 const IMAGE: f64 = 0.3;
 
@@ -50,8 +53,19 @@ fn freedom_of_one(record: &Summary) -> f64 {
     record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_left(1))
 }
 
+/// Lines where a filter leaves nothing of the noise. At its zeros medians are no reference: a line must be far above them.
+pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {
+    let (first, last) = (first_density(record), record.density.len() - 1);
+    let mut beyond: Vec<bool> = (0..=last).map(|k| k >= first && k < last && !mask[k]).collect();
+    standing_above(record, &mut beyond, None, BEYOND)
+}
+
 /// Lines above running medians of the density, which are taken out of the mask; and above `least`, if it is given.
 pub(crate) fn above_medians(record: &Summary, mask: &mut [bool], least: Option<&[f64]>) -> Vec<Line> {
+    standing_above(record, mask, least, UNSURE)
+}
+
+fn standing_above(record: &Summary, mask: &mut [bool], least: Option<&[f64]>, factor: f64) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     if first + RUNNING > last {
         return Vec::new();
@@ -73,7 +87,7 @@ pub(crate) fn above_medians(record: &Summary, mask: &mut [bool], least: Option<&
     if let Some(least) = least {
         reference.iter_mut().zip(&least[first..]).for_each(|(r, l)| *r = r.max(*l));
     }
-    standing_out(record, mask, &reference, UNSURE)
+    standing_out(record, mask, &reference, factor)
 }
 
 /// Lines above a fitted model.

@@ -44,6 +44,9 @@ const RAMP_HALVINGS: usize = 5;
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
 const LEAST_BAND: f64 = 5.0;
 
+/// P-value below which a narrower band describes the record no better than the whole one.
+const HOPELESS: f64 = 1e-4;
+
 /// Times that the band is halved, and after which it is so only to find white noise behind a filter.
 const MOST_HALVINGS: u32 = 10;
 const USUAL_SHARE: f64 = 16.0;
@@ -338,10 +341,11 @@ fn best_attempt<'a>(
         }
     }
     let last_good = attempts.iter().rposition(|a| a.p_value >= GOOD);
-    let best = |attempts: &[Attempt]| {
-        (0..attempts.len()).max_by(|&a, &b| attempts[a].p_value.total_cmp(&attempts[b].p_value))
+    let least_bad = || {
+        let among = (0..attempts.len()).filter(|&a| attempts[a].p_value >= HOPELESS);
+        among.max_by(|&a, &b| attempts[a].p_value.total_cmp(&attempts[b].p_value))
     };
-    let chosen = good.or(last_good).or_else(|| best(&attempts)).unwrap_or(0);
+    let chosen = good.or(last_good).or_else(least_bad).unwrap_or(0);
     attempts.swap_remove(chosen)
 }
 

@@ -18,6 +18,7 @@ from sigmatau.analysed import Analysis, failed_result
 from sigmatau.analysis import analyze
 from sigmatau.cli import batch
 from sigmatau.cli.choosing import Choosing, Exports
+from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
     Reading,
@@ -25,7 +26,6 @@ from sigmatau.cli.options import (
     bandwidths,
     check_folder,
     check_output,
-    curves_beside,
     finding_lines,
     read_log,
     refuse_same,
@@ -39,9 +39,10 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.finding import exit_code
+from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
+from sigmatau.record.record import stream_name
 
 NOT_AT_REST = 5
 """Exit code if the sensor is not at rest."""
@@ -199,6 +200,7 @@ def _one(
     beside = None if outputs.csv is None else curves_beside(outputs.csv)
     named = {f"export {name}": path for name, path in exports.files.items()}
     refuse_same(log, **outputs.files, **named, **{"csv curves": beside})
+    expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
     with _failures_written(log, outputs.json):
         record = read_log(log, reading, quiet=quiet)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
@@ -217,20 +219,46 @@ def _one(
             write_figure(analysis.plot_stability(), outputs.stability)
     if outputs.csv is not None:
         write_csv(analysis, outputs.csv)
-    told = finding_lines(analysis.findings) if verbose else wrapped(causes(analysis.findings))
-    table = analysis.summary() if verbose else screen(analysis, below=len(told) + 1)
-    write_result(table, analysis.to_dict() if outputs.json is not None else None, outputs.json)
-    sys.stdout.flush()
-    for line in told:
-        say(line, quiet=quiet)
-    if not verbose:
-        say(_next(outputs, exports, analysis), quiet=quiet)
+    if outputs.json is not None:
+        write_result("", analysis.to_dict(), outputs.json)
+    with_table = str(outputs.json) != "-"
+    if verbose:
+        _by_sensor(analysis, with_table=with_table, quiet=quiet)
+    else:
+        told = wrapped(causes(analysis.findings))
+        if with_table:
+            _table(screen(analysis, below=len(told) + 1))
+        for line in told:
+            say(line, quiet=quiet)
     code = exit_code(analysis.findings)
     if code == NOT_AT_REST and exports.files:
         say("nothing to export: the sensor is not at rest", quiet=quiet)
     else:
         exports.write(analysis, result=outputs.files["json"], quiet=quiet)
+    if not verbose:
+        say(_next(outputs, exports, analysis), quiet=quiet)
     return code
+
+
+def _table(text: str) -> None:
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()  # before the findings, on standard error
+
+
+def _by_sensor(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
+    """Print the coefficients and the findings of each sensor, after the findings of no sensor or of several."""
+    sections = {"": analysis.headline(), **analysis.sections()}
+    findings: dict[str, list[Finding]] = {sensor: [] for sensor in sections}
+    for finding in analysis.findings:
+        sensors = {stream_name(channel) for channel in finding.channels} & set(sections)
+        findings[sensors.pop() if len(sensors) == 1 else ""].append(finding)
+    for sensor, text in sections.items():
+        if with_table:
+            _table(f"\n{text}" if sensor else text)
+        for line in wrapped(finding_lines(findings[sensor])):
+            say(line, quiet=quiet)
+    if with_table:
+        _table(f"\n{analysis.legend()}")
 
 
 def _many(
@@ -252,11 +280,17 @@ def _many(
         ("csv", outputs.csv),
     ):
         check_folder(folder, option)
-    if left_out:
-        say(f"skipped, not a log: {', '.join(map(str, left_out))}", quiet=quiet)
+    results = sum(map(is_result, left_out))
+    if others := [str(file) for file in left_out if not is_result(file)]:
+        say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
+    if results:
+        say(f"skipped, written by sigmatau: {results} file{'s' if results > 1 else ''}", quiet=quiet)
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     names = dict(zip(logs, batch.names(logs), strict=True))
+    for name in names.values():
+        pictures = (folder / f"{name}.png" for folder in (outputs.plot, outputs.stability) if folder is not None)
+        expect(*pictures, csv=None if outputs.csv is None else outputs.csv / f"{name}.csv")
     work = partial(
         _in_a_process, names=names, reading=reading, settings=settings,
         outputs=outputs,

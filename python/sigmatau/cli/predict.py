@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 import numpy as np
 from cyclopts import Parameter
 
+from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, key_values, refuse_same, say, working
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import QUANTIFIED
@@ -68,6 +69,7 @@ def predict_command(
     """
     check_output(plot, (".png", ".svg", ".pdf"), "plot")
     refuse_same(source, plot=plot)
+    expect(plot)
     times = [_time(text, "after") for text in after.split(",")]
     average = None if calibration is None else _time(calibration, "calibration")
     model = NoiseModel.read(source)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._version import __version__
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.plot.style import figure_of, new_figure, panels_of, small
 from sigmatau.units import find
@@ -340,7 +341,9 @@ def _free_place(
 
 def save(figure: Figure, path: str) -> None:
     """Write a figure; the ending names the format: .png, .svg or .pdf."""
-    figure.savefig(path, metadata={"Date": None} if path.endswith(".svg") else None)
+    made_by = f"sigmatau {__version__}"
+    kind = {".svg": {"Creator": made_by, "Date": None}, ".pdf": {"Creator": made_by}, ".png": {"Software": made_by}}
+    figure.savefig(path, metadata=kind.get(path[-4:]))
 
 
 def _told_apart(tau: NDArray[np.float64]) -> NDArray[np.intp]:

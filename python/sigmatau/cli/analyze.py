@@ -26,6 +26,8 @@ from sigmatau.cli.options import (
     bandwidths,
     check_folder,
     check_output,
+    check_style,
+    drawing,
     finding_lines,
     read_log,
     refuse_same,
@@ -55,6 +57,7 @@ def analyze_command(
     taus: str = "half",
     overlap: Literal["full", "none"] = "full",
     counting: Literal["standard", "paper"] = "standard",
+    terms: str | None = None,
     tau_min: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
     long: Literal["auto", "exact", "strided"] = "auto",
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -64,6 +67,7 @@ def analyze_command(
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
     stability: Path | None = None,
+    style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     csv: Path | None = None,
     export: Annotated[list[str] | None, Parameter(negative=())] = None,
@@ -88,6 +92,9 @@ def analyze_command(
         Average overlapping clusters (full), or disjoint clusters only (none).
     counting
         Number of terms for N rates: N+1-2n (standard), or N-2n as in the paper's eq. (6) (paper).
+    terms
+        Noise terms that may be present: random_walk,bias_instability. Default: all five. A term that is left out is taken as
+        absent; if it is not, the others are wrong.
     tau_min
         Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
     long
@@ -111,6 +118,8 @@ def analyze_command(
     stability
         Draw the deviations over the record (dynamic Allan deviation): .png, .svg or .pdf; for several logs, a folder for one
         .png each. The JSON contains them too.
+    style
+        Style of figures: screen, or paper, for a column of a two-column paper.
     json
         Write the result as JSON; - writes it to standard output instead of the table; for several logs, a folder. If the
         analysis fails, the JSON says why.
@@ -135,6 +144,7 @@ def analyze_command(
         "overlap": overlap,
         "counting": counting,
         "method": method,
+        "terms": None if terms is None else [name.strip() for name in terms.split(",")],
         "tau_min": tau_min,
         "long": long,
         "window": window,
@@ -146,7 +156,8 @@ def analyze_command(
         "threads": threads,
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
-    outputs = Outputs(plot=plot, stability=stability, json=json, csv=csv)
+    check_style(style, plot, stability)
+    outputs = Outputs(plot=plot, stability=stability, json=json, csv=csv, style=style)
     # A shell pattern may match a single log.
     folders = [place for place in (*logs, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(
@@ -170,6 +181,7 @@ class Outputs:
     stability: Path | None
     json: Path | None
     csv: Path | None
+    style: Literal["screen", "paper"]
 
     @property
     def files(self) -> dict[str, Path | None]:
@@ -212,10 +224,10 @@ def _one(
         if checksum.ident is not None:
             checksum.join()
     if outputs.plot is not None:
-        with working(f"drawing {outputs.plot}", quiet=quiet):
-            write_figure(analysis.plot(), outputs.plot)
+        with drawing(outputs.plot, outputs.style, quiet=quiet):
+            write_figure(analysis.plot(style=outputs.style), outputs.plot)
     if outputs.stability is not None and analysis.stability:
-        with working(f"drawing {outputs.stability}", quiet=quiet):
+        with drawing(outputs.stability, outputs.style, quiet=quiet):
             write_figure(analysis.plot_stability(), outputs.stability)
     if outputs.csv is not None:
         write_csv(analysis, outputs.csv)
@@ -318,9 +330,11 @@ def _in_a_process(
 ) -> Analysis:
     analysis = analyze(read_log(log, reading, quiet=True), **settings)
     if outputs.plot is not None:
-        write_figure(analysis.plot(), outputs.plot / f"{names[log]}.png")
+        write_figure(analysis.plot(style=outputs.style), outputs.plot / f"{names[log]}.png")
     if outputs.stability is not None and analysis.stability:
-        write_figure(analysis.plot_stability(), outputs.stability / f"{names[log]}.png")
+        file = outputs.stability / f"{names[log]}.png"
+        with drawing(file, outputs.style, quiet=True):
+            write_figure(analysis.plot_stability(), file)
     if outputs.json is not None:
         write_json(analysis.to_dict(), outputs.json / f"{names[log]}.json")
     if outputs.csv is not None:

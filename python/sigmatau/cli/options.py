@@ -148,6 +148,21 @@ def write_figure(figure: Any, path: Path) -> None:  # noqa: ANN401  matplotlib i
         save(figure, str(temporary))
 
 
+@contextlib.contextmanager
+def drawing(path: Path, style: str, *, quiet: bool) -> Iterator[None]:
+    """Draw a figure in a style, with its name as progress."""
+    from sigmatau.plot.style import styled
+
+    with working(f"drawing {path}", quiet=quiet), styled(style):
+        yield
+
+
+def check_style(style: str, *figures: Path | None) -> None:
+    """Raise an error for a style without a figure."""
+    if style != "screen" and not any(figures):
+        raise OptionError(f"--style {style} needs a figure, e.g. --plot p.pdf", option="style")
+
+
 def write_result(table: str, content: object, json: Path | None) -> None:
     """Print a table and write the JSON to its file, or print the JSON alone."""
     if json is not None and str(json) == "-":
@@ -249,7 +264,9 @@ def wrapped(lines: Sequence[str]) -> list[str]:
     if not (sys.stderr.isatty() or "COLUMNS" in os.environ):
         return list(lines)
     width = shutil.get_terminal_size().columns
-    return [part for line in lines for part in wrapped_to([line], indent=5 if line.startswith("  -> ") else 2, width=width)]
+    return [
+        part for line in lines for part in wrapped_to([line], indent=5 if line.startswith("  -> ") else 2, width=width)
+    ]
 
 
 def say(message: str, *, quiet: bool = False) -> None:

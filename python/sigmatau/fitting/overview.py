@@ -91,8 +91,10 @@ def _text(fitted: NoiseFit, name: str, *, short: bool) -> str:
     """``2.429 ± 0.011``, ``25 -15 +32``, ``below 190``, or ``unknown``."""
     term = fitted.get(name)
     factor = display_units(name, fitted.quantity, fitted.rate_unit)[-1][1]
-    if term is None or not fitted.quantified:
+    if not fitted.quantified:
         return "unknown"
+    if term is None:
+        return "not fitted"
     if term.value is None:
         below = "<" if short else "below "
         return "unknown" if term.upper_limit is None else f"{below}{two_digits(term.upper_limit / factor)}"

@@ -12,8 +12,9 @@ from sigmatau.noise.terms import TERMS
 from sigmatau.results import seconds, wrapped
 
 _LEGEND = (
-    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,"
-    " not a confidence interval; it ignores the bias where terms meet. A term that is not listed has no region of its slope.",
+    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of"
+    " thumb, not a confidence interval; it ignores the bias where terms meet. A term that is not listed has no region of"
+    " its slope.",
 )
 
 _COLUMNS = 4

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+os.environ["LC_ALL"] = "C.UTF-8"  # in the locale C symbols are written in ASCII
 ROOT = Path(__file__).resolve().parent.parent
 
 

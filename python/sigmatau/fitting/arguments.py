@@ -16,7 +16,9 @@ def wanted_terms(terms: object) -> set[str]:
     """The terms that may be present, all for None; raises `OptionError` for others, or if none of them is a noise."""
     if terms is None:
         return set(TERMS)
-    given = [terms] if isinstance(terms, str) or not isinstance(terms, Iterable) else list(terms)
+    if isinstance(terms, str) or not isinstance(terms, Iterable):
+        raise OptionError(f'{{option}} must be a list, e.g. ["random_walk"], not {terms!r}', option="terms")
+    given = list(terms)
     wanted = {one for one in given if isinstance(one, str)}
     if len(wanted) < len(given) or wanted - set(TERMS) or not wanted & set(LINEAR):
         known = ", ".join(TERMS)

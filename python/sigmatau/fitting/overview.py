@@ -17,6 +17,8 @@ Trust = Literal["good", "partial", "poor"]
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
 
+_MISSING = ("gaps", "missing_values")  # codes of findings of missing samples, which the fit allows for
+_MOST_MISSING = 0.5  # share up to which intervals are known to cover the truth, see docs/study/gaps.md
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
 _EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one, if the value stays clear of 0
 
@@ -74,9 +76,16 @@ def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
     -------
     {"good", "partial", "poor"}
         ``"poor"``: without intervals, or a finding says that a coefficient is wrong by half or more; ``"partial"``:
-        intervals are wider because the model is not quite right, or a warning names the channel; ``"good"``: neither.
+        intervals are wider because the model is not quite right, or a warning names the channel, except one of missing
+        samples, which the intervals allow for; ``"good"``: neither.
     """
-    warnings = [one for one in findings if one.severity != "info" and (channel in one.channels or not one.channels)]
+    warnings = [
+        one
+        for one in findings
+        if one.severity != "info"
+        and (channel in one.channels or not one.channels)
+        and not (one.code in _MISSING and (one.size or 0.0) <= _MOST_MISSING * fitted.n)
+    ]
     factors = [factor for one in warnings for term, factor in one.factors if term in COLUMNS]
     if not fitted.quantified or any(max(factor, 1 / factor) >= _LARGE for factor in factors if factor > 0):
         return "poor"

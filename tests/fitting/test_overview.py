@@ -94,7 +94,7 @@ def test_missing_samples_leave_trust_where_intervals_cover(share, blocks):
     for _ in range(4):
         y = rng.standard_normal((20_000, 3)) * 1e-3
         if blocks:
-            for start in rng.integers(0, len(y) - 500, round(share * len(y) / 500)):
+            for start in rng.integers(0, len(y) - 500, max(round(share * len(y) / 500), 1)):
                 y[start : start + 500] = np.nan
         else:
             y[rng.random(len(y)) < share] = np.nan

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sigmatau._version import __version__
-from sigmatau.errors import OptionError
+from sigmatau.errors import OptionError, as_arguments
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Findings
 from sigmatau.findings.wording import causes, words
@@ -282,4 +282,4 @@ class Analysis(Tabular):
         return "\n".join([self.overview(), *self._causes()])
 
     def _causes(self) -> list[str]:
-        return causes(self.findings, rest="analysis.findings")
+        return [as_arguments(line) for line in causes(self.findings, rest="analysis.findings")]

@@ -124,7 +124,7 @@ def test_causes_are_one_line_a_kind_worst_first():
     assert first.startswith("!! gyro z: ")
     assert second.startswith("! gyro y: ")
     assert second.endswith(" (also gyro x)")
-    assert last == "· 1 more finding, and what to do: --verbose"
-    assert causes(findings[2:3]) == ["· 1 more finding, and what to do: --verbose"]
-    assert causes(findings, most=1)[1:] == ["· 3 more findings, and what to do: --verbose"]
+    assert last == "· 1 more: rate not nominal; see --verbose"
+    assert causes(findings[2:3]) == ["· 1 more: rate not nominal; see --verbose"]
+    assert causes(findings, most=1)[1:] == ["· 3 more: rate not nominal; see --verbose"]
     assert causes([]) == []

@@ -46,6 +46,8 @@ from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.record.record import stream_name
 
+_MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
+
 NOT_AT_REST = 5
 """Exit code if the sensor is not at rest."""
 
@@ -237,7 +239,7 @@ def _one(
     if verbose:
         _by_sensor(analysis, with_table=with_table, quiet=quiet)
     else:
-        told = wrapped(causes(analysis.findings))
+        told = wrapped(causes(analysis.findings, room=_MOST_LINES))
         if with_table:
             _table(screen(analysis, below=len(told) + 1))
         for line in told:

@@ -17,6 +17,7 @@ Trust = Literal["good", "partial", "poor"]
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
 
+_MEANING = {"partial": "usable with what the ! lines say", "poor": "do not use"}  # of trust, below the table
 _MISSING = ("gaps", "missing_values")  # codes of findings of missing samples, which the fit allows for
 _MOST_MISSING = 0.5  # share up to which intervals are known to cover the truth, see docs/study/gaps.md
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
@@ -41,11 +42,13 @@ def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, 
     str
         At most 80 columns for names of up to 16 characters.
     """
+    findings = tuple(findings)
     rows = overview_rows(fits, findings)
     text = _aligned(rows)
-    if max(map(len, text.splitlines())) <= width:
-        return text
-    return _aligned(overview_rows(fits, findings, short=True))
+    if max(map(len, text.splitlines())) > width:
+        text = _aligned(overview_rows(fits, findings, short=True))
+    meant = [f"{word}: {_MEANING[word]}" for word in _MEANING if any(row[-1] == word for row in rows)]
+    return "\n".join([text, *(["; ".join(meant)] if meant else [])])
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> str:

@@ -250,7 +250,8 @@ def _one(
     else:
         exports.write(analysis, result=outputs.files["json"], quiet=quiet)
     if not verbose:
-        say(_next(outputs, exports, analysis), quiet=quiet)
+        for line in wrapped([_next(outputs, exports, analysis)]):
+            say(line, quiet=quiet)
     return code
 
 

@@ -113,5 +113,6 @@ def panels_of(ax: Any, count: int) -> list[Axes] | None:  # noqa: ANN401  one ax
     several = getattr(ax, "flat", ax)
     given = [ax] if hasattr(ax, "plot") else list(several) if isinstance(several, Iterable) else []
     if len(given) != count or not all(hasattr(one, "plot") for one in given):
-        raise OptionError(f"{{option}} must be {count} axes of matplotlib, one a panel, not {ax!r:.80}", option="ax")
+        got = f"{ax!r:.80}" if not given else len(given)
+        raise OptionError(f"{{option}} must be {count} axes, one a panel, not {got}", option="ax")
     return given

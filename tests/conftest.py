@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+os.environ["LC_ALL"] = "C.UTF-8"  # in the locale C symbols are written in ASCII
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -19,7 +20,7 @@ def all_digits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
 def options_as_typed(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Errors of readers are tested in the words of the command line; `test_errors` tests how Python words them."""
     if request.path.parent.name == "io":
-        monkeypatch.setattr("sigmatau.errors._as_arguments", lambda message: message)
+        monkeypatch.setattr("sigmatau.errors.as_arguments", lambda message: message)
 
 
 @pytest.fixture(scope="session")

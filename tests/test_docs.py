@@ -192,9 +192,9 @@ def test_study_page_is_of_the_packages_rules():
 def test_record_prints_itself(logs):
     record = read(logs / "static.csv")
     assert repr(record).startswith("Record of 2 streams\n  gyro: gyro_x [rad/s], 1000 samples at 100 Hz")
-    assert repr(analyze(record, method="read-off")).startswith(
-        "gyro: 1 channel, 1000 samples at 100 Hz (time stamps in column 'time [s]'), 10 s"
-    )
+    head, gyro, *_ = repr(analyze(record, method="read-off")).split("\n\n")
+    assert head == "static.csv: 2 axes at 100 Hz (time stamps), 10 s, at rest"
+    assert gyro.startswith("gyro: 1 channel, 1000 samples at 100 Hz (time stamps in column 'time [s]'), 10 s")
 
 
 def test_one_version():

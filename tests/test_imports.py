@@ -41,7 +41,10 @@ def test_help_of_the_command_loads_no_numbers(argv):
         "sigmatau._version",
         "sigmatau.cli",
         "sigmatau.cli.app",
+        "sigmatau.cli.earlier",
+        "sigmatau.cli.symbols",
         "sigmatau.errors",
+        "sigmatau.results",
     }
 
 

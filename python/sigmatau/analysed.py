@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sigmatau._version import __version__
-from sigmatau.errors import OptionError
+from sigmatau.errors import OptionError, as_arguments
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Findings
 from sigmatau.findings.wording import causes, words
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import overview, overview_rows, trust
 from sigmatau.fitting.read_off import ReadOff
-from sigmatau.fitting.tables import fit_table, read_off_table
+from sigmatau.fitting.tables import fit_legend, fit_table, read_off_legend, read_off_table
 from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality.selection.rest import Rest
-from sigmatau.record.record import Provenance
-from sigmatau.results import TablesByChannel, Tabular, duration_text, html_table, printable
+from sigmatau.record.record import Provenance, stream_name
+from sigmatau.results import TablesByChannel, Tabular, duration_text, html_table, printable, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -227,14 +227,36 @@ class Analysis(Tabular):
         return "\n".join([self.headline(), *table])
 
     def summary(self) -> str:
-        """The grids and the table of all coefficients, as the command line prints them with ``--verbose``."""
-        return "\n".join([*self.grids.values(), "", self.coefficients()])
+        """The record in a line, the grid and all coefficients of each sensor, and what they are, as the command line prints
+        them with ``--verbose``.
+        """
+        return "\n\n".join(filter(None, [self.headline(), *self.sections().values(), self.legend()]))
 
-    def coefficients(self) -> str:
-        """The table of coefficients; of a record that is not at rest, that there are none."""
+    def sections(self) -> dict[str, str]:
+        """By sensor, its grid and the table of its coefficients."""
+        sensors = dict.fromkeys([*self.grids, *map(stream_name, self.curves)])
+        parts = {}
+        for sensor in sensors:
+            own = [channel for channel in self.curves if stream_name(channel) == sensor]
+            grid = wrapped([self.grids.get(sensor, "")])
+            parts[sensor] = "\n".join(filter(None, [*grid, self._table(own)]))
+        return {sensor: text for sensor, text in parts.items() if text}
+
+    def _table(self, channels: Sequence[str]) -> str:
+        fits = {channel: self.fits[channel] for channel in channels if channel in self.fits}
+        if fits:
+            return fit_table(fits, self.read_off, {name: trust(one, self.findings, name) for name, one in fits.items()})
+        return read_off_table({channel: self.read_off[channel] for channel in channels if channel in self.read_off})
+
+    def legend(self) -> str:
+        """What the numbers of `sections` are; of a record that is not at rest, that there are none."""
         if not self.fits and not self.read_off:
             return "not at rest: no coefficients"
-        return fit_table(self.fits, self.read_off) if self.fits else read_off_table(self.read_off)
+        return fit_legend(self.fits) if self.fits else read_off_legend(self.read_off)
+
+    def coefficients(self) -> str:
+        """The table of all coefficients without their legend; of a record that is not at rest, that there are none."""
+        return self._table([*self.curves]) or "not at rest: no coefficients"
 
     def columns(self) -> dict[str, list[Any]]:
         """A row a channel and term, with how far to trust it; see `Tabular.columns`."""
@@ -260,4 +282,4 @@ class Analysis(Tabular):
         return "\n".join([self.overview(), *self._causes()])
 
     def _causes(self) -> list[str]:
-        return causes(self.findings, rest="analysis.findings")
+        return [as_arguments(line) for line in causes(self.findings, rest="analysis.findings")]

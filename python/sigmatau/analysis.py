@@ -19,11 +19,13 @@ from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
 from sigmatau.findings.kinds.values import CoarseResolution
 from sigmatau.findings.wording import words
+from sigmatau.fitting.arguments import wanted_terms
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import read_off
 from sigmatau.fitting.rounding import allowing_for_rounding
+from sigmatau.noise.terms import TERMS
 from sigmatau.quality import curve_checks
 from sigmatau.quality.check import LOOKED_AT, Bandwidth, check_fits, examine
 from sigmatau.quality.curves import curves_of
@@ -39,6 +41,7 @@ from sigmatau.record import memory
 from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
+from sigmatau.results import ByChannel
 
 if TYPE_CHECKING:
     from sigmatau.estimators.stability import DynamicAllan
@@ -77,6 +80,7 @@ def analyze(
     overlap: Overlap = "full",
     counting: Counting = "standard",
     method: Method = "likelihood",
+    terms: Sequence[str] | None = None,
     tau_min: float | None = None,
     long: Long = "auto",
     window: str | None = None,
@@ -101,6 +105,9 @@ def analyze(
         in the model; by generalised least squares on the Allan variances (`sigmatau.fit`); or not at all. Channels with
         very few samples are fitted by least squares, which always uses overlapping clusters on half octaves, for any grid
         of the curve.
+    terms : sequence of str, optional
+        Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all. A term that is left out is taken as
+        absent; if it is not, the others are wrong.
     tau_min : float, optional
         Shortest averaging time of least squares. Default: found from the goodness of fit. [s]
     long : {"auto", "exact", "strided"}
@@ -142,6 +149,7 @@ def analyze(
     if method not in get_args(Method):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Method))}, not {method!r}", option="method")
     record = _record_of(record)
+    wanted = None if terms is None else _terms_of(terms, method)
     if tau_min is not None:
         _refuse_time(tau_min, method)
     if long not in get_args(Long):
@@ -186,7 +194,9 @@ def analyze(
 
         def fitted(channel: str) -> tuple[NoiseFit, NoiseFit, DeviationCurve]:
             curve, on = curves[channel], fitted_on[channel]
-            found = fit_channel(record, channel, method=method, curve=on, tau_min=tau_min, threads=threads)
+            found = fit_channel(
+                record, channel, method=method, curve=on, tau_min=tau_min, terms=wanted, threads=threads
+            )
             if curve.overlap == "full":
                 curve = _with_freedom(curve, found)
             final = found
@@ -208,9 +218,9 @@ def analyze(
         findings=by_severity(findings),
         curves=Curves(curves),
         fits=Fits(fits),
-        read_off={} if moving else {channel: read_off(curve) for channel, curve in curves.items()},
+        read_off=ByChannel({} if moving else {channel: read_off(curve) for channel, curve in curves.items()}),
         grids={stream.name: grid_text(stream) for stream in record.streams},
-        stability=maps,
+        stability=ByChannel(maps),
         rest=resting,
         rate_source=record.streams[0].grid.source,
     )
@@ -312,6 +322,14 @@ def _lost(record: Record, channel: str) -> float:
     """Share of missing samples of a channel."""
     stream = record.stream_of(channel)
     return 0.0 if stream.mask is None else float(stream.mask[:, stream.channels.index(channel)].mean())
+
+
+def _terms_of(terms: object, method: Method) -> list[str]:
+    """Check the terms of the fits."""
+    if method == "read-off":
+        raise OptionError("{option} are of a fit: nothing is fitted if coefficients are read off", option="terms")
+    wanted = wanted_terms(terms)
+    return [name for name in TERMS if name in wanted]
 
 
 def _refuse_time(tau_min: float, method: Method) -> None:

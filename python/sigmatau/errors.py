@@ -75,7 +75,7 @@ def argument(name: str, value: object = None, *, key: str | None = None) -> str:
 _TYPED = re.compile(r"--([a-z][a-z-]*)((?: [a-z]\w*=[^\s,;)]+(?: --\1(?= [a-z]\w*=))?)+|=\w+| HZ\b)?")
 
 
-def _as_arguments(message: str) -> str:
+def as_arguments(message: str) -> str:
     """Options as they are typed, as arguments: ``--unit gyro=deg/s`` as ``unit={"gyro": "deg/s"}``."""
 
     def argument_of(match: re.Match[str]) -> str:
@@ -128,7 +128,7 @@ class OptionError(_SourcedError):
                 return f"`{name}`"
             return f"`{name}={value}`" if key is None else f'`{name}={{"{key}": {value}}}`'
 
-        return _joined(self.source, _as_arguments(self._filled(python)))
+        return _joined(self.source, as_arguments(self._filled(python)))
 
     def for_command_line(
         self, names: Mapping[str, str] = MappingProxyType({}), units: Mapping[str, str] = MappingProxyType({})

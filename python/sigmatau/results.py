@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import io
 import math
+import textwrap
 import unicodedata
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar, cast
@@ -74,6 +75,34 @@ def csv_text(columns: Mapping[str, Sequence[object]]) -> str:
     writer.writerow(columns)
     writer.writerows(zip(*columns.values(), strict=True))
     return out.getvalue()
+
+
+ASCII = {
+    "√Hz": "sqrt(Hz)",
+    "√h": "sqrt(h)",
+    "√s": "sqrt(s)",
+    "√": "sqrt ",
+    "µ": "u",
+    "²": "^2",
+    "³": "^3",
+    "·": "*",
+    "τ": "tau",
+    "σ": "sigma",
+    "χ": "chi",
+    "±": "+-",
+    "×": "x",
+    "…": "...",
+    "°": "deg",
+}
+"""Symbols of messages and tables in ASCII, the longer ones first."""
+
+WIDTH = 80
+"""Columns of a terminal, which printed forms do not exceed."""
+
+
+def wrapped(lines: Iterable[str], *, indent: int = 2, width: int = WIDTH) -> list[str]:
+    """Lines of at most `width` columns; what follows the first of each is indented."""
+    return [part for line in lines for part in textwrap.wrap(line, width, subsequent_indent=" " * indent) or [""]]
 
 
 T = TypeVar("T")

@@ -83,7 +83,7 @@ class TestAnalyze:
         figure, result = tmp_path / "a.png", tmp_path / "r.json"
         code, out, err = run("analyze", log, "--rate", 100, "-v", "--plot", figure, "--json", result, capsys=capsys)
         assert (code, err) == (0, "")
-        assert "gyro_x                      the model fits, τ from 0.01 s to 1.28 s, p = " in out
+        assert "gyro_x  trust: good; the model fits, τ from 0.01 s to 1.28 s, p = " in out
         assert "  velocity random walk" in out
         assert "95 % interval" in out
         assert "eq. (26)" in out
@@ -95,7 +95,7 @@ class TestAnalyze:
     def test_read_off_alone(self, log, capsys):
         code, out, _ = run("analyze", log, "--rate", 100, "--method", "read-off", capsys=capsys)
         assert code == 0
-        assert "gyro_x   angle random walk" in out
+        assert "gyro_x  angle random walk" in out
         assert "interval" in out  # "no confidence interval"
         assert "95 %" not in out
         code, out, _ = run("analyze", log, "--rate", 100, "--method", "read-off", "--json", "-", capsys=capsys)
@@ -103,6 +103,69 @@ class TestAnalyze:
         assert "fit" not in channel
         assert "edf" not in channel["curve"]
         assert channel["curve"]["interval"] == "eq. (26), one standard error"
+
+    def test_verbose_is_by_sensor_in_80_columns(self, log, capsys, monkeypatch):
+        monkeypatch.setenv("COLUMNS", "80")
+        code, out, err = run("analyze", log, "--rate", 100, "-v", "--leave-out", "1s:1.1s", capsys=capsys)
+        assert code == 0
+        assert max(map(len, [*out.splitlines(), *err.splitlines()])) <= 80
+        head, gyro, accel, legend = out.split("\n\n")
+        assert head.startswith("log.csv: 3 axes at 100 Hz")
+        assert gyro.startswith("gyro: 2 channels")
+        assert "velocity" not in gyro
+        assert accel.startswith("accel: 1 channel")
+        assert "gyro" not in accel
+        assert legend.startswith("Fitted: ")
+        assert "More: " not in err
+
+    def test_verbose_has_findings_after_the_table_of_their_sensor(self, tmp_path):
+        y = np.random.default_rng(4).standard_normal((2000, 2))
+        y[:, 1] = np.round(y[:, 1])
+        path = tmp_path / "log.csv"
+        np.savetxt(path, y, delimiter=",", header="gyro_x [deg/s],accel_x [m/s^2]", comments="")
+        command = [sys.executable, "-m", "sigmatau", "analyze", str(path), "--rate", "100", "-v"]
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=True)
+        at = {
+            text: done.stdout.index(text) for text in ("gyro: 1 channel", "accel: 1 channel", "the resolution", "p: ")
+        }
+        assert list(at.values()) == sorted(at.values())
+
+    def test_what_comes_next_is_the_last_line(self, log, tmp_path, capsys):
+        code, _, err = run("analyze", log, "--rate", 100, "--export", f"kalibr={tmp_path / 'k.yaml'}", capsys=capsys)
+        assert code == 0
+        last = err.splitlines()[-2:]
+        assert last[0].endswith("k.yaml: written for kalibr")
+        assert last[1] == "More: -v · picture: --plot p.png"
+
+    def test_terms_that_may_be_present(self, log, capsys):
+        options = ("analyze", log, "--rate", 100, "--json", "-")
+        code, out, _ = run(*options, "--terms", "random_walk, rate_random_walk", capsys=capsys)
+        assert code == 0
+        for channel in json.loads(out)["channels"].values():
+            assert {"bias_instability", "quantization"}.isdisjoint(channel["fit"]["terms"])
+        code, out, err = run(*options, "--terms", "random_walk,arw", capsys=capsys)
+        assert code == 2
+        assert "--terms must be of quantization, random_walk" in err
+        code, out, err = run(*options, "--terms", "random_walk", "--method", "read-off", capsys=capsys)
+        assert (code, "--terms are of a fit" in err) == (2, True)
+        code, out, _ = run("analyze", log, "--rate", 100, "--terms", "random_walk", capsys=capsys)
+        assert out.count("not fitted") == 6
+
+    @pytest.mark.parametrize("command", ["analyze", "psd", "deviation"])
+    def test_style_of_a_paper(self, log, command, tmp_path, capsys):
+        """300 dots an inch instead of 100 to 120, and half the width in inches."""
+        from matplotlib.image import imread
+
+        kind = ("--kind", "hadamard") if command == "deviation" else ()
+        shapes = []
+        for style in ("screen", "paper"):
+            path = tmp_path / f"{style}.png"
+            options = (command, log, "--rate", 100, *kind, "--plot", path, "--style", style)
+            assert run(*options, capsys=capsys)[0] == 0
+            shapes.append(imread(path).shape)
+        assert shapes[1][1] == pytest.approx(300 / (100 if command == "psd" else 120) * 0.5 * shapes[0][1], abs=2)
+        code, _, err = run(command, log, "--rate", 100, *kind, "--style", "paper", capsys=capsys)
+        assert (code, err) == (2, "sigmatau: --style paper needs a figure, e.g. --plot p.pdf\n")
 
     def test_every_kind_of_fit_has_the_published_form(self, tmp_path, capsys):
         """Adequate with a ramp, with a line, widened, too short."""
@@ -429,8 +492,8 @@ def test_as_a_module_on_a_terminal_without_unicode(one):
         capture_output=True, text=True, check=True, env={**os.environ, "PYTHONIOENCODING": "ascii"},
     )  # fmt: skip
     assert "random walk" in done.stdout
-    assert "deg/?h" in done.stdout
-    assert done.stderr == "More: -v ? picture: --plot p.png ? filter: --export kalibr=imu.yaml\n"
+    assert "deg/sqrt(h)" in done.stdout
+    assert done.stderr == "More: -v * picture: --plot p.png * filter: --export kalibr=imu.yaml\n"
 
 
 class TestSimulate:

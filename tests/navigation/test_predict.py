@@ -334,7 +334,9 @@ class TestNotSeen:
         np.testing.assert_allclose(error.at_most, most, rtol=1e-9)
         assert found.undecided == (("gyro_z", "bias_instability"), ("gyro_z", "rate_random_walk"))
         assert found.as_known == found.not_seen == ()
-        assert "the rms has what fits best: gyro_z bias instability, gyro_z rate random walk." in repr(found)
+        assert "the rms has what fits best: gyro_z bias instability, gyro_z rate random walk." in " ".join(
+            repr(found).split()
+        )
         assert "at its 95 % limit" in repr(found)
         assert found.to_dict()["undecided"][0] == ["gyro_z", "bias_instability"]
         # With their covariance the interval is that of the sum, here of B alone, and at most is as before.
@@ -364,7 +366,7 @@ def test_tilt_that_is_left_out():
     """gyro_x is not across accel_x: the row says so, and the row of an accelerometer with its gyro does not."""
     channels = {name: {"random_walk": 1e-4} for name in ("gyro_x", "accel_x", "accel_y", "accel_z")}
     found = predict(NoiseModel(channels=channels), after=60.0, rate=RATE)
-    rows = {line.split()[0]: line for line in repr(found).splitlines()}
+    rows = {name: " ".join(repr(error).split()) for name, error in found.items()}
     for name in ("velocity_x", "position_x"):
         assert rows[name].endswith("tilt left out: no gyro_y")
         assert found.to_dict()["errors"][name]["tilt_without"] == "gyro_y"
@@ -377,8 +379,10 @@ def test_beyond_the_record_and_beyond_the_equations():
     channels = {
         "accel_z": ChannelModel(terms={"random_walk": 1e-4}, quantity="acceleration", unit="m/s^2", duration=7200.0)
     }
-    text = repr(predict(NoiseModel(channels=channels), after=[60.0, 86400.0], rate=1.0))
-    near, far = text.splitlines()[2:4]  # of velocity_z
+    found = predict(NoiseModel(channels=channels), after=[60.0, 86400.0], rate=1.0)
+    assert max(map(len, repr(found).splitlines())) <= 80
+    text = " ".join(repr(found).split())
+    near, far = (row[-1] for row in found["velocity_z"].rows(duration=found.duration))
     assert "beyond the record" not in near
     assert "beyond the record of 2 h, too large for these equations" in far
     assert "Beyond the 2 h of the record, the noise was not measured" in text

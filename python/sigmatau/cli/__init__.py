@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import io
 import os
 import signal
 import sys
@@ -30,13 +29,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     from cyclopts import CycloptsError, UnusedCliTokensError
 
     from sigmatau.cli.app import app
+    from sigmatau.cli.earlier import settled
+    from sigmatau.cli.symbols import plain_streams
     from sigmatau.errors import DataError, OptionError
 
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without √ prints ?
+    plain_streams()
     try:
-        with _termination():
+        with _termination(), settled():
             result = app(
                 sys.argv[1:] if argv is None else list(argv),
                 exit_on_error=False,

@@ -18,6 +18,7 @@ from sigmatau.analysed import Analysis, failed_result
 from sigmatau.analysis import analyze
 from sigmatau.cli import batch
 from sigmatau.cli.choosing import Choosing, Exports
+from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
     Reading,
@@ -25,7 +26,8 @@ from sigmatau.cli.options import (
     bandwidths,
     check_folder,
     check_output,
-    curves_beside,
+    check_style,
+    drawing,
     finding_lines,
     read_log,
     refuse_same,
@@ -39,9 +41,12 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.finding import exit_code
+from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
+from sigmatau.record.record import stream_name
+
+_MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
 
 NOT_AT_REST = 5
 """Exit code if the sensor is not at rest."""
@@ -54,6 +59,7 @@ def analyze_command(
     taus: str = "half",
     overlap: Literal["full", "none"] = "full",
     counting: Literal["standard", "paper"] = "standard",
+    terms: str | None = None,
     tau_min: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
     long: Literal["auto", "exact", "strided"] = "auto",
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -63,6 +69,7 @@ def analyze_command(
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
     stability: Path | None = None,
+    style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     csv: Path | None = None,
     export: Annotated[list[str] | None, Parameter(negative=())] = None,
@@ -87,6 +94,9 @@ def analyze_command(
         Average overlapping clusters (full), or disjoint clusters only (none).
     counting
         Number of terms for N rates: N+1-2n (standard), or N-2n as in the paper's eq. (6) (paper).
+    terms
+        Noise terms that may be present: random_walk,bias_instability. Default: all five. A term that is left out is taken as
+        absent; if it is not, the others are wrong.
     tau_min
         Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
     long
@@ -110,6 +120,8 @@ def analyze_command(
     stability
         Draw the deviations over the record (dynamic Allan deviation): .png, .svg or .pdf; for several logs, a folder for one
         .png each. The JSON contains them too.
+    style
+        Style of figures: screen, or paper, for a column of a two-column paper.
     json
         Write the result as JSON; - writes it to standard output instead of the table; for several logs, a folder. If the
         analysis fails, the JSON says why.
@@ -134,6 +146,7 @@ def analyze_command(
         "overlap": overlap,
         "counting": counting,
         "method": method,
+        "terms": None if terms is None else [name.strip() for name in terms.split(",")],
         "tau_min": tau_min,
         "long": long,
         "window": window,
@@ -145,7 +158,8 @@ def analyze_command(
         "threads": threads,
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
-    outputs = Outputs(plot=plot, stability=stability, json=json, csv=csv)
+    check_style(style, plot, stability)
+    outputs = Outputs(plot=plot, stability=stability, json=json, csv=csv, style=style)
     # A shell pattern may match a single log.
     folders = [place for place in (*logs, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(
@@ -169,6 +183,7 @@ class Outputs:
     stability: Path | None
     json: Path | None
     csv: Path | None
+    style: Literal["screen", "paper"]
 
     @property
     def files(self) -> dict[str, Path | None]:
@@ -199,6 +214,7 @@ def _one(
     beside = None if outputs.csv is None else curves_beside(outputs.csv)
     named = {f"export {name}": path for name, path in exports.files.items()}
     refuse_same(log, **outputs.files, **named, **{"csv curves": beside})
+    expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
     with _failures_written(log, outputs.json):
         record = read_log(log, reading, quiet=quiet)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
@@ -210,27 +226,54 @@ def _one(
         if checksum.ident is not None:
             checksum.join()
     if outputs.plot is not None:
-        with working(f"drawing {outputs.plot}", quiet=quiet):
-            write_figure(analysis.plot(), outputs.plot)
+        with drawing(outputs.plot, outputs.style, quiet=quiet):
+            write_figure(analysis.plot(style=outputs.style), outputs.plot)
     if outputs.stability is not None and analysis.stability:
-        with working(f"drawing {outputs.stability}", quiet=quiet):
+        with drawing(outputs.stability, outputs.style, quiet=quiet):
             write_figure(analysis.plot_stability(), outputs.stability)
     if outputs.csv is not None:
         write_csv(analysis, outputs.csv)
-    told = finding_lines(analysis.findings) if verbose else wrapped(causes(analysis.findings))
-    table = analysis.summary() if verbose else screen(analysis, below=len(told) + 1)
-    write_result(table, analysis.to_dict() if outputs.json is not None else None, outputs.json)
-    sys.stdout.flush()
-    for line in told:
-        say(line, quiet=quiet)
-    if not verbose:
-        say(_next(outputs, exports, analysis), quiet=quiet)
+    if outputs.json is not None:
+        write_result("", analysis.to_dict(), outputs.json)
+    with_table = str(outputs.json) != "-"
+    if verbose:
+        _by_sensor(analysis, with_table=with_table, quiet=quiet)
+    else:
+        told = wrapped(causes(analysis.findings, room=_MOST_LINES))
+        if with_table:
+            _table(screen(analysis, below=len(told) + 1))
+        for line in told:
+            say(line, quiet=quiet)
     code = exit_code(analysis.findings)
     if code == NOT_AT_REST and exports.files:
         say("nothing to export: the sensor is not at rest", quiet=quiet)
     else:
         exports.write(analysis, result=outputs.files["json"], quiet=quiet)
+    if not verbose:
+        for line in wrapped([_next(outputs, exports, analysis)]):
+            say(line, quiet=quiet)
     return code
+
+
+def _table(text: str) -> None:
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()  # before the findings, on standard error
+
+
+def _by_sensor(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
+    """Print the coefficients and the findings of each sensor, after the findings of no sensor or of several."""
+    sections = {"": analysis.headline(), **analysis.sections()}
+    findings: dict[str, list[Finding]] = {sensor: [] for sensor in sections}
+    for finding in analysis.findings:
+        sensors = {stream_name(channel) for channel in finding.channels} & set(sections)
+        findings[sensors.pop() if len(sensors) == 1 else ""].append(finding)
+    for sensor, text in sections.items():
+        if with_table:
+            _table(f"\n{text}" if sensor else text)
+        for line in wrapped(finding_lines(findings[sensor])):
+            say(line, quiet=quiet)
+    if with_table:
+        _table(f"\n{analysis.legend()}")
 
 
 def _many(
@@ -252,11 +295,17 @@ def _many(
         ("csv", outputs.csv),
     ):
         check_folder(folder, option)
-    if left_out:
-        say(f"skipped, not a log: {', '.join(map(str, left_out))}", quiet=quiet)
+    results = sum(map(is_result, left_out))
+    if others := [str(file) for file in left_out if not is_result(file)]:
+        say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
+    if results:
+        say(f"skipped, written by sigmatau: {results} file{'s' if results > 1 else ''}", quiet=quiet)
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     names = dict(zip(logs, batch.names(logs), strict=True))
+    for name in names.values():
+        pictures = (folder / f"{name}.png" for folder in (outputs.plot, outputs.stability) if folder is not None)
+        expect(*pictures, csv=None if outputs.csv is None else outputs.csv / f"{name}.csv")
     work = partial(
         _in_a_process, names=names, reading=reading, settings=settings,
         outputs=outputs,
@@ -284,9 +333,11 @@ def _in_a_process(
 ) -> Analysis:
     analysis = analyze(read_log(log, reading, quiet=True), **settings)
     if outputs.plot is not None:
-        write_figure(analysis.plot(), outputs.plot / f"{names[log]}.png")
+        write_figure(analysis.plot(style=outputs.style), outputs.plot / f"{names[log]}.png")
     if outputs.stability is not None and analysis.stability:
-        write_figure(analysis.plot_stability(), outputs.stability / f"{names[log]}.png")
+        file = outputs.stability / f"{names[log]}.png"
+        with drawing(file, outputs.style, quiet=True):
+            write_figure(analysis.plot_stability(), file)
     if outputs.json is not None:
         write_json(analysis.to_dict(), outputs.json / f"{names[log]}.json")
     if outputs.csv is not None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.analysed import Analysis
+from sigmatau.cli.earlier import is_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.fitting.overview import trust
@@ -95,7 +96,7 @@ def _files(folder: Path, above: tuple[Path, ...]) -> Iterator[Path]:
 
 
 def _may_be_a_log(file: Path) -> bool:
-    """Whether a file found in a folder is read: not if it is empty, a picture, or a text without numbers."""
+    """Whether a file found in a folder is read: not if it is empty, a picture, a text without numbers, or a result."""
     if file.is_dir():
         return True
     if file.suffix.lower() in _BESIDE:
@@ -105,7 +106,7 @@ def _may_be_a_log(file: Path) -> bool:
             head = stream.read(_HEAD)
     except OSError:
         return True  # the reader reports why it cannot be read
-    if not head or head.startswith(_PICTURES):
+    if not head or head.startswith(_PICTURES) or is_result(file):
         return False
     if file.suffix.lower() in _TABLES or b"\0" in head:
         return True

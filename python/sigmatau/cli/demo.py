@@ -67,18 +67,14 @@ def demo_command(
 
 
 def _beside_truth(analysis: Analysis, model: NoiseModel) -> str:
-    rows = [("", "term", "truth", "fitted", "95 % interval", "unit", "off by", "read off by")]
+    rows = [("", "truth", "95 % interval", "", "read off by")]
     for channel, truth in model.channels.items():
         fitted, read = analysis.fits[channel], analysis.read_off[channel]
-        for k, (name, value) in enumerate(truth.items()):
+        rows.append((channel, "", "", "", ""))
+        for name, value in truth.items():
             factor = display_units(name, fitted.quantity, fitted.rate_unit)[0][1]
-            text, interval, unit = fitted.texts(name)[0]
-            found = fitted[name].value
-            off = "" if found is None else f"{100 * (found / value - 1):+.1f} %"
+            _, interval, unit = fitted.texts(name)[0]
             read_off = f"{100 * (read[name].value / value - 1):+.1f} %" if name in read else "no region"
-            label = TERMS[name].label(fitted.quantity)
-            rows.append(
-                (channel if k == 0 else "", label, f"{value / factor:.5g}", text, interval, unit, off, read_off)
-            )
+            rows.append((f"  {TERMS[name].label('signal')}", f"{value / factor:.5g}", interval, unit, read_off))
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)

@@ -12,6 +12,8 @@ from sigmatau.cli.options import (
     Reading,
     averaging_times,
     check_outputs,
+    check_style,
+    drawing,
     read_log,
     say,
     with_noise,
@@ -35,6 +37,7 @@ def deviation_command(
     overlap: Literal["full", "none"] | None = None,
     noise: str | None = None,
     plot: Path | None = None,
+    style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     threads: int | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
@@ -56,6 +59,8 @@ def deviation_command(
         intervals.
     plot
         Draw all axes: .png, .svg or .pdf.
+    style
+        Style of figures: screen, or paper, for a column of a two-column paper.
     json
         Write the result as JSON; - writes it to standard output instead of the table.
     threads
@@ -63,6 +68,7 @@ def deviation_command(
     quiet
         Print only errors on standard error.
     """
+    check_style(style, plot)
     check_outputs(log, plot, json)
     averaging: Any = averaging_times(taus)
     record = read_log(log, reading, quiet=quiet)
@@ -74,7 +80,7 @@ def deviation_command(
     found = Deviations({name: found[name] for name in names})
     table = deviation_table(found, noise=noise)
     if plot is not None:
-        with working(f"drawing {plot}", quiet=quiet):
+        with drawing(plot, style, quiet=quiet):
             write_figure(found.plot(noise=noise), plot)
     write_result(table, {"sigmatau": __version__, "noise": noise, "channels": found.to_dict(noise=noise)}, json)
     return damaged(record.findings)

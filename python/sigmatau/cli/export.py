@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from sigmatau.cli.choosing import Choosing, as_typed, print_findings
+from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.datasheets.sheet import datasheet
 from sigmatau.errors import OptionError
@@ -83,24 +84,25 @@ def export_command(
         check_choices(wanted, choices)  # before a file is read
         if output is not None:
             check_path(wanted, output)
+        expect(output)
         prepared = (
-            _of_datasheet(from_datasheet, wanted, choices)
+            _of_datasheet(from_datasheet, wanted, choices, output)
             if from_datasheet is not None
-            else _of_source(source, wanted, choices, inflate=inflate, quiet=quiet)
+            else _of_source(source, wanted, choices, path=output, inflate=inflate, quiet=quiet)
         )
     content = prepared.content
-    if output is None and isinstance(content, bytes):
-        raise OptionError(f"--output: the file for {to} is binary; give its name", option="output")
     print_findings(prepared.findings, quiet=quiet)
     if output is not None:
-        replace(prepared, path=output).write()
+        prepared.write()
         say(f"{output}: written for {to}", quiet=quiet)
     elif isinstance(content, str):
         sys.stdout.write(content)
     return 0
 
 
-def _of_source(source: Path | None, wanted: Target, choices: Choices, *, inflate: Path | None, quiet: bool) -> Prepared:
+def _of_source(
+    source: Path | None, wanted: Target, choices: Choices, *, path: Path | None, inflate: Path | None, quiet: bool
+) -> Prepared:
     assert source is not None
     found = read_source(source, rate=choices.rate)
     for line in finding_lines(found.findings):
@@ -110,14 +112,14 @@ def _of_source(source: Path | None, wanted: Target, choices: Choices, *, inflate
         found = replace(
             found, head=(*found.head, f"inflated: the sensor of {inflate.name} beside motors", *factors.head())
         )
-    return prepare(found, to=wanted.name, choices=choices)
+    return prepare(found, to=wanted.name, path=path, choices=choices)
 
 
-def _of_datasheet(name: str, wanted: Target, choices: Choices) -> Prepared:
+def _of_datasheet(name: str, wanted: Target, choices: Choices, path: Path | None) -> Prepared:
     """The file for stated values; where the convention is not stated, that with more noise."""
     sheet = datasheet(name)
     origins = (f"from the datasheet of {sheet.name} ({sheet.maker}); {sheet.source}", *sheet.origins(**_MORE_NOISE))
-    return prepare_stated(sheet.model(**_MORE_NOISE), to=wanted.name, choices=choices, origins=origins)
+    return prepare_stated(sheet.model(**_MORE_NOISE), to=wanted.name, path=path, choices=choices, origins=origins)
 
 
 def _about(target: Target) -> str:

@@ -9,7 +9,6 @@ import os
 import re
 import shutil
 import sys
-import textwrap
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ import numpy as np
 from cyclopts import Parameter
 from numpy.typing import NDArray
 
+from sigmatau.cli.earlier import curves_beside, expect
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding
@@ -29,6 +29,7 @@ from sigmatau.io.atomic import atomic
 from sigmatau.io.read import read
 from sigmatau.record.record import Record
 from sigmatau.results import csv_text, printable
+from sigmatau.results import wrapped as wrapped_to
 
 if TYPE_CHECKING:
     from sigmatau.analysed import Analysis
@@ -112,11 +113,17 @@ def check_outputs(log: Path, plot: Path | None, json: Path | None) -> None:
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(file, (), "json")
     refuse_same(log, plot=plot, json=file)
+    expect(plot, file)
 
 
-def json_text(content: object) -> str:
+def json_text(content: object, *, ascii_only: bool = False) -> str:
     """JSON as commands write it."""
-    return json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=ascii_only) + "\n"
+
+
+def _in_unicode() -> bool:
+    """Whether standard output has all characters."""
+    return "utf" in (sys.stdout.encoding or "").lower()
 
 
 def write_json(content: object, path: Path) -> None:
@@ -124,11 +131,6 @@ def write_json(content: object, path: Path) -> None:
     text = json_text(content)
     with atomic(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
-
-
-def curves_beside(path: Path) -> Path:
-    """The file of the curves that `write_csv` writes beside the coefficients."""
-    return path.with_name(f"{path.stem}-curves{path.suffix}")
 
 
 def write_csv(analysis: Analysis, path: Path) -> None:
@@ -146,10 +148,26 @@ def write_figure(figure: Any, path: Path) -> None:  # noqa: ANN401  matplotlib i
         save(figure, str(temporary))
 
 
+@contextlib.contextmanager
+def drawing(path: Path, style: str, *, quiet: bool) -> Iterator[None]:
+    """Draw a figure in a style, with its name as progress."""
+    from sigmatau.plot.style import styled
+
+    with working(f"drawing {path}", quiet=quiet), styled(style):
+        yield
+
+
+def check_style(style: str, *figures: Path | None) -> None:
+    """Raise an error for a style without a figure."""
+    if style != "screen" and not any(figures):
+        raise OptionError(f"--style {style} needs a figure, e.g. --plot p.pdf", option="style")
+
+
 def write_result(table: str, content: object, json: Path | None) -> None:
     """Print a table and write the JSON to its file, or print the JSON alone."""
     if json is not None and str(json) == "-":
-        sys.stdout.write(json_text(content))
+        text = json_text(content)
+        sys.stdout.write(text if text.isascii() or _in_unicode() else json_text(content, ascii_only=True))
         return
     if json is not None:
         write_json(content, json)
@@ -231,7 +249,7 @@ def screen(analysis: Analysis, *, below: int) -> str:
     for channel, curve in analysis.curves.items():
         panels.setdefault(f"{curve.quantity} {curve.unit}", {})[channel] = curve
     height = min(size.lines - len(text.splitlines()) - below - 2, _MOST_PLOT_LINES)
-    if height < _LEAST_PLOT_LINES or "utf" not in (sys.stdout.encoding or "").lower() or len(panels) > _MOST_PANELS:
+    if height < _LEAST_PLOT_LINES or not _in_unicode() or len(panels) > _MOST_PANELS:
         return text
     from sigmatau.plot.terminal import text_plot
 
@@ -246,7 +264,9 @@ def wrapped(lines: Sequence[str]) -> list[str]:
     if not (sys.stderr.isatty() or "COLUMNS" in os.environ):
         return list(lines)
     width = shutil.get_terminal_size().columns
-    return [part for line in lines for part in textwrap.wrap(line, width, subsequent_indent="  ")]
+    return [
+        part for line in lines for part in wrapped_to([line], indent=5 if line.startswith("  -> ") else 2, width=width)
+    ]
 
 
 def say(message: str, *, quiet: bool = False) -> None:
@@ -294,7 +314,7 @@ def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], Non
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     with Progress(
-        SpinnerColumn(),
+        SpinnerColumn("dots" if _in_unicode() else "line"),
         TextColumn("{task.description}"),
         TimeElapsedColumn(),
         console=Console(stderr=True),

@@ -11,7 +11,8 @@ from typing import Annotated, Literal
 import numpy as np
 from cyclopts import Parameter
 
-from sigmatau.cli.options import check_output, key_values, refuse_same, say, working
+from sigmatau.cli.earlier import expect
+from sigmatau.cli.options import check_output, check_style, drawing, key_values, refuse_same, say, working, write_figure
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.model.file import value_in_si
@@ -36,6 +37,7 @@ def predict_command(
     earth: Literal["round", "flat"] = "round",
     channels: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
+    style: Literal["screen", "paper"] = "screen",
     json: Annotated[bool, Parameter(negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -61,13 +63,17 @@ def predict_command(
         Channels to use. Default: all.
     plot
         Draw the errors against time up to the last time of --after: .png, .svg or .pdf.
+    style
+        Style of figures: screen, or paper, for a column of a two-column paper.
     json
         Print JSON instead of text.
     quiet
         Print only errors on standard error.
     """
+    check_style(style, plot)
     check_output(plot, (".png", ".svg", ".pdf"), "plot")
     refuse_same(source, plot=plot)
+    expect(plot)
     times = [_time(text, "after") for text in after.split(",")]
     average = None if calibration is None else _time(calibration, "calibration")
     model = NoiseModel.read(source)
@@ -90,12 +96,11 @@ def predict_command(
     with working("predicting", quiet=quiet):
         prediction = predicted(times)
         if plot is not None:
-            from sigmatau.plot.curves import save
-
             last = float(prediction.after[-1])
             first = max(min(float(prediction.after[0]), last / _SPAN), 1 / steps)
             curve = predicted([*prediction.after.tolist(), *np.geomspace(first, last, _POINTS).tolist()])
-            save(curve.plot(marked=prediction.after), str(plot))
+            with drawing(plot, style, quiet=True):
+                write_figure(curve.plot(marked=prediction.after), plot)
     if json:
         sys.stdout.write(json_module.dumps(prediction.to_dict(), indent=1, allow_nan=False) + "\n")
     else:

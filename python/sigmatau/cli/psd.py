@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -14,6 +14,8 @@ from sigmatau._version import __version__
 from sigmatau.cli.options import (
     Reading,
     check_outputs,
+    check_style,
+    drawing,
     read_log,
     say,
     with_noise,
@@ -47,6 +49,7 @@ def psd_command(
     axes: Annotated[list[str] | None, Parameter(negative=())] = None,
     model: Path | None = None,
     plot: Path | None = None,
+    style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -70,11 +73,14 @@ def psd_command(
         Model file (.toml) or JSON of analyze to compare with: adds its density, and the ratio of both by frequency band.
     plot
         Draw all axes: .png, .svg or .pdf.
+    style
+        Style of figures: screen, or paper, for a column of a two-column paper.
     json
         Write the two-sided densities in thirds of an octave as JSON; - writes it to standard output.
     quiet
         Print only errors on standard error.
     """
+    check_style(style, plot)
     check_outputs(log, plot, json)
     options = _options(method, segment=segment, tapers=tapers, f_max=f_max)
     named = None if axes is None else [name.strip() for text in axes for name in text.split(",")]
@@ -89,7 +95,7 @@ def psd_command(
     compared = {} if expected is None else _compared(found, expected, model, quiet=quiet)
     if plot is not None:
         known = None if expected is None else expected.of([name for name in expected.channels if name in found])
-        with working(f"drawing {plot}", quiet=quiet):
+        with drawing(plot, style, quiet=quiet):
             write_figure(found.plot(model=known), plot)
     tables = "\n\n".join(_table(found[name], compared.get(name)) for name in found)
     write_result(tables, _content(found, compared), json)
@@ -129,11 +135,19 @@ def _of(record: Record, axes: list[str] | None) -> Record:
 
 
 def _compared(found: Spectra, expected: NoiseModel, path: Path | None, *, quiet: bool) -> dict[str, Comparison]:
-    compared = {name: found[name].over(expected) for name in found if name in expected.channels}
-    if not compared:
+    known = [name for name in found if name in expected.channels]
+    if not known:
         raise DataError(f"{path}: its channels are {', '.join(expected.channels)}, those of the log {', '.join(found)}")
+    compared: dict[str, Comparison] = {}
+    for name in known:
+        try:
+            compared[name] = found[name].over(expected)
+        except DataError as error:
+            if len(known) == 1:
+                raise
+            say(f"warning: {error}", quiet=quiet)
     for name in found:
-        if name not in compared:
+        if name not in known:
             say(f"warning: {name}: {path} has no model of it", quiet=quiet)
     return compared
 

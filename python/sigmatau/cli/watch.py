@@ -15,6 +15,7 @@ from cyclopts import Parameter
 
 from sigmatau.analysed import Analysis
 from sigmatau.analysis import of_curves
+from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_values, say, write_figure, write_json
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
@@ -85,6 +86,7 @@ def watch_command(
             raise OptionError(f"--{option} {seconds}: must be a positive number of seconds", option=option)
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(json, (), "json")
+    expect(plot, json)
     if source != "-" and not Path(source).is_file():
         what = "is not a regular file" if Path(source).exists() else "there is no such file"
         raise DataError(f"{source}: {what}; - is standard input")
@@ -216,7 +218,7 @@ class _Watched:
             return Text(f"{self.heading()}\n{error}")
         size = shutil.get_terminal_size()
         panels = _panels(analysis)
-        table = analysis.coefficients().split("\n\n")[0]  # without the constant legend
+        table = analysis.coefficients()
         height = max((size.lines - table.count("\n") - 6) // max(len(panels), 1), 10)
         from sigmatau.plot.terminal import text_plot
 

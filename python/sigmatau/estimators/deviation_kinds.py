@@ -51,7 +51,7 @@ KINDS: Mapping[str, Estimator] = {
 def estimator(kind: str) -> Estimator:
     """The estimator of a name; raises `OptionError` for an unknown one."""
     if not isinstance(kind, str) or kind not in KINDS:
-        raise OptionError(f"unknown kind of deviation {kind!r}; kinds: {', '.join(KINDS)}", option="kind")
+        raise OptionError(f"{{option}} {kind!r}: unknown; kinds: {', '.join(KINDS)}", option="kind")
     return KINDS[kind]
 
 
@@ -198,7 +198,7 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
             return np.arange(1, largest + 1, dtype=np.int64)
         if taus not in _SEEDS:
             grids = ", ".join((*_SEEDS, "all"))
-            raise OptionError(f"unknown grid of τ {taus!r}; grids: {grids}, or times in s", option="taus")
+            raise OptionError(f"{{option}} {taus!r}: unknown grid; grids: {grids}, or times in s", option="taus")
         seeds = _SEEDS[taus]
         sizes = {seed << j for seed in seeds for j in range(largest.bit_length())}
         sizes |= {size // step for size in sizes for step in (2, 4, 8) if size % step == 0}

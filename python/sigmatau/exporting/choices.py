@@ -86,7 +86,8 @@ class Choices:
         By sensor, the random walk to write if none was observed, for example because quantization hides it:
         ``"upper-limit"``, a number in SI, or a text with a unit. Default: as for `walk`.
     strict : bool
-        Whether a coefficient that was not observed and has no chosen value is an error, not written at its upper limit.
+        Whether a coefficient that was not observed and has no chosen value is an error, not written at its upper limit;
+        of a datasheet, a rate random walk that is not stated.
     horizon : float or None
         Averaging time at which ``"horizon"`` matches. [s]
     noise_factor, walk_factor : float

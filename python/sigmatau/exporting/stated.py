@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 
 from sigmatau.exporting.choices import KINDS, Choices, NoPlaceError
 from sigmatau.exporting.export import Prepared, prepare
@@ -21,7 +22,9 @@ HORIZON = 10.0
 bias before other sensors correct it. A process is matched where random walk and bias instability are equal. [s]"""
 
 
-def prepare_stated(model: NoiseModel, *, to: str, choices: Choices, origins: Iterable[str]) -> Prepared:
+def prepare_stated(
+    model: NoiseModel, *, to: str, path: Path | None = None, choices: Choices, origins: Iterable[str]
+) -> Prepared:
     """The file of a target for a model of stated values.
 
     The rate random walk of a sensor without one has at the horizon the Allan variance of its bias instability; if that is
@@ -31,8 +34,10 @@ def prepare_stated(model: NoiseModel, *, to: str, choices: Choices, origins: Ite
     ----------
     model : NoiseModel
     to : str
+    path : Path or None
+        File to write, as for `prepare`.
     choices : Choices
-        Chosen walks are kept.
+        Chosen walks are kept. With `strict`, a walk that is not stated has to be chosen.
     origins : iterable of str
         Lines for the head of the file: where the values come from.
     """
@@ -42,7 +47,7 @@ def prepare_stated(model: NoiseModel, *, to: str, choices: Choices, origins: Ite
     for sensor, kind in KINDS.items():
         names = [name for name in model.channels if stream_name(name) == sensor]
         lacking = names and not any("rate_random_walk" in model.channels[name] for name in names)
-        if not lacking or sensor in walks or not (wanted.has_walk or wanted.has_process):
+        if choices.strict or not lacking or sensor in walks or not (wanted.has_walk or wanted.has_process):
             continue
         if any(map(Numbers(model, choices).has_slow_noise, names)):
             if wanted.has_process:
@@ -60,11 +65,11 @@ def prepare_stated(model: NoiseModel, *, to: str, choices: Choices, origins: Ite
     source = replace(Source.of_model(model), head=tuple(reasons))
     chosen = replace(choices, walk=walks, horizon=horizon)
     try:
-        return prepare(source, to=to, choices=chosen)
+        return prepare(source, to=to, path=path, choices=chosen)
     except NoPlaceError as error:
         if error.choice != "horizon" or choices.horizon is not None:
             raise
-        return prepare(source, to=to, choices=chosen.without("horizon"))
+        return prepare(source, to=to, path=path, choices=chosen.without("horizon"))
 
 
 def _minimum(model: NoiseModel) -> float | None:

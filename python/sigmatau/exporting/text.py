@@ -11,26 +11,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.results import ASCII
 
 DIGITS: int | None = 4  # of a coefficient, whose interval is seldom narrower than 1 %; None: all
 LARGEST = 1e9  # Largest value of a constant beside the noise, in any unit
 _LONGEST = 2000  # characters of a comment; the YAML reader of OpenCV had a buffer of 4096 per line
 _NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"  # float() also accepts 9_8 and digits of other alphabets
-_ASCII = {
-    "√Hz": "sqrt(Hz)",
-    "√h": "sqrt(h)",
-    "√s": "sqrt(s)",
-    "√": "sqrt ",
-    "µ": "u",
-    "²": "^2",
-    "³": "^3",
-    "·": "*",
-    "τ": "tau",
-    "σ": "sigma",
-    "±": "+-",
-    "×": "x",
-    "…": "...",
-}
 
 
 def digits(value: float, significant: int | None = None) -> str:
@@ -54,7 +40,7 @@ def measured(value: float) -> str:
 
 def comment(words: str) -> str:
     """Text for the rest of a comment line: printable ASCII without line ends."""
-    for character, plain in _ASCII.items():
+    for character, plain in ASCII.items():
         words = words.replace(character, plain)
     text = "".join(c if " " <= c <= "~" else "?" for c in words)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."

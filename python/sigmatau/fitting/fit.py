@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +12,24 @@ from numpy.typing import NDArray
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.kinds.fit import IncompleteRecord, NoCovariance, TooFewTimes, ZeroVariance
+from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.attempt import LONGEST_SHARE, Data
 from sigmatau.fitting.components import LINEAR, half_octaves
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.selection import LEAST_TIMES, best_attempt
 from sigmatau.fitting.statement import descriptive, no_fit, stated
-from sigmatau.noise.terms import TERMS
+from sigmatau.model.processes import real
 
 _PER_OCTAVE = 8  # averaging times, at most
 
 
 def fit(
-    curve: DeviationCurve, *, terms: Iterable[str] | None = None, tau_min: float | None = None, level: float = 0.95
+    curve: DeviationCurve,
+    *,
+    method: Literal["gls"] = "gls",
+    terms: Iterable[str] | None = None,
+    tau_min: float | None = None,
+    level: float = 0.95,
 ) -> NoiseFit:
     """Fit the five noise terms to an overlapped Allan deviation curve.
 
@@ -36,6 +43,8 @@ def fit(
     curve : DeviationCurve
         Of a record without missing samples; others are fitted by `sigmatau.analyze`. On half octaves, or on up to eight
         averaging times per octave; of more, half octaves are used if the curve has them, otherwise eight per octave.
+    method : {"gls"}
+        Least squares; the likelihood needs the samples, see `sigmatau.fit_channel`.
     terms : iterable of str, optional
         Terms to fit, keys of `sigmatau.noise.terms.TERMS`. Default: all five. A term that is left out is assumed to be
         absent; if it is not, the others are wrong.
@@ -67,13 +76,13 @@ def fit(
         )
     if curve.overlap != "full":
         raise OptionError("a fit needs overlapping clusters, overlap='full'", option="overlap")
-    if not 0.5 <= level <= 0.999:
-        raise OptionError(f"{{option}} must lie in 0.5 … 0.999, not {level!r}", option="level")
-    wanted = set(TERMS) if terms is None else set(terms)
-    if wanted - set(TERMS) or not wanted & set(LINEAR):
+    if method != "gls":
         raise OptionError(
-            f"{{option}} must be of {', '.join(TERMS)}, one of them a noise, not {sorted(wanted)}", option="terms"
+            f"{{option}} is gls for a curve, not {method!r}: sigmatau.analyze and sigmatau.fit_channel fit the samples",
+            option="method",
         )
+    check_level(level)
+    wanted = wanted_terms(terms)
     if curve.missing:
         return no_fit(curve, level, IncompleteRecord(missing=curve.missing, samples=curve.n))
     n = curve.n if curve.counting == "standard" else curve.n - 1
@@ -82,8 +91,8 @@ def fit(
         return no_fit(curve, level, TooFewTimes(times=len(chosen), needed=LEAST_TIMES, samples=curve.n))
     first = None
     if tau_min is not None:
-        first = int(np.searchsorted(curve.tau[chosen], tau_min * (1 - 1e-9)))
-        if not math.isfinite(tau_min) or len(chosen) - first < LEAST_TIMES:
+        first = int(np.searchsorted(curve.tau[chosen], real(tau_min) * (1 - 1e-9)))
+        if not math.isfinite(real(tau_min)) or len(chosen) - first < LEAST_TIMES:
             last = curve.tau[chosen][-LEAST_TIMES]
             raise OptionError(f"{{option}} may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
     scale = float(np.median(curve.avar[chosen]))

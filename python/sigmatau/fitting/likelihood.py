@@ -14,6 +14,7 @@ from sigmatau._native.likelihood import Bounds, Outcome, Process
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
+from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import (
     FittedTerm,
@@ -29,7 +30,7 @@ from sigmatau.fitting.observed import observed_term
 from sigmatau.fitting.pass_over import never_changes, summary_of
 from sigmatau.fitting.response import UNUSED_POWER, FittedFilter, named
 from sigmatau.model.channel import ChannelModel
-from sigmatau.noise.terms import TERMS, coefficient_unit
+from sigmatau.noise.terms import coefficient_unit
 from sigmatau.record.streams import Stream
 
 Floats = NDArray[np.float64]
@@ -78,8 +79,8 @@ def fit_samples(
     DataError
         For a channel that never changes.
     """
-    given_terms = set(TERMS) if terms is None else set(terms)
-    _refuse(given_terms, processes, regressors, stream.grid.n, level)
+    given_terms = wanted_terms(terms)
+    _refuse(processes, regressors, stream.grid.n, level)
     if never_changes(stream, channel):
         raise DataError(f"channel {channel!r} never changes in {stream.grid.n} samples: it has no noise to fit")
     summary, start = summary_of(stream, channel)
@@ -104,17 +105,12 @@ def fit_samples(
 
 
 def _refuse(
-    terms: set[str],
     processes: Sequence[float] | None,
     regressors: Mapping[str, ArrayLike] | None,
     n: int,
     level: float,
 ) -> None:
-    if not 0.5 <= level <= 0.999:
-        raise OptionError(f"{{option}} must lie in 0.5 … 0.999, not {level!r}", option="level")
-    if terms - set(TERMS) or not terms & set(LINEAR):
-        known = ", ".join(TERMS)
-        raise OptionError(f"{{option}} must be of {known}, one of them a noise, not {sorted(terms)}", option="terms")
+    check_level(level)
     if any(not 0 < time < math.inf for time in processes or ()):
         raise OptionError(f"{{option}} must be positive times in s, not {processes!r}", option="processes")
     for name, curve in (regressors or {}).items():
@@ -268,6 +264,8 @@ def _processes(
     """Processes, resonances before the filter, and lines behind it: resonances of the least width."""
     processes, resonances, lines = [], [], []
     for process in found.processes:
+        if not process.variance.value > 0:
+            continue
         sigma = _root(process.variance, stream.unit)
         if process.kind == "gauss_markov":
             processes.append(GaussMarkov(sigma=sigma, time=_plain(process.shape[0], "s")))
@@ -356,13 +354,12 @@ def _covariance(found: Outcome, model: Mapping[str, float]) -> tuple[tuple[str, 
         numbers = ("sigma", "time") if part == "gauss_markov" else ("sigma", "frequency", "width")
         rows = [k, *range(shape, shape + len(own))]
         shape += len(own)
-        if _steady(process):  # among the lines
+        if _steady(process) or not sigma > 0:  # among the lines, or not there
             continue
         counts[part] += 1
-        if sigma > 0:
-            at += rows
-            names += [f"{part}_{counts[part]}.{number}" for number in numbers]
-            slopes += [0.5 / sigma, *((own[-1],) * len(own))]
+        at += rows
+        names += [f"{part}_{counts[part]}.{number}" for number in numbers]
+        slopes += [0.5 / sigma, *((own[-1],) * len(own))]
     scale = np.array(slopes)
     return tuple(names), found.covariance[np.ix_(at, at)] * np.outer(scale, scale)
 

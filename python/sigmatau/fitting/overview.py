@@ -17,6 +17,9 @@ Trust = Literal["good", "partial", "poor"]
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
 
+_MEANING = {"partial": "usable with what the ! lines say", "poor": "do not use"}  # of trust, below the table
+_MISSING = ("gaps", "missing_values")  # codes of findings of missing samples, which the fit allows for
+_MOST_MISSING = 0.5  # share up to which intervals are known to cover the truth, see docs/study/gaps.md
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
 _EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one, if the value stays clear of 0
 
@@ -39,11 +42,13 @@ def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, 
     str
         At most 80 columns for names of up to 16 characters.
     """
+    findings = tuple(findings)
     rows = overview_rows(fits, findings)
     text = _aligned(rows)
-    if max(map(len, text.splitlines())) <= width:
-        return text
-    return _aligned(overview_rows(fits, findings, short=True))
+    if max(map(len, text.splitlines())) > width:
+        text = _aligned(overview_rows(fits, findings, short=True))
+    meant = [f"{word}: {_MEANING[word]}" for word in _MEANING if any(row[-1] == word for row in rows)]
+    return "\n".join([text, *(["; ".join(meant)] if meant else [])])
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> str:
@@ -74,9 +79,16 @@ def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
     -------
     {"good", "partial", "poor"}
         ``"poor"``: without intervals, or a finding says that a coefficient is wrong by half or more; ``"partial"``:
-        intervals are wider because the model is not quite right, or a warning names the channel; ``"good"``: neither.
+        intervals are wider because the model is not quite right, or a warning names the channel, except one of missing
+        samples, which the intervals allow for; ``"good"``: neither.
     """
-    warnings = [one for one in findings if one.severity != "info" and (channel in one.channels or not one.channels)]
+    warnings = [
+        one
+        for one in findings
+        if one.severity != "info"
+        and (channel in one.channels or not one.channels)
+        and not (one.code in _MISSING and (one.size or 0.0) <= _MOST_MISSING * fitted.n)
+    ]
     factors = [factor for one in warnings for term, factor in one.factors if term in COLUMNS]
     if not fitted.quantified or any(max(factor, 1 / factor) >= _LARGE for factor in factors if factor > 0):
         return "poor"
@@ -91,8 +103,10 @@ def _text(fitted: NoiseFit, name: str, *, short: bool) -> str:
     """``2.429 ± 0.011``, ``25 -15 +32``, ``below 190``, or ``unknown``."""
     term = fitted.get(name)
     factor = display_units(name, fitted.quantity, fitted.rate_unit)[-1][1]
-    if term is None or not fitted.quantified:
+    if not fitted.quantified:
         return "unknown"
+    if term is None:
+        return "not fitted"
     if term.value is None:
         below = "<" if short else "below "
         return "unknown" if term.upper_limit is None else f"{below}{two_digits(term.upper_limit / factor)}"

@@ -21,7 +21,7 @@ from sigmatau.fitting.statement import coefficient
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
-from sigmatau.results import Printed, duration_text, lines_text, plain, two_digits
+from sigmatau.results import Printed, duration_text, lines_text, plain, two_digits, wrapped
 
 LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
 _SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]
@@ -114,7 +114,7 @@ class Plan(Printed):
                 how = f"determines {what} to ± {two_digits(100 * self.error)} %, one standard error"
                 how = how if self.error < _MOST_ERROR else f"does not determine {what}: its standard error exceeds 50 %"
                 lines.append(f"  a record of {duration_text(self.duration)} {how}")
-        return lines_text(lines)
+        return lines_text(wrapped(lines, indent=4))
 
 
 def smallest_detectable(

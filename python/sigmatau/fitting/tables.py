@@ -2,100 +2,130 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 from sigmatau.estimators.deviation import Deviation
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff
 from sigmatau.noise.terms import TERMS
-from sigmatau.results import seconds
+from sigmatau.results import seconds, wrapped
 
 _LEGEND = (
-    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of thumb,",
-    "not a confidence interval; it ignores the bias where terms meet. A term that is not listed has no region of its slope.",
+    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of"
+    " thumb, not a confidence interval; it ignores the bias where terms meet. A term that is not listed has no region of"
+    " its slope.",
 )
 
-
-_COLUMNS = 5
+_COLUMNS = 4
 
 _FITTED = {
-    "likelihood": "Fitted: maximum likelihood of the spectrum. [ ]: 95 % confidence interval;",
-    "gls": "Fitted: least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval;",
+    "likelihood": "Fitted: maximum likelihood of the spectrum. [ ]: 95 % confidence interval.",
+    "gls": "Fitted: least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval.",
 }
 _FIT_LEGEND = (
     '"below": 95 % upper limit of a term that is not observed; `sigmatau plan` tells how long a record would show it.',
     "p: p-value of the model; with p < 0.002 it does not fit.",
-    "Read off: lines with the term's slope, ± by eq. (26), as in El-Sheimy, Hou & Niu (2008). The columns differ:",
-    "a line includes the other terms at its averaging times, and its ± is a rule of thumb.",
+    "Read off: lines with the term's slope, ± by eq. (26), as in El-Sheimy, Hou & Niu (2008): a line includes the other"
+    " terms at its averaging times, and its ± is a rule of thumb.",
 )
 
 
-def fit_table(fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff]) -> str:
-    """The fitted coefficients as aligned text, in the field's units, beside those read off."""
-    rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "", "read off")]
-    notes: dict[str, str] = {}
-    plateau = False
+def fit_table(
+    fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff], trusts: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """The fitted coefficients as aligned text, in the field's units, and those read off; `fit_legend` explains them.
+
+    Parameters
+    ----------
+    fits, read_offs : mapping
+        By channel.
+    trusts : mapping of str to str
+        How far to trust each channel, for its first line.
+    """
+    rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "")]
     for channel, fitted in fits.items():
-        read = read_offs[channel]
-        rows.append((channel, fitted.headline(method=False)))
+        worth = f"trust: {trusts[channel]}; " if channel in trusts else ""
+        rows.append((f"{channel}  {worth}{fitted.headline(method=False)}",))
         for name in fitted:
             term = TERMS[name]
-            reading = read.texts(name)[0] if name in read else None
             texts = fitted.texts(name)
             if fitted[name].value is not None:
                 for k, (value, interval, unit) in enumerate(texts):
                     label = term.label(fitted.quantity) if k == 0 else "  ="
-                    rows.append((f"  {label}", value, interval, unit, reading[0] if reading and k == 0 else ""))
-                if term.look_alikes:
-                    notes.setdefault(term.look_alikes, term.label(fitted.quantity))
-                plateau = plateau or name == "bias_instability"
+                    rows.append((f"  {label}", value, interval, unit))
             elif fitted.quantified:
                 value, _, unit = texts[0]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
-                also = f"; read off {' '.join(reading)}" if reading else ""
-                rows.append((f"  {term.label(fitted.quantity)}", text + also))
-        rows += [("  " + text,) for text in fitted.notes()]
+                rows.append((f"  {term.label(fitted.quantity)}", text))
+        rows += [("  " + text,) for text in (*fitted.notes(), *_readings(fitted, read_offs[channel]))]
     full = [row for row in rows if len(row) == _COLUMNS]
     widths = [max(len(row[k]) for row in full) for k in range(_COLUMNS)]
-    labels = max(len(row[0]) for row in rows if len(row) > 1)
-    widths[0] = labels
-    lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=False)).rstrip() for row in rows]
-    methods = dict.fromkeys(fitted.method for fitted in fits.values())
-    lines += ["", *(_FITTED[method] for method in methods), *_FIT_LEGEND]
-    if plateau:
+    widths[0] = max(len(row[0]) for row in rows if len(row) > 1)
+    return "\n".join(_aligned(rows, widths))
+
+
+def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
+    """The coefficients that were read off, in words."""
+    found = [f"{TERMS[name].label(fitted.quantity)} {' '.join(read.texts(name)[0])}" for name in fitted if name in read]
+    return [f"read off: {', '.join(found)}"] if found else []
+
+
+def _aligned(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> list[str]:
+    """Rows in columns; what is wider than the terminal goes on below its last cell."""
+    lines = []
+    for row in rows:
+        line = "  ".join((*(cell.ljust(w) for cell, w in zip(row[:-1], widths, strict=False)), row[-1])).rstrip()
+        indent = sum(widths[: len(row) - 1]) + 2 * (len(row) - 1) if len(row) > 1 else 4
+        lines += wrapped([line], indent=indent)
+    return lines
+
+
+def fit_legend(fits: Mapping[str, NoiseFit]) -> str:
+    """What the numbers of `fit_table` are."""
+    seen = [(fitted.quantity, name) for fitted in fits.values() for name in fitted if fitted[name].value is not None]
+    lines = [*(_FITTED[method] for method in dict.fromkeys(fitted.method for fitted in fits.values())), *_FIT_LEGEND]
+    if any(name == "bias_instability" for _, name in seen):
         lines.append("Bias instability B: most datasheets state the flat part of the curve instead, 0.664·B.")
-    lines += [f"{term.capitalize()} has the same slope as {others}." for others, term in notes.items()]
-    return "\n".join(lines)
+    return "\n".join(wrapped([*lines, *_look_alikes(seen)]))
+
+
+def _look_alikes(seen: Iterable[tuple[str, str]]) -> list[str]:
+    """What else has the slope of the terms, by quantity and name."""
+    notes: dict[str, str] = {}
+    for quantity, name in seen:
+        if TERMS[name].look_alikes:
+            notes.setdefault(TERMS[name].look_alikes, TERMS[name].label(quantity))
+    return [f"{term.capitalize()} has the same slope as {others}." for others, term in notes.items()]
 
 
 def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
     """The coefficients as aligned text, channel by channel, in the paper's form and the field's units."""
     rows: list[tuple[str, str, str, str]] = []
-    notes: dict[str, str] = {}
     for channel, result in read_off.items():
         if not result and not result.refused:
             rows.append((channel, "no term has a region", "", ""))
         first = channel
         for name, c in result.items():
-            texts = result.texts(name)
             region = f"τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s"
-            for k, (value, unit) in enumerate(texts):
+            for k, (value, unit) in enumerate(result.texts(name)):
                 label = TERMS[name].label(result.quantity) if k == 0 else "  ="
                 rows.append((first, label, f"{value} {unit}", region if k == 0 else ""))
                 first = ""
-            if TERMS[name].look_alikes:
-                notes.setdefault(TERMS[name].look_alikes, TERMS[name].label(result.quantity))
         for refusal in result.refused:
             label = f"no {TERMS[refusal.term].label(result.quantity)}"
-            rows.append(
-                (first, label, "", f"τ {seconds(refusal.tau_min)} … {seconds(refusal.tau_max)} s: {refusal.reason}")
-            )
+            region = f"τ {seconds(refusal.tau_min)} … {seconds(refusal.tau_max)} s"
+            rows.append((first, f"{label}, {region}: {refusal.reason}", "", ""))
             first = ""
-    widths = [max((len(row[k]) for row in rows), default=0) for k in range(3)]
-    lines = ["  ".join((*(c.ljust(w) for c, w in zip(row, widths, strict=False)), row[3])).rstrip() for row in rows]
-    lines += ["", *_LEGEND]
-    lines += [f"{term.capitalize()} has the same slope as {others}." for others, term in notes.items()]
-    return "\n".join(lines)
+    full = [row for row in rows if row[2]] or rows
+    widths = [max((len(row[k]) for row in (full if k else rows)), default=0) for k in range(4)]
+    return "\n".join(_aligned((row if row[2] else row[:2] for row in rows), widths))
+
+
+def read_off_legend(read_off: Mapping[str, ReadOff]) -> str:
+    """What the numbers of `read_off_table` are."""
+    seen = [(result.quantity, name) for result in read_off.values() for name in result]
+    return "\n".join(wrapped([*_LEGEND, *_look_alikes(seen)]))
 
 
 def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping[str, float] | None = None) -> str:

@@ -42,7 +42,9 @@ def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | 
 def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
     """Results by channel; raises `DataError` if there are none."""
     if not isinstance(content, Mapping):
-        raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}")
+        raise DataError(
+            f"a result of sigmatau analyze is an object, not {type(content).__name__}; NoiseModel.read reads a file"
+        )
     error, schema = content.get("error"), content.get("schema", 1)
     if isinstance(error, Mapping):
         raise DataError(f"the analysis failed: {error.get('message')!s:.500}")

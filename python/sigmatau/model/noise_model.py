@@ -157,6 +157,11 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         """
         convert = getattr(content, "to_dict", None)  # of an Analysis, which this package cannot import
         plain = convert() if callable(convert) and not isinstance(content, type) else content
+        if plain is not content and not (isinstance(plain, Mapping) and "channels" in plain):
+            raise TypeError(
+                f"`content` must be an Analysis, its to_dict() or its JSON, not a {type(content).__name__};"
+                " sigmatau.analyze(record) makes one"
+            )
         return cls(channels=channels_of_result(cast(Any, plain), channels=channels))
 
     def correlation_matrix(self, term: str) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from sigmatau.model.channel import alike_text
 from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
-from sigmatau.results import Printed, duration_text, interval_texts, lines_text
+from sigmatau.results import WIDTH, Printed, duration_text, interval_texts, lines_text, wrapped
 from sigmatau.units import find
 
 if TYPE_CHECKING:
@@ -34,6 +34,9 @@ _OTHER_LABELS = {
 }
 _LEAST_SHARE = 0.01
 """The least share that is printed."""
+
+_LEAST_SHARES = 32
+"""Columns for the shares beside the other cells of a row; with fewer they are below."""
 
 _QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
 _VALID_UP_TO = {"roll": 0.2, "pitch": 0.2, "velocity": 1000.0, "position": EARTH_RADIUS / 100}
@@ -319,7 +322,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
         rows: list[tuple[str, ...]] = [("", "after", "rms", "", "", "", "shares of the mean square")]
         for error in self.errors.values():
             rows += _named(error, duration=self.duration)
-        return lines_text([head, *_table(rows), *self.notes()])
+        return lines_text([head, *_table(rows), *wrapped(self.notes())])
 
 
 def _label(channel: str, part: str) -> str:
@@ -346,10 +349,17 @@ def _named(error: PredictedError, *, duration: float | None = None) -> list[tupl
 
 
 def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    """Aligned rows; last cells that do not fit beside the others are below them."""
     shown = [k for k in range(len(rows[0])) if k == len(rows[0]) - 1 or any(row[k] for row in rows)]
     rows = [tuple(row[k] for k in shown) for row in rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
-    return [
-        ("  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[-1]])).rstrip()
-        for row in rows
-    ]
+    beside = sum(widths) + 2 * len(widths)
+    lines = []
+    for row in rows:
+        line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False))
+        if WIDTH - beside >= _LEAST_SHARES:
+            lines += wrapped([f"{line}  {row[-1]}".rstrip()], indent=beside)
+        else:
+            below = widths[0] + 2
+            lines += [line.rstrip(), *(wrapped([" " * below + row[-1]], indent=below) if row[-1] else [])]
+    return lines

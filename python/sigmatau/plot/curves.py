@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._version import __version__
 from sigmatau.noise.terms import TERMS, avar
-from sigmatau.plot.style import figure_of, new_figure, panels_of, small
+from sigmatau.plot.style import figure_of, legend, new_figure, panels_of, small
 from sigmatau.units import find
 
 if TYPE_CHECKING:
@@ -143,7 +144,7 @@ def draw_deviations(
         ax.set_title(TITLES.get(key, key))
         if any(channel in bands for channel in channels):
             ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % by χ²")
-        ax.legend(fontsize=small(), loc="best")
+        legend(ax)
     return figure
 
 
@@ -213,7 +214,7 @@ def draw_analysis(
             ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label=text)
         for text, line in zip(_values_texts(fits or {}, list(lines)), lines.values(), strict=True):
             line.set_label(text)
-        ax.legend(fontsize=small(), loc="best")
+        legend(ax)
     return figure
 
 
@@ -229,7 +230,7 @@ def _values_texts(fits: Mapping[str, FitLike], channels: Sequence[str]) -> list[
 def _value_text(fitted: FitLike, name: str) -> str:
     """``"N = 2.43 deg/√h"``."""
     value, _, unit = fitted.texts(name)[-1]
-    return f"{TERMS[name].symbols[0]} = {value} {unit}"
+    return f"{TERMS[name].symbols[0]} = {value} {unit.replace('^{3/2}', '$^{3/2}$')}"
 
 
 def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:
@@ -340,7 +341,9 @@ def _free_place(
 
 def save(figure: Figure, path: str) -> None:
     """Write a figure; the ending names the format: .png, .svg or .pdf."""
-    figure.savefig(path, metadata={"Date": None} if path.endswith(".svg") else None)
+    made_by = f"sigmatau {__version__}"
+    kind = {".svg": {"Creator": made_by, "Date": None}, ".pdf": {"Creator": made_by}, ".png": {"Software": made_by}}
+    figure.savefig(path, metadata=kind.get(path[-4:]))
 
 
 def _told_apart(tau: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.plot.curves import CurveLike, curve_unit, draw_curve
-from sigmatau.plot.style import figure_of, new_figure, panels_of, small
+from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +70,7 @@ def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats, ax: Pane
         ax.set_xlabel("time since the start [s]")
         ax.set_ylabel(f"error of the {title}, rms [{text}]")
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
-        ax.legend(fontsize=small())
+        legend(ax)
     return figure_of(panels[0])
 
 
@@ -94,7 +94,7 @@ def draw_verification(
     factor, _ = curve_unit(curve, unit)
     ax.plot(curve.tau, np.sqrt(avar) / factor, color=_COLOURS[1], linewidth=1.3, zorder=3, label=label)
     ax.fill_between([], [], [], color=_COLOURS[0], alpha=0.18, linewidth=0, label="band by χ² if the model is true")
-    ax.legend(fontsize=small())
+    legend(ax)
     return ax
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike
-from sigmatau.plot.style import figure_of, new_figure, panels_of, small
+from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
 from sigmatau.units import find, known
 
 if TYPE_CHECKING:
@@ -133,11 +133,12 @@ def draw_spectrum(
             zorder=3,
         )
     if without:
-        text_of = f"{spectrum.channel}: model without {', '.join(without)}"
+        more = f" and {len(without) - 1} more" if len(without) > 1 else ""
+        text_of = f"{spectrum.channel}: model without {without[0]}{more}"
         ax.plot([], [], color=colour, linestyle="--", linewidth=1.1, label=text_of)
     ax.set_xlabel("frequency [Hz]")
     squared = f"({text})²" if "/" in text else f"{text}²"
-    ax.set_ylabel(f"two-sided power spectral density [{squared}/Hz]")
+    ax.set_ylabel(f"two-sided density [{squared}/Hz]")
     ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
     return ax
 
@@ -177,7 +178,7 @@ def draw_spectra(
         )
         if any(channel in expected for channel in channels):
             ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="model")
-        ax.legend(fontsize=small(), loc="best")
+        legend(ax)
     return figure_of(panels[0])
 
 
@@ -206,7 +207,7 @@ def draw_cross(cross: CrossLike, *, ax: Panels = None, colour: str = COLOURS[0])
     upper.semilogx(cross.frequency, level, color="0.4", linewidth=0.9, linestyle="--", label="95 % of chance are below")
     upper.set_ylim(0, 1)
     upper.set_ylabel(f"coherence γ² of {cross.a} and {cross.b}")
-    upper.legend(fontsize=small(), loc="best")
+    legend(upper)
     seen = cross.coherence > level
     begin, end = (np.degrees(edge) for edge in cross.phase_interval())
     phase = np.degrees(cross.phase)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import runs
 from sigmatau.plot.curves import ChannelLike, curve_unit
-from sigmatau.plot.style import figure_of, new_figure, panels_of
+from sigmatau.plot.style import across, figure_of, new_figure, panels_of
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -47,10 +47,10 @@ def draw_all(maps: Mapping[str, MapLike], *, ax: Panels = None) -> Figure:
         for panel, dynamic in zip(given, maps.values(), strict=True):
             draw_dynamic(dynamic, ax=panel)
         return figure_of(given[0])
-    across = min(len(maps), 3)
-    down = -(-len(maps) // across)
-    figure = new_figure(1.5 + 6.2 * across, 0.6 + 3.8 * down)
-    panels = figure.subplots(down, across, squeeze=False).ravel()
+    columns = min(len(maps), across())
+    down = -(-len(maps) // columns)
+    figure = new_figure(1.5 + 6.2 * columns, 0.6 + 3.8 * down)
+    panels = figure.subplots(down, columns, squeeze=False).ravel()
     for panel, dynamic in zip(panels, maps.values(), strict=False):
         draw_dynamic(dynamic, ax=panel)
     for panel in panels[len(maps) :]:

@@ -6,7 +6,7 @@ import contextlib
 import functools
 import importlib.util
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
 
 from sigmatau.errors import OptionError
@@ -18,20 +18,23 @@ if TYPE_CHECKING:
 Style = Literal["screen", "paper"]
 Panels: TypeAlias = "Axes | Sequence[Axes] | None"
 
-# A column of a two-column paper is 3.5 in wide (IEEE); figures are drawn at half the size of the screen's.
+# A column of a two-column paper is 3.5 in wide (IEEE): half the width of a panel on a screen. Legends are below the panels,
+# where they hide no curve.
 _PAPER = {
     "font.size": 8,
     "axes.titlesize": 8,
+    "axes.labelsize": 7,
+    "axes.linewidth": 0.6,
     "legend.fontsize": 6,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
+    "xtick.labelsize": 6,
+    "ytick.labelsize": 6,
     "lines.markersize": 2,
     "font.family": "serif",
     "mathtext.fontset": "stix",
     "savefig.dpi": 300,
 }
-_PAPER_SCALE = 0.5
-_scale = 1.0  # of new figures, set by `styled`
+_PAPER_WIDTH, _PAPER_HEIGHT = 0.5, 0.6  # over those of a screen
+_paper = False  # set by `styled`
 
 
 def need_matplotlib() -> None:
@@ -43,18 +46,18 @@ def need_matplotlib() -> None:
 @contextlib.contextmanager
 def styled(style: str) -> Iterator[None]:
     """Draw in a style; raises `OptionError` for an unknown one."""
-    global _scale
+    global _paper
     if style not in get_args(Style):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Style))}, not {style!r}", option="style")
     need_matplotlib()
     from matplotlib import rc_context
 
     with rc_context(_PAPER if style == "paper" else {}):  # type: ignore[arg-type]
-        _scale = _PAPER_SCALE if style == "paper" else 1.0
+        _paper = style == "paper"
         try:
             yield
         finally:
-            _scale = 1.0
+            _paper = False
 
 
 @functools.cache
@@ -75,12 +78,27 @@ def _shown() -> type[Figure]:
 def new_figure(width: float, height: float, **options: Any) -> Figure:  # noqa: ANN401
     """An empty figure of a size in inches on a screen, smaller in the style of a paper."""
     need_matplotlib()
-    return _shown()(figsize=(_scale * width, _scale * height), layout="constrained", **options)
+    if _paper:
+        width, height, options = _PAPER_WIDTH * width, _PAPER_HEIGHT * height, options | {"dpi": _PAPER["savefig.dpi"]}
+    return _shown()(figsize=(width, height), layout="constrained", **options)
 
 
 def small() -> int:
     """Size of small text, such as that of legends. [points]"""
-    return 6 if _scale < 1 else 8
+    return 6 if _paper else 8
+
+
+def across() -> int:
+    """The most panels with colour bars beside each other."""
+    return 2 if _paper else 3
+
+
+def legend(ax: Axes) -> None:
+    """Add a legend."""
+    if _paper:
+        ax.legend(fontsize=small(), loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
+    else:
+        ax.legend(fontsize=small(), loc="best")
 
 
 def figure_of(ax: Axes) -> Figure:
@@ -92,7 +110,9 @@ def panels_of(ax: Any, count: int) -> list[Axes] | None:  # noqa: ANN401  one ax
     """Given axes, one a panel; None if there are none. Raises `OptionError` for another number."""
     if ax is None:
         return None
-    given = [ax] if hasattr(ax, "plot") else list(getattr(ax, "flat", ax))
-    if len(given) != count:
-        raise OptionError(f"{{option}} must be {count} axes, one a panel, not {len(given)}", option="ax")
+    several = getattr(ax, "flat", ax)
+    given = [ax] if hasattr(ax, "plot") else list(several) if isinstance(several, Iterable) else []
+    if len(given) != count or not all(hasattr(one, "plot") for one in given):
+        got = f"{ax!r:.80}" if not given else len(given)
+        raise OptionError(f"{{option}} must be {count} axes, one a panel, not {got}", option="ax")
     return given

@@ -34,6 +34,7 @@ DISTURBANCES = ("dropout", "saturation", "stuck_samples", "interpolated", "not_s
 """Codes of findings about samples that are not the sensor's noise."""
 
 _LARGEST, _SMALLEST = 1e60, 1e-60
+_PARTS = 2  # of a bandwidth: frequency, order
 
 LEAST_SAMPLES = 64
 """Shortest stream that is checked. [samples]"""
@@ -240,5 +241,10 @@ def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tupl
                 f"{{option}} names {name!r}; the record has {', '.join(dict.fromkeys(names.values()))}",
                 option="bandwidth",
             )
-        found.setdefault(names[name], {})[name] = value
+        if not (isinstance(value, tuple | list) and len(value) == _PARTS):
+            raise OptionError(
+                f"{{option}} of {name} must be (hertz, order or None), e.g. (30.0, None), not {value!r}",
+                option="bandwidth",
+            )
+        found.setdefault(names[name], {})[name] = (value[0], value[1])
     return found

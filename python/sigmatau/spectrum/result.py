@@ -212,8 +212,11 @@ class Spectrum(Printed):
         good &= self.frequency <= (highest or np.inf)
         shown = np.logical_and.reduceat(good, starts)
         if not shown.any():
-            beside = ", none clear of the model's lines," if lined.any() else ""
-            raise DataError(f"{self.channel}: the spectrum has no band above {self.trusted:.3g} Hz{beside} to compare")
+            up_to = "on" if highest is None else f"to {highest:.3g} Hz, where the model was fitted,"
+            beside = "is clear of the model's lines" if lined.any() else "is left to compare"
+            raise DataError(
+                f"{self.channel}: no band from {self.trusted:.3g} Hz {up_to} {beside}; longer segments help"
+            )
         count = np.diff(np.append(starts, len(self.frequency)))
         there = np.repeat(shown, count)
         with np.errstate(over="ignore"):

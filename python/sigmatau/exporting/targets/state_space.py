@@ -15,6 +15,7 @@ from typing import Any, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.values import Numbers, Target, refuse
 from sigmatau.model.channel import ChannelModel, alike_text
@@ -24,6 +25,7 @@ from sigmatau.statespace.state_space import Output, StateSpace, state_space
 
 MATRICES = ("F", "G", "H", "Qd", "R", "P0")
 
+_MAT_TEXT = 116  # bytes of text at the beginning of a .mat, by its format
 _ABOUT = "x' = F x + G w, cov w = Qd; y = H x + v, var v = R; cov x0 = P0; every dt_s seconds"
 
 
@@ -33,7 +35,7 @@ def write(numbers: Numbers) -> str:
     for name, content in _content(numbers).items():
         keys = ",\n".join(f"    {json.dumps(key)}: {_json(value)}" for key, value in content.items())
         systems.append(f"  {json.dumps(name)}: {{\n{keys}\n  }}")
-    about = json.dumps(f"{_ABOUT}; SI")
+    about = json.dumps(f"{_ABOUT}; SI; written by sigmatau {__version__}")
     return f'{{\n "about": {about},\n "systems": {{\n' + ",\n".join(systems) + "\n }\n}\n"
 
 
@@ -66,7 +68,8 @@ def write_mat(numbers: Numbers) -> bytes:
         }
     buffer: Any = io.BytesIO()
     savemat(buffer, structures, long_field_names=True)
-    return bytes(buffer.getvalue())
+    head = f"MATLAB 5.0 MAT-file, written by sigmatau {__version__}".encode().ljust(_MAT_TEXT)
+    return head + bytes(buffer.getvalue()[_MAT_TEXT:])
 
 
 def _json(value: object) -> str:

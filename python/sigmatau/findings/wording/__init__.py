@@ -11,10 +11,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.findings.wording.phrases import Words, axes_text, short_axes
-from sigmatau.results import printable
+from sigmatau.results import WIDTH, printable, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from sigmatau.findings.finding import Finding
 
@@ -73,7 +73,7 @@ def line(finding: Finding) -> str:
     return printable(f"{finding.severity}: {about}{finding.message}")
 
 
-def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose") -> list[str]:
+def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose", room: int = 0) -> list[str]:
     """What matters: errors, warnings and what was left out, one line a kind of finding, of its worst axis; of an
     error, what to do.
 
@@ -81,9 +81,11 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
     ----------
     findings : iterable of Finding
     most : int
-        Kinds that are named; a last line counts the other findings.
+        Kinds that are told; a last line counts and names the others.
     rest : str
         Where the other findings are.
+    room : int
+        Lines of a terminal: of the worst warning, and of the others as far as there is room, what to do is told too.
 
     Returns
     -------
@@ -98,13 +100,39 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
             kinds.setdefault(one.code, []).append(one)
     told = list(kinds.values())[:most]
     lines = [_cause(alike) for alike in told]
-    if left := len(findings) - sum(map(len, told)):
-        lines.append(f"· {left} more finding{'s' if left > 1 else ''}, and what to do: {rest}")
+    for k, alike in enumerate(told if room else ()):
+        action = _worst(alike).action if alike[0].severity == "warning" else ""
+        longer = [*lines[:k], f"{lines[k]}. {action}", *lines[k + 1 :]]
+        if action and (k == 0 or len(wrapped(longer)) <= room):
+            lines = longer
+    while room and len(wrapped(lines)) > room and told[-1][0].severity == "info":
+        told, lines = told[:-1], lines[:-1]
+    named = {one for alike in told for one in alike}
+    if others := [one for one in findings if one not in named]:
+        lines.append(_others(others, rest))
     return lines
 
 
-def _cause(alike: list[Finding]) -> str:
-    worst = max(alike, key=lambda one: abs(one.size or 0.0))
+def _others(findings: Sequence[Finding], rest: str) -> str:
+    """How many findings there are beside those that are told, and of which kinds as far as a line has room: first those by
+    which something is left out.
+    """
+    ordered = sorted(findings, key=lambda one: not (one.left_out or one.code.endswith("left_out")))
+    names = [code.replace("_", " ") for code in dict.fromkeys(one.code for one in ordered)]
+    line = f"· {len(findings)} more"
+    for k in range(len(names), 0, -1):
+        text = f"{line}: {', '.join(names[:k])}{', …' if k < len(names) else ''}; see {rest}"
+        if len(text) <= WIDTH:
+            return text
+    return f"{line}; see {rest}"
+
+
+def _worst(alike: Sequence[Finding]) -> Finding:
+    return max(alike, key=lambda one: abs(one.size or 0.0))
+
+
+def _cause(alike: Sequence[Finding]) -> str:
+    worst = _worst(alike)
     others = tuple(dict.fromkeys(c for one in alike for c in one.channels if c not in worst.channels))
     about = f"{short_axes(worst.channels)}: " if worst.channels else ""
     also = f" (also {short_axes(others)})" if others else ""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.reading import Unusable
@@ -69,7 +70,7 @@ class Inspection(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        return plain(self, "path format wanting tables findings=checks")
+        return {"sigmatau": __version__} | plain(self, "path format wanting tables findings=checks")
 
     def __repr__(self) -> str:
         return lines_text([*self.contents(), *map(str, self.findings), *self.wants()])

@@ -1,0 +1,61 @@
+"""Symbols such as √, µ and ± in ASCII, where the locale or the encoding of the output does not have them."""
+
+from __future__ import annotations
+
+import codecs
+import io
+import os
+import re
+import sys
+
+from sigmatau.results import ASCII
+
+_HANDLER = "sigmatau-ascii"
+_CELL = re.compile(r"(?P<text>(?:[^ \n]| (?! ))*)(?P<gap> {2,}(?=[^ \n]))?")
+"""A cell of a table, and the blanks up to the next one."""
+
+
+def plain_streams() -> None:
+    """Set up standard output and standard error: what they cannot encode is written in ASCII, and everything is in ASCII if
+    the locale is C, although Python then writes UTF-8.
+    """
+    codecs.register_error(_HANDLER, _plain)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="ascii" if _in_c_locale() else None, errors=_HANDLER)
+
+
+def _in_c_locale() -> bool:
+    """Whether the user asks for the locale C and for no encoding. Python itself sets LC_CTYPE to C.UTF-8 then."""
+    if os.environ.get("PYTHONIOENCODING") or os.environ.get("PYTHONUTF8") == "1":
+        return False
+    chosen = os.environ.get("LC_ALL") or os.environ.get("LC_CTYPE") or os.environ.get("LANG", "")
+    if chosen == "C.UTF-8" and not os.environ.get("LC_ALL"):
+        chosen = os.environ.get("LANG", "")
+    return chosen in ("C", "POSIX")
+
+
+def _plain(error: UnicodeError) -> tuple[str, int]:
+    """The rest of a cell in the characters of the encoding; its blanks are fewer by what it becomes longer, so that columns
+    stay aligned.
+    """
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    match = _CELL.match(error.object, error.start)
+    assert match is not None
+    text = match["text"]
+    for symbol, plain in ASCII.items():
+        if not _encodable(symbol, error.encoding):
+            text = text.replace(symbol, plain)
+    text = "".join(c if _encodable(c, error.encoding) else ascii(c)[1:-1] for c in text)
+    gap = len(match["gap"] or "")
+    longer = len(text) - len(match["text"])
+    return text + " " * (max(gap - longer, 1) if gap else 0), match.end()
+
+
+def _encodable(text: str, encoding: str) -> bool:
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError:
+        return False
+    return True

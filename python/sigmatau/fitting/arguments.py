@@ -1,0 +1,35 @@
+"""Checks of arguments that all fits have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from sigmatau.errors import OptionError
+from sigmatau.fitting.components import LINEAR
+from sigmatau.model.processes import real
+from sigmatau.noise.terms import TERMS
+
+_LEVELS = (0.5, 0.999)
+
+
+def wanted_terms(terms: object) -> set[str]:
+    """The terms that may be present, all for None; raises `OptionError` for others, or if none of them is a noise."""
+    if terms is None:
+        return set(TERMS)
+    if isinstance(terms, str) or not isinstance(terms, Iterable):
+        raise OptionError(f'{{option}} must be a list, e.g. ["random_walk"], not {terms!r}', option="terms")
+    given = list(terms)
+    wanted = {one for one in given if isinstance(one, str)}
+    if len(wanted) < len(given) or wanted - set(TERMS) or not wanted & set(LINEAR):
+        known = ", ".join(TERMS)
+        raise OptionError(
+            f"{{option}} must be of {known}, one of them a noise, not {', '.join(map(str, given))}", option="terms"
+        )
+    return wanted
+
+
+def check_level(level: object) -> None:
+    """Raise `OptionError` for a confidence level that is not used."""
+    low, high = _LEVELS
+    if not low <= real(level) <= high:
+        raise OptionError(f"{{option}} must lie in {low:g} … {high:g}, not {level!r}", option="level")

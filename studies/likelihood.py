@@ -501,9 +501,8 @@ Reasons, as far as they were looked into:
   place of 49. The same price decides both.
 - Bias of K in the shortest records of the HG1700: K is not observed in 5 to 12 % of them, since a bias instability fits as
   well.
-- Weak humps near 20 s and 5 s are described by a larger bias instability in two of three records. That model is adequate at
-  p > 0.05 in more than four of five of them, so that nothing widens the interval. A price of 16 for a resonance, in place
-  of 20, raises the coverage of B by some 5 % (75 records a case), and false processes from 0.9 to 1.2 %.
+- Telegraph noise of 50 s beside weak humps: a larger rate random walk or bias instability describes it about as well. The
+  intervals hold the next explanation, but not all.
 - The ripple acts on the whole band of the white noise, so that its level is not that of the low frequencies."""
 
 if __name__ == "__main__":

@@ -108,6 +108,14 @@ def _filtered(y: Floats, order: int, corner: float) -> Floats:
     return np.asarray(lfilter(*butter(order, 2 * corner), y))
 
 
+def _smoothed(y: Floats, time: float) -> Floats:
+    """Exponential smoothing with a time constant. [s]"""
+    from scipy.signal import lfilter
+
+    pole = math.exp(-TAU0 / time)
+    return np.asarray(lfilter([1 - pole], [1, -pole], y))
+
+
 def _folded(rng: Source) -> Floats:
     """White noise behind an analogue filter of first order, sampled: an Ornstein-Uhlenbeck process."""
     from scipy.signal import lfilter
@@ -144,9 +152,9 @@ def _everything(rng: Source) -> Floats:
     return y + _wandering(rng, 0.01, 0.56, 0.01) + _hump(rng, 1 / 250, 1.0) + _telegraph(rng, 0.002, 10.0)
 
 
-def _running_mean(rng: Source) -> Floats:
+def _running_mean(rng: Source, length: int = 8) -> Floats:
     sums = np.cumsum(np.concatenate([np.zeros(1), _ideal(rng)]))
-    start = np.maximum(np.arange(1, N + 1) - 8, 0)
+    start = np.maximum(np.arange(1, N + 1) - length, 0)
     return np.asarray((sums[1:] - sums[start]) / (np.arange(1, N + 1) - start))
 
 
@@ -202,6 +210,9 @@ CASES: dict[str, Case] = {
     "Butterworth filter, order 4, at 0.1 of the rate": Case(lambda r: _filtered(_ideal(r), 4, 0.1)),
     "running mean of 8 samples": Case(_running_mean),
     "analogue filter of order 1 at 0.3 of the rate": Case(_folded, white=_FOLDING),
+    "Butterworth filter, order 2, at 0.01 of the rate": Case(lambda r: _filtered(_ideal(r), 2, 0.01)),
+    "running mean of 50 samples": Case(lambda r: _running_mean(r, 50)),
+    "exponential smoothing, 0.3 s": Case(lambda r: _smoothed(_ideal(r), 0.3)),
     "line 2 mHz wide at 0.56 Hz": Case(lambda r: _ideal(r) + _wandering(r, 0.01, 0.56, 0.002)),
     "two lines that wander": Case(
         lambda r: _ideal(r) + _wandering(r, 0.01, 0.56, 0.03, 0.1) + 0.3 * _wandering(r, 0.01, 1.68, 0.09, 0.3)

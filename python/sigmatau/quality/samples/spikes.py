@@ -8,7 +8,7 @@ from statistics import NormalDist
 import numpy as np
 
 from sigmatau._native.neighbours import outliers
-from sigmatau.arrays import Bools, Floats, Ints
+from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.quality.facts import channel_fact, stream_fact
@@ -186,7 +186,7 @@ def _scale(x: Floats) -> tuple[float, float, int, int]:
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
-    usual = float(np.median(np.abs(present(residual)))) / NormalDist().inv_cdf(0.75)
+    usual = median(np.abs(present(residual))) / NormalDist().inv_cdf(0.75)
     far = int(np.count_nonzero(np.abs(residual) > _TAIL_FROM * min(scale, usual + step / 2)))
     if scale > _SPOILED * (usual + step):
         return usual + step / 2, step, _WIDE, far

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.analysed import Analysis
 from sigmatau.cli.earlier import is_result
+from sigmatau.cli.memory import keep_freed
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.fitting.overview import trust
@@ -175,6 +176,7 @@ def _work(work: Callable[[Path], Analysis], logs: Connection) -> None:
     """Outcomes of logs until no more come: most modules are imported once for all logs of a process."""
     # Ctrl-C reaches all processes of the terminal; the parent ends the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    keep_freed()
     gc.freeze()
     while True:
         try:

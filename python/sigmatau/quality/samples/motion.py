@@ -220,9 +220,10 @@ def _gradual(mean: Floats, at: int, around: int) -> bool:
     if np.count_nonzero(there[:k]) < _LEAST_BESIDE or np.count_nonzero(there[k:]) < _LEAST_BESIDE:
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
-    t = np.flatnonzero(there).astype(float)
-    line = np.polynomial.Polynomial.fit(t, x[there], 1)(t)
-    return float(np.sum((x[there] - line) ** 2)) < float(np.sum((x - levels)[there] ** 2))
+    t, y = np.flatnonzero(there).astype(float), x[there]
+    t, y = t - t.mean(), y - y.mean()
+    line = np.sum(t * y) / np.sum(t * t) * t
+    return float(np.sum((y - line) ** 2)) < float(np.sum((x - levels)[there] ** 2))
 
 
 def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = ()) -> list[Burst]:

@@ -114,7 +114,7 @@ def _compared_names(cls: Any) -> tuple[str, ...]:  # noqa: ANN401  any class
 
 
 def _compared(instance: object) -> tuple[object, ...]:
-    return tuple([getattr(instance, name) for name in _compared_names(type(instance))])
+    return tuple([getattr(instance, name) for name in _compared_names(cast(Any, type(instance)))])
 
 
 def _eq(self: object, other: object) -> bool:

@@ -52,7 +52,9 @@ const INVERSE: [u128; LOWEST + 1] = {
 pub(super) fn plain(text: &[u8; ROOM]) -> Option<(f64, usize)> {
     let negative = text[0] == b'-';
     let mut at = usize::from(negative);
-    let (mut value, mut length) = eight(text, at);
+    let first = text[at].wrapping_sub(b'0');
+    let single = first < 10 && text[at + 1] == b'.';
+    let (mut value, mut length) = if single { (u64::from(first), 1) } else { eight(text, at) };
     if length == 8 {
         let (more, rest) = eight(text, at + 8);
         if rest == 8 {
@@ -130,9 +132,12 @@ fn nearest(value: u64, power: i32) -> Option<f64> {
     if value == 0 || power == 0 {
         return Some(value as f64);
     }
+    // One rounding of two exact numbers; all of 16 digits take the other way, though some are exact too: a branch foresees it.
     if power > 0 {
-        // One rounding of two exact numbers.
-        return (value < 1 << 53 && power <= 22).then(|| value as f64 * EXACT[power as usize]);
+        return (value < WHOLE[15] && power <= 22).then(|| value as f64 * EXACT[power as usize]);
+    }
+    if value < WHOLE[15] && power >= -22 {
+        return Some(value as f64 / EXACT[power.unsigned_abs() as usize]);
     }
     if power < -(LOWEST as i32) {
         return None;

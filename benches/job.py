@@ -1,8 +1,9 @@
-"""The main job: `sigmatau analyze` of a log, as a whole process, and where its time goes."""
+"""The main job: `sigmatau analyze` of logs, as whole processes, and where its time goes."""
 
 from __future__ import annotations
 
 import json
+import os
 import statistics
 import subprocess
 import sys
@@ -70,12 +71,17 @@ print(json.dumps(spent))
 """
 
 
+_MODEL = NoiseModel(channels={f"{sensor}_{axis}": noise for sensor, noise in _NOISE.items() for axis in "xyz"})
+
+_LOGS, _LOGS_APART = 40, 4  # logs of a folder; so many have samples of their own, the others are links to them
+_REAL = Path("adis16405_static.csv.gz")  # of the field data
+_DAY, _DAY_RATE = 17_280_000, 200.0  # samples of 24 hours [Hz]
+
+
 def log(samples: int, *, disturbed: bool) -> Record:
     """Six axes at rest; with a knock and spikes, as most logs have."""
-    model = NoiseModel(channels={f"{sensor}_{axis}": noise for sensor, noise in _NOISE.items() for axis in "xyz"})
-    record = simulate(model, duration=samples / RATE, rate=RATE, rng=1)
     rng = np.random.default_rng(2)
-    axes: dict[str, Any] = {name: np.array(record.stream_of(name).column(name)) for name in model.channels}
+    axes = _axes(samples, seed=1)
     at = rng.integers(samples // 4, samples, 20)
     for name, x in axes.items():
         if disturbed:
@@ -84,6 +90,57 @@ def log(samples: int, *, disturbed: bool) -> Record:
         if name == "accel_z":
             x += 9.80665
     return Record.from_arrays(rate=RATE, **axes)
+
+
+def _axes(samples: int, seed: int, rate: float = RATE) -> dict[str, Any]:
+    record = simulate(_MODEL, duration=samples / rate, rate=rate, rng=seed)
+    return {name: np.array(record.stream_of(name).column(name)) for name in _MODEL.channels}
+
+
+def moving(samples: int) -> Record:
+    """Six axes that are turned for a while, with spikes, and with a step of the mean."""
+    rng = np.random.default_rng(4)
+    axes = _axes(samples, seed=3)
+    start, stop = samples // 4, samples // 4 + samples // 16
+    t = np.arange(stop - start) / RATE
+    for name, x in axes.items():
+        spread = float(x.std())
+        x[rng.integers(samples // 4, samples, 15)] += 40 * spread * rng.standard_normal(15)
+        size = 0.5 if name.startswith("gyro") else 1.0
+        x[start:stop] += size * np.sin(2 * np.pi * (0.4 + 0.1 * rng.random()) * t)
+        x[samples // 10 * 7 :] += 3 * spread
+        if name == "accel_z":
+            x += 9.80665
+    return Record.from_arrays(rate=RATE, **axes)
+
+
+def _others(folder: Path, settings: Settings) -> dict[str, list[str]]:
+    """Arguments of `sigmatau analyze` for other logs, which are written here."""
+    write_log(moving(settings.samples(50_000)), str(folder / "moving.csv"))
+    logs = folder / "logs"
+    logs.mkdir()
+    (folder / "results").mkdir()
+    for k in range(_LOGS):
+        if k < _LOGS_APART:
+            record = Record.from_arrays(rate=RATE, **_axes(settings.samples(360_000), seed=10 + k))
+            write_log(record, str(logs / f"{k:02}.csv"))
+        else:
+            os.link(logs / f"{k % _LOGS_APART:02}.csv", logs / f"{k:02}.csv")
+    day = folder / "day.npy"
+    n = settings.samples(_DAY)
+    table = np.lib.format.open_memmap(day, mode="w+", dtype=np.float64, shape=(n, 6))
+    for k, x in enumerate(_axes(n, seed=20, rate=_DAY_RATE).values()):
+        table[:, k] = x
+    table.flush()
+    columns = ["--channels", "gyro=1:3,accel=4:6", "--unit", "gyro=rad/s,accel=m/s^2"]
+    found = {
+        "moving": [str(folder / "moving.csv")],
+        "folder, one": [str(logs), "--jobs", "1", "--threads", "1"],
+        "folder, two": [str(logs), "--jobs", "2"],
+        "day": [str(day), "--rate", f"{_DAY_RATE:g}", *columns],
+    }
+    real = Path(os.environ.get("SIGMATAU_FIELD_DATA", Path(__file__).parents[2] / "shared" / "data")) / _REAL
+    return found | ({"real": [str(real), "--rate", "100"]} if real.exists() else {})
 
 
 def measure(settings: Settings) -> dict[str, Any]:
@@ -107,6 +164,15 @@ def measure(settings: Settings) -> dict[str, Any]:
             for name, each in parts.items():
                 command = [sys.executable, "-c", _PARTS, str(Path(folder) / f"{name}.csv")]
                 each.append(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
+        for name, arguments in _others(Path(folder), settings).items():
+            output = [
+                "--json",
+                str(Path(folder) / "results" / f"{name}{'' if 'folder' in name else '.json'}"),
+                "--quiet",
+            ]
+            command = [sys.executable, "-m", "sigmatau", "analyze", *arguments, *output]
+            # A few seconds of motion are not at rest.
+            runs[name] = [launch(command, codes=(0, 5)) for _ in range(min(rounds, 3))]
     for name, rows in runs.items():
         found["processes"][name] = [statistics.median(column) for column in zip(*rows, strict=True)]
     found["parts"] = {
@@ -120,12 +186,23 @@ _NAMES = {
     "clean": "`sigmatau analyze`, a clean log",
     "disturbed": "the same, with a knock and 20 spikes",
     "curves": "pandas + allantools, six bare curves of the clean log",
+    "real": "2.8 hours of an ADIS16405, 100 Hz, compressed text",
+    "moving": "50 000 rows with motion, a step and spikes",
+    "folder, one": f"a folder of {_LOGS} logs of an hour, `--jobs 1 --threads 1`",
+    "folder, two": "the same, `--jobs 2`",
+    "day": "24 hours, six axes, 200 Hz, NPY",
 }
+
+
+# Logs, and the longest time of one. [s]
+_LIMITS = {"real": (1, 1.5), "moving": (1, 1.0), "folder, two": (_LOGS, 0.35), "day": (1, 8.0)}
+_ONE_LOG = {"folder, two": "a log of a folder, `--jobs 2`"}
 
 
 def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
     processes, parts = found["processes"], found["parts"]
+    limits = [(name, count, most) for name, (count, most) in _LIMITS.items() if name in processes]
     rows = [
         [_NAMES[name], text.seconds(wall), text.seconds(cpu), text.size(peak)]
         for name, (wall, cpu, peak) in processes.items()
@@ -134,6 +211,12 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     reached = [
         text.at_most("`sigmatau analyze`, two hours of six axes", processes["clean"][0], 1.0, "s"),
         text.at_most("the same over six bare curves", processes["clean"][0] / processes["curves"][0], 1.0, "times"),
+        *(
+            text.at_most(_ONE_LOG.get(name, _NAMES[name]), processes[name][0] / count, most, "s")
+            for name, count, most in limits
+        ),
+        text.at_least("`--jobs 2` over `--jobs 1`", processes["folder, one"][0] / processes["folder, two"][0], 1.8),
+        text.at_most("24 hours, memory", processes["day"][2] / 1e9, 2.5, "GB"),
     ]
     return [
         "## The main job",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from pathlib import Path
@@ -266,6 +265,8 @@ class Analysis(Tabular):
         return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}
 
     def _repr_html_(self) -> str:
+        import html
+
         told = "".join(f"<li>{html.escape(line)}</li>" for line in self._causes())
         if not self.fits:
             return f"<p>{html.escape(self.headline())}</p><pre>{html.escape(self.coefficients())}</pre><ul>{told}</ul>"

@@ -108,8 +108,13 @@ def _repr(self: Any) -> str:  # noqa: ANN401  any instance
     return f"{type(self).__qualname__}({', '.join(shown)})"
 
 
-def _compared(instance: Any) -> tuple[object, ...]:  # noqa: ANN401  any instance
-    return tuple([getattr(instance, one.name) for one in fields(instance) if one.compare])
+@functools.cache
+def _compared_names(cls: Any) -> tuple[str, ...]:  # noqa: ANN401  any class
+    return tuple(one.name for one in fields(cls) if one.compare)
+
+
+def _compared(instance: object) -> tuple[object, ...]:
+    return tuple([getattr(instance, name) for name in _compared_names(cast(Any, type(instance)))])
 
 
 def _eq(self: object, other: object) -> bool:

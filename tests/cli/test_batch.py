@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -45,11 +44,8 @@ def in_process(monkeypatch):
 
     def run(logs, work, *, jobs):
         for log in logs:
-            outcomes = []
-            batch._one(log, work, SimpleNamespace(send=outcomes.append))
-            yield from outcomes
+            yield batch._outcome(log, work)
 
-    monkeypatch.setattr(batch.signal, "signal", lambda *_: None)
     monkeypatch.setattr(batch, "run", run)
 
 
@@ -139,6 +135,7 @@ class TestProcesses:
         (outcome,) = batch.run([folder / "a.csv"], killed, jobs=1)
         assert "ended by SIGKILL" in outcome.error
         assert outcome.code == 1
+        assert [one.code for one in batch.run([folder / "a.csv", folder / "b.csv"], killed, jobs=1)] == [1, 1]
         (outcome,) = batch.run([folder / "a.csv"], ended, jobs=1)
         assert "exit code 7" in outcome.error
 

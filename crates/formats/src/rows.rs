@@ -1,5 +1,6 @@
 //! Lines into rows of numbers, each line held to the layout: a quick way for plain rows, and a slow one for all the rest.
 
+mod decimal;
 mod field;
 mod layout;
 mod line;

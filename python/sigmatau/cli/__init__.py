@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import gc
 import os
@@ -9,6 +10,8 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
+
+from sigmatau.cli.memory import keep_freed
 
 _UNUSED_HINT = " Separate several values of one option by commas (gyro=…,accel=…); run the command once for each file."
 
@@ -25,7 +28,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     # The matrices are small: threads of BLAS would only wait for each other. Read when NumPy is first imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    gc.set_threshold(100_000)  # an analysis keeps most objects that it makes: collections took 4 % of its time
+    keep_freed()
+    atexit.register(gc.freeze)  # at the end nothing is searched for what can be freed: it took as long as an import
     from cyclopts import CycloptsError, UnusedCliTokensError
 
     from sigmatau.cli.app import app

@@ -1,16 +1,18 @@
-"""Several logs, in sequence or in parallel: each in a separate process, so that a failure does not end the others."""
+"""Several logs, in sequence or in parallel: in other processes, so that a failure does not end the others."""
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sigmatau.analysed import Analysis
 from sigmatau.cli.earlier import is_result
+from sigmatau.cli.memory import keep_freed
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.fitting.overview import trust
@@ -19,6 +21,8 @@ from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
+    from multiprocessing.context import SpawnContext
+    from multiprocessing.process import BaseProcess
 
 # Files in folders of logs that are not logs.
 _BESIDE = (
@@ -116,52 +120,83 @@ def _may_be_a_log(file: Path) -> bool:
 
 def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) -> Iterator[Outcome]:
     """Outcomes of logs in the order of completion, `jobs` of them in parallel. `work`: analyses one log and writes its
-    outputs. It is sent to another process, so it is a function of a module or a `functools.partial` of one.
+    outputs. It is sent to other processes, so it is a function of a module or a `functools.partial` of one.
     """
     import multiprocessing
     import multiprocessing.connection
 
     context = multiprocessing.get_context("spawn")  # a forked process would lack the threads of this one
     waiting = list(logs)
-    running: dict[Connection, tuple[Path, Any]] = {}
+    workers: dict[Connection, BaseProcess] = {}
+    busy: dict[Connection, Path] = {}
     try:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                log = waiting.pop(0)
-                receive, send = context.Pipe(duplex=False)
-                process = context.Process(target=_one, args=(log, work, send), daemon=True)
-                process.start()
-                send.close()
-                running[receive] = (log, process)
-            for ready in multiprocessing.connection.wait(list(running)):
+        while waiting or busy:
+            while waiting and len(busy) < jobs:
+                idle = next((one for one in workers if one not in busy), None) or _started(context, work, workers)
+                try:
+                    idle.send(waiting[0])
+                except OSError:  # ended without a log
+                    _end(idle, workers)
+                    continue
+                busy[idle] = waiting.pop(0)
+            for ready in multiprocessing.connection.wait(list(busy)):
                 assert isinstance(ready, multiprocessing.connection.Connection)
-                log, process = running.pop(ready)
+                log = busy.pop(ready)
                 try:
                     outcome = ready.recv()
-                except EOFError:
-                    process.join()
-                    outcome = Outcome(log=log, error=f"{log}: {_ended(process.exitcode)}")
-                ready.close()
-                process.join()
+                except (EOFError, OSError):
+                    outcome = Outcome(log=log, error=f"{log}: {_ended(_end(ready, workers))}")
                 yield outcome
     finally:
-        for _, process in running.values():
+        for process in workers.values():
             process.terminate()
 
 
-def _one(log: Path, work: Callable[[Path], Analysis], send: Connection) -> None:
+def _started(
+    context: SpawnContext, work: Callable[[Path], Analysis], workers: dict[Connection, BaseProcess]
+) -> Connection:
+    """A new process that waits for logs."""
+    here, there = context.Pipe()
+    process = context.Process(target=_work, args=(work, there), daemon=True)
+    process.start()
+    there.close()
+    workers[here] = process
+    return here
+
+
+def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int | None:
+    """The exit code of a process that has ended, which is forgotten."""
+    process = workers.pop(connection)
+    connection.close()
+    process.join()
+    return process.exitcode
+
+
+def _work(work: Callable[[Path], Analysis], logs: Connection) -> None:
+    """Outcomes of logs until no more come: most modules are imported once for all logs of a process."""
     # Ctrl-C reaches all processes of the terminal; the parent ends the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    keep_freed()
+    gc.freeze()
+    while True:
+        try:
+            log = logs.recv()
+        except EOFError:
+            return
+        logs.send(_outcome(log, work))
+        gc.collect()  # the samples of a log must not stay beside those of the next
+
+
+def _outcome(log: Path, work: Callable[[Path], Analysis]) -> Outcome:
     try:
         analysis = work(log)
-        outcome = Outcome(log=log, findings=analysis.findings, rows=tuple(_rows(analysis)))
+        return Outcome(log=log, findings=analysis.findings, rows=tuple(_rows(analysis)))
     except OptionError as error:
-        outcome = Outcome(log=log, error=error.for_command_line(), usage=True)
+        return Outcome(log=log, error=error.for_command_line(), usage=True)
     except (DataError, ImportError) as error:
-        outcome = Outcome(log=log, error=str(error))
+        return Outcome(log=log, error=str(error))
     except MemoryError:
-        outcome = Outcome(log=log, error=f"{log}: not enough memory for this record")
-    send.send(outcome)
+        return Outcome(log=log, error=f"{log}: not enough memory for this record")
 
 
 def _ended(code: int | None) -> str:

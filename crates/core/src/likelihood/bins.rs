@@ -1,7 +1,7 @@
 //! The numbers that a model is compared with: some 200 means of powers of a channel, with their degrees of freedom.
 
 use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, fine_densities, flicker_modes};
-use crate::likelihood::linear::dot_of_many;
+use crate::likelihood::linear::products;
 use crate::likelihood::lines::Line;
 use crate::likelihood::pass::Summary;
 use std::f64::consts::PI;
@@ -366,10 +366,20 @@ impl<'a> Bins<'a> {
     /// Means over all bins from values at the low bins and at the points; with missing samples, at the cells alone.
     pub(crate) fn gathered(&self, low: &[f64], high: &[f64]) -> Vec<f64> {
         if let Some(rows) = &self.leak {
-            return rows.chunks_exact(high.len()).map(|row| dot_of_many(row, high)).collect();
+            return products(rows, high);
         }
         let means = high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
         low.iter().copied().chain(means).collect()
+    }
+
+    /// Whether samples are missing, so that a matrix says what is seen of a density.
+    pub(crate) fn leaks(&self) -> bool {
+        self.leak.is_some()
+    }
+
+    /// Densities of a part at the points or cells.
+    pub(crate) fn densities(&self, part: Part, found: &mut [f64]) {
+        fine_densities(part, &self.fine_points, self.record.tau0, found);
     }
 
     /// Means over all bins of cos 2πk f τ₀ − 1, k = 0 for the first.

@@ -1,4 +1,6 @@
-//! Small dense systems: bounded quadratic programmes, pseudo-inverses.
+//! Small dense systems: bounded quadratic programmes, pseudo-inverses; and products of a large matrix.
+
+use pulp::{Arch, Simd, WithSimd};
 
 /// Added to the diagonal of a scaled information matrix, so that parameters that stand for each other have a step.
 const RIDGE: f64 = 1e-9;
@@ -130,17 +132,47 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// The same of long vectors, in eight sums at once.
-pub(crate) fn dot_of_many(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest = dot(left.remainder(), right.remainder());
-    for (x, y) in left.zip(right) {
-        for i in 0..8 {
-            sums[i] += x[i] * y[i];
+/// A matrix, row after row, times a vector.
+pub(crate) fn products(rows: &[f64], x: &[f64]) -> Vec<f64> {
+    let mut found = vec![0.0; rows.len() / x.len()];
+    Arch::new().dispatch(Products { rows, x, found: &mut found });
+    found
+}
+
+struct Products<'a> {
+    rows: &'a [f64],
+    x: &'a [f64],
+    found: &'a mut [f64],
+}
+
+/// Rows that are taken together, so that their sums do not wait for each other.
+const ROWS: usize = 4;
+
+impl WithSimd for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // Into a function that is compiled for the vectors that the processor has.
+    fn with_simd<S: Simd>(self, simd: S) {
+        let width = self.x.len();
+        let (x, rest) = S::as_simd_f64s(self.x);
+        for (slots, rows) in self.found.chunks_mut(ROWS).zip(self.rows.chunks(ROWS * width)) {
+            // Of fewer rows the last one is taken again.
+            let row = |k: usize| S::as_simd_f64s(&rows[k.min(slots.len() - 1) * width..][..width]);
+            let parts: [(&[S::f64s], &[f64]); ROWS] = std::array::from_fn(row);
+            let mut sums = [simd.splat_f64s(0.0); ROWS];
+            let [a, b, c, d] = parts.map(|(part, _)| &part[..x.len()]);
+            for (i, &x) in x.iter().enumerate() {
+                sums[0] = simd.mul_add_f64s(a[i], x, sums[0]);
+                sums[1] = simd.mul_add_f64s(b[i], x, sums[1]);
+                sums[2] = simd.mul_add_f64s(c[i], x, sums[2]);
+                sums[3] = simd.mul_add_f64s(d[i], x, sums[3]);
+            }
+            for (slot, (sum, (_, part))) in slots.iter_mut().zip(sums.into_iter().zip(parts)) {
+                *slot = simd.reduce_sum_f64s(sum) + dot(part, rest);
+            }
         }
     }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// The step d ≥ `least` (≤ 0) that minimises dᵀFd/2 − gᵀd; 0 for a parameter without information or with `held`.

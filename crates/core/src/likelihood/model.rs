@@ -153,6 +153,9 @@ impl Model {
 
     /// Expected densities, and (if asked for) their logarithmic derivatives by theta, filter and shapes.
     pub(crate) fn evaluate(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+        if bins.leaks() {
+            return self.evaluate_masked(bins, derivatives);
+        }
         let response = self.response(bins);
         let nl = bins.low;
         let mut total = vec![FLOOR * bins.scale; bins.len()];
@@ -201,6 +204,77 @@ impl Model {
             let factor = self.theta[j] / step;
             column.iter_mut().zip(&other).for_each(|(a, b)| *a = (*a - b) * factor);
             columns.push(column);
+        }
+        for column in &mut columns {
+            column.iter_mut().zip(&total).for_each(|(c, s)| *c /= s);
+        }
+        (total, columns)
+    }
+
+    /// The same with missing samples: the matrix takes what it can in one product.
+    fn evaluate_masked(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let response = self.response(bins).map(|(_, high)| high);
+        let mut total = vec![FLOOR * bins.scale; bins.len()];
+        add(&mut total, &bins.lines, 1.0);
+        let cells = bins.fine_points.len();
+        let (mut all, mut filtered, mut seen) = (vec![0.0; cells], vec![0.0; cells], vec![0.0; cells]);
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        for (j, &part) in self.parts.iter().enumerate() {
+            let (theta, known) = (self.theta[j], bins.term(part));
+            let response = response.as_ref().filter(|_| part != Part::Quantization);
+            match (known, response) {
+                (Some(column), Some(response)) => {
+                    // What the filter changes, cell by cell; nothing at the frequency 0, where a term has no limit.
+                    for ((s, f), (c, h)) in
+                        seen.iter_mut().zip(&mut filtered).zip(column.high.iter().zip(response))
+                    {
+                        *s = c * (h - 1.0);
+                        *f += theta * c * h;
+                    }
+                }
+                (Some(_), None) => seen.fill(0.0),
+                (None, _) => {
+                    bins.densities(part, &mut seen);
+                    if let Some(response) = response {
+                        seen.iter_mut().zip(response).for_each(|(s, h)| *s *= h);
+                    }
+                    add(&mut filtered, &seen, theta);
+                }
+            }
+            if let Some(column) = known {
+                add(&mut total, &column.low, theta);
+            }
+            if !derivatives {
+                add(&mut all, &seen, theta);
+                continue;
+            }
+            let by_matrix = known.is_none() || response.is_some();
+            let mut means = if by_matrix { bins.gathered(&[], &seen) } else { vec![0.0; bins.len()] };
+            add(&mut total, &means, theta);
+            if let Some(column) = known {
+                add(&mut means, &column.low, 1.0);
+            }
+            columns.push(means);
+        }
+        if !derivatives {
+            if all.iter().any(|&x| x != 0.0) {
+                add(&mut total, &bins.gathered(&[], &all), 1.0);
+            }
+            return (total, columns);
+        }
+        for cosines in &bins.cosines_high[..self.filter.len()] {
+            seen.iter_mut().zip(filtered.iter().zip(cosines)).for_each(|(s, (f, c))| *s = f * c);
+            columns.push(bins.gathered(&[], &seen));
+        }
+        for (j, shape) in self.shapes() {
+            let (up, down, step) = neighbours(self.parts[j], shape);
+            bins.densities(up, &mut seen);
+            bins.densities(down, &mut all);
+            let factor = self.theta[j] / step;
+            for (i, (s, d)) in seen.iter_mut().zip(&all).enumerate() {
+                *s = (*s - d) * factor * response.as_ref().map_or(1.0, |h| h[i]);
+            }
+            columns.push(bins.gathered(&[], &seen));
         }
         for column in &mut columns {
             column.iter_mut().zip(&total).for_each(|(c, s)| *c /= s);
@@ -316,6 +390,10 @@ impl Model {
         }
         model
     }
+}
+
+fn add(sum: &mut [f64], x: &[f64], factor: f64) {
+    sum.iter_mut().zip(x).for_each(|(s, x)| *s += factor * x);
 }
 
 /// Limits of correlation times: shorter ones are a filter's, longer ones a rate random walk. [s]

@@ -8,7 +8,7 @@ use crate::likelihood::masked::Masked;
 use sigmatau_fft::Complex64;
 use sigmatau_fft::{Planner, RealToComplex};
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Blocks of a record, at least, unless it is shorter. Their rate is far above the modes that are used: a block mean folds
 /// quantization noise, whose density is then that of a phase with one sample a block.
@@ -180,6 +180,30 @@ impl Summary {
     }
 }
 
+/// Taper and transform of segments of one length.
+struct Plan {
+    taper: Vec<f64>,
+    transform: Arc<dyn RealToComplex<f64>>,
+}
+
+/// The last one: the channels of a record have segments of one length.
+static LAST: Mutex<Option<Arc<Plan>>> = Mutex::new(None);
+
+impl Plan {
+    fn of(segment: usize) -> Arc<Self> {
+        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*last {
+            Some(plan) if plan.taper.len() == segment => Arc::clone(plan),
+            _ => {
+                let plan =
+                    Arc::new(Self { taper: hann(segment), transform: Planner::new().forward(segment) });
+                *last = Some(Arc::clone(&plan));
+                plan
+            }
+        }
+    }
+}
+
 /// The pass itself: samples are pushed in pieces of any length.
 pub struct Pass {
     samples: usize,
@@ -188,8 +212,7 @@ pub struct Pass {
     blocks: usize,
     segment: usize,
     segments: usize,
-    taper: Vec<f64>,
-    transform: Arc<dyn RealToComplex<f64>>,
+    plan: Arc<Plan>,
     /// Samples from `oldest` on that later segments need.
     kept: Vec<f64>,
     oldest: usize,
@@ -225,9 +248,8 @@ impl Pass {
         let coarse = coarse_block(samples);
         let segment = if SEGMENT * coarse <= samples / 4 { smooth(SEGMENT * coarse) } else { samples / 4 };
         room(NUMBERS * segment * size_of::<f64>() + REST)?;
-        let taper = hann(segment);
-        let transform = Planner::new().forward(segment);
-        let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
+        let plan = Plan::of(segment);
+        let (output, scratch) = (plan.transform.make_output_vec(), plan.transform.make_scratch_vec());
         Ok(Self {
             samples,
             tau0,
@@ -235,7 +257,7 @@ impl Pass {
             blocks: samples / block,
             segment,
             segments: (STEPS * samples).div_ceil(segment),
-            taper,
+            plan,
             kept: Vec::new(),
             oldest: 0,
             pushed: 0,
@@ -251,7 +273,6 @@ impl Pass {
             buffer: vec![0.0; segment],
             output,
             scratch,
-            transform,
         })
     }
 
@@ -311,17 +332,7 @@ impl Pass {
             if needed.min(self.samples) > self.pushed {
                 break;
             }
-            for (i, slot) in self.buffer.iter_mut().enumerate() {
-                let at = padded + i;
-                let t = if at < half {
-                    half - 1 - at
-                } else if at - half < self.samples {
-                    at - half
-                } else {
-                    2 * self.samples - 1 - (at - half)
-                };
-                *slot = self.kept[t - self.oldest];
-            }
+            self.fill(padded);
             self.transform_segment();
             self.next_segment += 1;
         }
@@ -342,17 +353,35 @@ impl Pass {
         }
     }
 
+    /// Puts the samples of the segment that begins at `padded` of the padded record into the buffer.
+    fn fill(&mut self, padded: usize) {
+        let half = self.segment / 2;
+        let before = half.saturating_sub(padded).min(self.segment);
+        let first = (padded + before).saturating_sub(half);
+        let inside = self.samples.saturating_sub(first).min(self.segment - before);
+        let (mirrored, rest) = self.buffer.split_at_mut(before);
+        let (plain, after) = rest.split_at_mut(inside);
+        for (i, slot) in mirrored.iter_mut().enumerate() {
+            *slot = self.kept[half - 1 - padded - i - self.oldest];
+        }
+        plain.copy_from_slice(&self.kept[first - self.oldest..][..inside]);
+        for (i, slot) in after.iter_mut().enumerate() {
+            *slot = self.kept[2 * self.samples - 1 - (first + inside + i) - self.oldest];
+        }
+    }
+
     fn start_of(&self, segment: usize) -> usize {
         ((segment as f64 + 0.5) * self.samples as f64 / self.segments as f64) as usize
     }
 
     fn transform_segment(&mut self) {
-        let mean = self.buffer.iter().sum::<f64>() / self.segment as f64;
-        for (x, h) in self.buffer.iter_mut().zip(&self.taper) {
+        let mean = sum(&self.buffer) / self.segment as f64;
+        for (x, h) in self.buffer.iter_mut().zip(self.plan.taper.iter()) {
             *x = (*x - mean) * h;
         }
         // Lengths match by construction.
-        let done = self.transform.process_with_scratch(&mut self.buffer, &mut self.output, &mut self.scratch);
+        let transform = &self.plan.transform;
+        let done = transform.process_with_scratch(&mut self.buffer, &mut self.output, &mut self.scratch);
         debug_assert!(done.is_ok());
         let part = self.next_segment * PARTS / self.segments;
         self.counts[part] += 1;
@@ -406,6 +435,19 @@ impl Pass {
             masked: None,
         })
     }
+}
+
+/// The sum, in eight parts that do not wait for each other.
+fn sum(x: &[f64]) -> f64 {
+    let eights = x.chunks_exact(8);
+    let rest: f64 = eights.remainder().iter().sum();
+    let mut sums = [0.0; 8];
+    for eight in eights {
+        for (sum, x) in sums.iter_mut().zip(eight) {
+            *sum += x;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Hann's taper, the sum of its squares being 1.

@@ -5,6 +5,7 @@
 
 use memchr::memchr3;
 
+use super::decimal;
 use super::field::LONG;
 use super::layout::Layout;
 use super::line::NO_INTEGER;
@@ -105,7 +106,11 @@ impl Layout<'_> {
         if is_exact && self.dialect.dates {
             return None; // left to the slow way
         }
-        let (value, length) = fast_float2::parse_partial::<f64, _>(&text[start..]).ok()?;
+        let room = text[start..].first_chunk();
+        let (value, length) = match room.and_then(decimal::plain) {
+            Some(found) => found,
+            None => fast_float2::parse_partial::<f64, _>(&text[start..]).ok()?,
+        };
         let end = start + length;
         if !value.is_finite() {
             return None;

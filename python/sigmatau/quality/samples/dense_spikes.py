@@ -9,7 +9,7 @@ from statistics import NormalDist
 import numpy as np
 
 from sigmatau._native.neighbours import medians_of_others, residuals, scatter
-from sigmatau.arrays import Bools, Floats, Ints
+from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.local_scatter import medians, neighbours
 from sigmatau.record.streams import CHUNK
@@ -128,7 +128,7 @@ def _tail(x: Floats, step: float) -> _Tail | None:
         known = present(np.concatenate(away))
         if len(known) < _LEAST:
             return None
-        usual = float(np.median(known))
+        usual = median(known)
         if best is None or usual < best[0]:
             best = usual, side, away
     if best is None or not best[0] / _NORMAL.inv_cdf(0.75) > step:

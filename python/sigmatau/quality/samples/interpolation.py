@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import FilledOutages, FilledSamples, Interpolated, Upsampled
 from sigmatau.quality.samples.common import longest_spans, mask_of_runs, sample_of
@@ -70,7 +71,7 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     runs = np.diff(np.concatenate(([-1], np.flatnonzero(np.diff(knots) > 1), [len(knots) - 1])))
     # A sensor's sample bends the line at one sample of the log if it is one of them, at two if it lies between.
     samples = int(np.sum((runs + 1) // 2))
-    return Upsampling(factor=count / samples, aligned=bool(np.median(runs) < 1.5), share=share)
+    return Upsampling(factor=count / samples, aligned=median(runs) < 1.5, share=share)
 
 
 def filled_outages(stream: Stream) -> list[Found]:

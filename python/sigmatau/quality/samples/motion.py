@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigmatau.arrays import Floats, Ints, median_and_spread
+from sigmatau.arrays import Floats, Ints, median, median_and_spread
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import step_of
@@ -174,7 +174,7 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
             after = present(half[i + 2 : i + 2 + _HALF_WINDOWS])
             if len(before) < 2 or len(after) < 2:
                 continue
-            size = float(np.median(after) - np.median(before))
+            size = median(after) - median(before)
             if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
                 times = float(far[i]) / spread if spread > 0 else math.inf
                 at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
@@ -220,9 +220,10 @@ def _gradual(mean: Floats, at: int, around: int) -> bool:
     if np.count_nonzero(there[:k]) < _LEAST_BESIDE or np.count_nonzero(there[k:]) < _LEAST_BESIDE:
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
-    t = np.flatnonzero(there).astype(float)
-    line = np.polynomial.Polynomial.fit(t, x[there], 1)(t)
-    return float(np.sum((x[there] - line) ** 2)) < float(np.sum((x - levels)[there] ** 2))
+    t, y = np.flatnonzero(there).astype(float), x[there]
+    t, y = t - t.mean(), y - y.mean()
+    line = np.sum(t * y) / np.sum(t * t) * t
+    return float(np.sum((y - line) ** 2)) < float(np.sum((x - levels)[there] ** 2))
 
 
 def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = ()) -> list[Burst]:
@@ -266,7 +267,7 @@ def _where(mean: Floats, about: int, around: int) -> int:
     """The window at which a step is, by least squares of two constant parts about a place."""
     start = max(about - 2 * around, 0)
     x = mean[start : about + 2 * around]
-    x = np.where(np.isfinite(x), x, np.median(present(x)))
+    x = np.where(np.isfinite(x), x, median(present(x)))
     k = np.arange(1, len(x))
     sums = np.cumsum(x)
     explained = (sums[:-1] - sums[-1] * k / len(x)) ** 2 / (k * (len(x) - k))

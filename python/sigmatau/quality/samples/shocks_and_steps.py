@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.kinds.disturbances import LevelStep, MotionBurst, NotStatic
 from sigmatau.quality.facts import stream_fact
@@ -68,7 +69,7 @@ def _is_left(seen: Summary, change: LevelChange) -> bool:
     before, after = present(seen.mean[:at])[-size:], present(seen.mean[at:])[:size]
     if not (len(before) and len(after)):
         return True
-    return abs(float(np.median(after) - np.median(before))) > _RETURNED * abs(change.size)
+    return abs(median(after) - median(before)) > _RETURNED * abs(change.size)
 
 
 def between_steps(stream: Stream, found: Sequence[Finding]) -> Stream:
@@ -141,7 +142,7 @@ def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
     after = present(seen.mean[(one.stop + 2 * size) // w : (one.stop + 6 * size) // w])
     if not (len(before) and len(after)):
         return False
-    return abs(float(np.median(after) - np.median(before))) < _RETURNED * abs(change.size)
+    return abs(median(after) - median(before)) < _RETURNED * abs(change.size)
 
 
 def _motion(stream: Stream, moved: Sequence[Burst], window: int) -> Finding:

@@ -8,7 +8,7 @@ from statistics import NormalDist
 import numpy as np
 
 from sigmatau._native.neighbours import outliers
-from sigmatau.arrays import Bools, Floats, Ints
+from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.quality.facts import channel_fact, stream_fact
@@ -170,23 +170,22 @@ def _scale(x: Floats) -> tuple[float, float, int, int]:
         parts = [x]
     else:
         parts = [x[s : s + _STRETCH] for s in np.linspace(0, n - _STRETCH, _STRETCHES).astype(int)]
-    residuals, steps = [], []
-    dust = rounding_dust(np.concatenate(parts), n)
-    for part in parts:
-        windows = np.lib.stride_tricks.sliding_window_view(part, _SIDE + 1)
-        residuals.append(windows[:, -1] - _median(windows[:, :-1]))
-        differences = np.abs(np.diff(part[~np.isnan(part)]))
-        steps.append(differences[differences > dust])
-    residual = np.concatenate(residuals)
+    rows = np.stack(parts)
+    dust = rounding_dust(rows.ravel(), n)
+    residual = (rows[:, _SIDE:] - _median(*(rows[:, k : k - _SIDE] for k in range(_SIDE)))).ravel()
+    if np.isnan(rows).any():
+        differences = np.abs(np.concatenate([np.diff(part[~np.isnan(part)]) for part in parts]))
+    else:
+        differences = np.abs(np.diff(rows)).ravel()
+    changes = differences[differences > dust]
     if np.count_nonzero(np.isfinite(residual)) < _FEW:
         residual = _where_two_are(x)
         if len(residual) < _LEAST:
             return math.nan, 0.0, _SIDE, 0
-    changes = np.concatenate(steps)
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
-    usual = float(np.median(np.abs(present(residual)))) / NormalDist().inv_cdf(0.75)
+    usual = median(np.abs(present(residual))) / NormalDist().inv_cdf(0.75)
     far = int(np.count_nonzero(np.abs(residual) > _TAIL_FROM * min(scale, usual + step / 2)))
     if scale > _SPOILED * (usual + step):
         return usual + step / 2, step, _WIDE, far
@@ -202,9 +201,8 @@ def _where_two_are(x: Floats) -> Floats:
     return np.asarray(x[at] - np.nanmedian(near, axis=1)) if len(at) else at.astype(float)
 
 
-def _median(x: Floats) -> Floats:
-    """Medians of rows of four: the sum less the extremes. NaN if one is missing."""
-    a, b, c, d = x.T
+def _median(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
+    """Medians of four each: the sum less the extremes. NaN if one is missing."""
     low = np.minimum(np.maximum(a, b), np.maximum(c, d))
     high = np.maximum(np.minimum(a, b), np.minimum(c, d))
     return np.asarray((low + high) / 2)

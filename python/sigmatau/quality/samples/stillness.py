@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.arrays import Bools, Floats
+from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.kinds.rest import Motion
 from sigmatau.quality.facts import in_threads
@@ -221,13 +221,13 @@ def _judged(found: _Means, start: float, stop: float) -> Motion | None:
         inside = present(found.differences(octave, start, stop))
         if len(inside) < _LEAST:
             break
-        median = float(np.median(inside))
-        level = median / _NORMAL_MEDIAN * math.sqrt(tau)
+        usual = median(inside)
+        level = usual / _NORMAL_MEDIAN * math.sqrt(tau)
         times = level / found.floor if found.floor > 0 else math.inf
         sure = level * (1 - _ERRORS / math.sqrt(len(inside)))
         high = level > high_limit and sure > _RISE_OF_HIGH * lowest
-        if median > _STEPS * found.step and (high or (octave > _FLOOR and level > limit and times > _RISE)):
-            motions.append(found.motion("varies", median / _NORMAL_MEDIAN, max(times, level / limit), tau))
+        if usual > _STEPS * found.step and (high or (octave > _FLOOR and level > limit and times > _RISE)):
+            motions.append(found.motion("varies", usual / _NORMAL_MEDIAN, max(times, level / limit), tau))
         lowest = min(lowest, level)
     return max(motions, key=lambda one: one.times, default=None)
 
@@ -278,7 +278,7 @@ def _turned(found: _Means, second: Floats, a: int, b: int) -> bool:
     )
     if not (len(before) and len(after)):
         return False
-    levels = float(np.median(before)), float(np.median(after))
+    levels = median(before), median(after)
     if found.quantity == "acceleration":
         return abs(levels[1] - levels[0]) > _TURNED["acceleration"]
     inside = present(second[max(a - 1, 0) : b + 1]) - sum(levels) / 2

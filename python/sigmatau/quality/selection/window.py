@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from sigmatau.arrays import Floats
+from sigmatau.arrays import Floats, median
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.disturbances import ChosenWindow, WindowChosen
@@ -190,7 +190,7 @@ def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
         with np.errstate(invalid="ignore"):
             span = np.ptp(windows, axis=-1).sum(axis=0)
         score = np.where(np.isfinite(span), span, np.inf)
-        middle = float(np.median(score[np.isfinite(score)])) if np.isfinite(score).any() else 1.0
+        middle = median(score[np.isfinite(score)]) if np.isfinite(score).any() else 1.0
         k = int(np.argmin(score))
         relative = float(score[k] / middle) if middle > 0 else 1.0
     else:
@@ -198,7 +198,7 @@ def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
         if not np.isfinite(score).any():
             return 0.0, 1.0
         k = int(np.argmin(score))
-        relative = math.exp((score[k] - float(np.median(score[np.isfinite(score)]))) / len(table))
+        relative = math.exp((score[k] - median(score[np.isfinite(score)])) / len(table))
     return k * block * stream.grid.tau0, relative
 
 

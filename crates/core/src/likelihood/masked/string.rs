@@ -4,7 +4,12 @@
 const LANES: usize = 8;
 
 /// Relative width at which a bisection ends.
-const NARROW: f64 = 1e-13;
+const NARROW: f64 = 1e-10;
+
+/// Eigenvectors that are iterated together, for the same reason.
+const VECTORS: usize = 4;
+
+type Lanes = [f64; VECTORS];
 
 /// Steps of inverse iteration.
 const ITERATIONS: usize = 2;
@@ -26,15 +31,7 @@ impl Tridiagonal {
     pub(super) fn lowest(&self, count: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
         let squares: Vec<f64> = self.beside.iter().map(|e| e * e).collect();
         let values = self.eigenvalues(&squares, count);
-        let mut vectors: Vec<Vec<f64>> = Vec::with_capacity(count);
-        let mut first = 0;
-        for k in 0..count {
-            if k == 0 || values[k] - values[k - 1] > CLUSTER * values[k] {
-                first = k;
-            }
-            let vector = self.eigenvector(values[k], k, &vectors[first..k]);
-            vectors.push(vector);
-        }
+        let vectors = self.eigenvectors(&values);
         (values, vectors)
     }
 
@@ -89,24 +86,49 @@ impl Tridiagonal {
         found.map(|x| x as usize)
     }
 
-    /// The vector of an eigenvalue, orthogonal to others of its cluster.
-    fn eigenvector(&self, value: f64, number: usize, others: &[Vec<f64>]) -> Vec<f64> {
-        let factors = Factors::new(self, value);
-        // A start that is nearly orthogonal to no vector, and another one for each.
-        let mut x: Vec<f64> = (0..self.diagonal.len())
-            .map(|j| 1.0 + 0.5 * ((j * (number + 1)) as f64 * 0.618_033_988_749_895).fract())
-            .collect();
-        for _ in 0..ITERATIONS {
-            factors.solve(&mut x);
-            scale(&mut x);
-            for other in others {
-                let shared: f64 = x.iter().zip(other).map(|(a, b)| a * b).sum();
-                x.iter_mut().zip(other).for_each(|(a, b)| *a -= shared * b);
+    /// The vectors of ascending eigenvalues, orthogonal within each cluster.
+    fn eigenvectors(&self, values: &[f64]) -> Vec<Vec<f64>> {
+        let mut vectors: Vec<Vec<f64>> = Vec::with_capacity(values.len() + VECTORS);
+        let mut cluster = 0; // where the one of the last vector begins
+        for start in (0..values.len()).step_by(VECTORS) {
+            let value: Lanes = std::array::from_fn(|i| values[(start + i).min(values.len() - 1)]);
+            let factors = Factors::new(self, value);
+            // A start that is nearly orthogonal to no vector, and another one for each.
+            let number: Lanes = std::array::from_fn(|i| (start + i + 1) as f64);
+            let mut x: Vec<Lanes> = (0..self.diagonal.len())
+                .map(|j| number.map(|k| 1.0 + 0.5 * part(j as f64 * k * 0.618_033_988_749_895)))
+                .collect();
+            let before = cluster;
+            for _ in 0..ITERATIONS {
+                factors.solve(&mut x);
+                vectors.truncate(start);
+                cluster = before;
+                for k in start..start + VECTORS {
+                    let mut own: Vec<f64> = x.iter().map(|row| row[k - start]).collect();
+                    if k < values.len() && (k == 0 || values[k] - values[k - 1] > CLUSTER * values[k]) {
+                        cluster = k;
+                    }
+                    scale(&mut own);
+                    if cluster < k {
+                        for other in &vectors[cluster..k] {
+                            let shared: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
+                            own.iter_mut().zip(other).for_each(|(a, b)| *a -= shared * b);
+                        }
+                        scale(&mut own);
+                    }
+                    x.iter_mut().zip(&own).for_each(|(row, a)| row[k - start] = *a);
+                    vectors.push(own);
+                }
             }
-            scale(&mut x);
         }
-        x
+        vectors.truncate(values.len());
+        vectors
     }
+}
+
+/// The part of a number above 0 that is less than 1, without the call that processors without SSE 4.1 need.
+fn part(x: f64) -> f64 {
+    x - x as u64 as f64
 }
 
 fn narrow(found: usize, at: f64, wanted: usize, low: &mut f64, high: &mut f64) {
@@ -118,62 +140,85 @@ fn narrow(found: usize, at: f64, wanted: usize, low: &mut f64, high: &mut f64) {
 }
 
 fn scale(x: &mut [f64]) {
-    let largest = x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-    let norm = largest * x.iter().map(|a| (a / largest).powi(2)).sum::<f64>().sqrt();
+    let largest = in_lanes(x, |a, b| a.max(b.abs())).into_iter().fold(0.0, f64::max);
+    let small = 1.0 / largest;
+    let squares: f64 = in_lanes(x, |a, b| a + (b * small).powi(2)).into_iter().sum();
+    let factor = small / squares.sqrt();
     for a in x {
-        *a /= norm;
+        *a *= factor;
     }
 }
 
-/// Triangular factors of T − λ with row exchanges.
+/// A fold from 0 in lanes that do not wait for each other.
+fn in_lanes(x: &[f64], step: impl Fn(f64, f64) -> f64) -> [f64; LANES] {
+    let mut found = [0.0; LANES];
+    for chunk in x.chunks(LANES) {
+        for (found, &x) in found.iter_mut().zip(chunk) {
+            *found = step(*found, x);
+        }
+    }
+    found
+}
+
+/// Triangular factors of T − λ with row exchanges, of several λ at once.
 struct Factors {
-    /// Rows of the upper factor: diagonal and two above it.
-    upper: Vec<[f64; 3]>,
+    /// Rows of the upper factor: the inverse of the diagonal, and two above it.
+    upper: Vec<[Lanes; 3]>,
     /// Multiplier of each step, and whether its rows were exchanged.
-    lower: Vec<(f64, bool)>,
+    lower: Vec<(Lanes, [bool; VECTORS])>,
 }
 
 impl Factors {
-    fn new(matrix: &Tridiagonal, shift: f64) -> Self {
+    fn new(matrix: &Tridiagonal, shift: Lanes) -> Self {
         let n = matrix.diagonal.len();
         let norm = matrix.diagonal.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
         let beside = |j: usize| matrix.beside.get(j).copied().unwrap_or(0.0);
         let (mut upper, mut lower) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        let mut row = [matrix.diagonal[0] - shift, beside(0), 0.0];
-        for j in 0..n {
-            if j + 1 == n {
-                row[0] = if row[0].abs() < f64::EPSILON * norm { f64::EPSILON * norm } else { row[0] };
-                upper.push(row);
-                break;
+        let mut row = [shift.map(|s| matrix.diagonal[0] - s), [beside(0); VECTORS], [0.0; VECTORS]];
+        for j in 0..n - 1 {
+            let (below, after, diagonal) = (beside(j), beside(j + 1), matrix.diagonal[j + 1]);
+            let (mut top, mut factor, mut exchanged) =
+                ([[0.0; VECTORS]; 3], [0.0; VECTORS], [false; VECTORS]);
+            for i in 0..VECTORS {
+                let (own, next) = ([row[0][i], row[1][i], row[2][i]], [below, diagonal - shift[i], after]);
+                let kept = own[0].abs() >= below.abs() && own[0] != 0.0;
+                let choose = |a: f64, b: f64| if kept { a } else { b };
+                let inverse = 1.0 / choose(own[0], next[0]);
+                let (first, second) = (choose(own[1], next[1]), choose(own[2], next[2]));
+                factor[i] = choose(next[0], own[0]) * inverse;
+                exchanged[i] = !kept;
+                (top[0][i], top[1][i], top[2][i]) = (inverse, first, second);
+                row[0][i] = choose(next[1], own[1]) - factor[i] * first;
+                row[1][i] = choose(next[2], own[2]) - factor[i] * second;
+                row[2][i] = 0.0;
             }
-            let next = [beside(j), matrix.diagonal[j + 1] - shift, beside(j + 1)];
-            if row[0].abs() >= next[0].abs() && row[0] != 0.0 {
-                let factor = next[0] / row[0];
-                upper.push(row);
-                lower.push((factor, false));
-                row = [next[1] - factor * row[1], next[2] - factor * row[2], 0.0];
-            } else {
-                let factor = row[0] / next[0];
-                upper.push(next);
-                lower.push((factor, true));
-                row = [row[1] - factor * next[1], row[2] - factor * next[2], 0.0];
-            }
+            upper.push(top);
+            lower.push((factor, exchanged));
         }
+        let least = f64::EPSILON * norm;
+        row[0] = row[0].map(|d| 1.0 / if d.abs() < least { least } else { d });
+        upper.push(row);
         Self { upper, lower }
     }
 
-    fn solve(&self, x: &mut [f64]) {
-        for (j, &(factor, exchanged)) in self.lower.iter().enumerate() {
-            if exchanged {
-                x.swap(j, j + 1);
+    fn solve(&self, x: &mut [Lanes]) {
+        let mut here = x[0];
+        for (j, (factor, exchanged)) in self.lower.iter().enumerate() {
+            let mut next = x[j + 1];
+            for i in 0..VECTORS {
+                let (a, b) = if exchanged[i] { (next[i], here[i]) } else { (here[i], next[i]) };
+                (x[j][i], next[i]) = (a, b - factor[i] * a);
             }
-            x[j + 1] -= factor * x[j];
+            here = next;
         }
-        let (mut after, mut next) = (0.0, 0.0);
+        let last = x.len() - 1;
+        x[last] = here;
+        let (mut after, mut next) = ([0.0; VECTORS], [0.0; VECTORS]);
         for (slot, row) in x.iter_mut().zip(&self.upper).rev() {
-            let value = (*slot - row[1] * next - row[2] * after) / row[0];
-            *slot = value;
-            (after, next) = (next, value);
+            for i in 0..VECTORS {
+                slot[i] = (slot[i] - row[1][i] * next[i] - row[2][i] * after[i]) * row[0][i];
+            }
+            (after, next) = (next, *slot);
         }
     }
 }

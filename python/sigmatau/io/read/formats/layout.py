@@ -10,7 +10,9 @@ from __future__ import annotations
 import csv
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import Literal
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.names import recognise, unit_of
@@ -27,7 +29,7 @@ _FAR = 10  # times the range of a column that a number is outside of it, if it i
 
 # Each pattern matches a text in only one way, so that failing lines take linear time.
 _NUMBER = re.compile(r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
-_NUMBERS = re.compile(rf"(?:{_NUMBER.pattern})(?:,(?:{_NUMBER.pattern}))*+")  # fast path: most rows
+_NUMERIC = str.maketrans("", "", "0123456789+-.eE,")  # fast path: what of most rows leaves nothing
 _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _EXCHANGED = str.maketrans(",.", ".,")
@@ -54,24 +56,45 @@ class _Line:
     text: str
     comment: bool
     fields: dict[str | None, list[str]] = field(default_factory=dict)
+    plain: list[float] | Literal[False] | None = None  # of a row of numbers with commas between; None if not known yet
 
     def split(self, delimiter: str | None) -> list[str]:
         if delimiter not in self.fields:
             self.fields[delimiter] = _split(self.text, delimiter)
         return self.fields[delimiter]
 
+    def numbers_only(self) -> list[float] | Literal[False]:
+        """The numbers of a row of numbers with commas between, as most are; False for any other line."""
+        if self.plain is None:
+            self.plain = False
+            if not self.text.translate(_NUMERIC):
+                with suppress(ValueError):
+                    self.plain = list(map(float, self.text.split(",")))
+        return self.plain
+
+    def exchange(self) -> None:
+        """Take commas for points, and points for commas."""
+        self.text = self.text.translate(_EXCHANGED)
+        self.fields.clear()
+        self.plain = None
+
+    def is_data(self, delimiter: str | None, columns: int) -> bool:
+        """Whether the line is a row of so many columns, see `_is_data`."""
+        if delimiter == "," and (numbers := self.numbers_only()):
+            return len(numbers) == columns
+        return _is_data(self.split(delimiter), columns)
+
     def values(self, delimiter: str | None) -> list[float]:
         """The fields as numbers; NaN for others."""
-        fields = self.split(delimiter)
-        if delimiter == "," and _NUMBERS.fullmatch(self.text):
-            return list(map(float, fields))
-        return [float(f) if _is_number(f) else math.nan for f in fields]
+        if delimiter == "," and (numbers := self.numbers_only()):
+            return numbers
+        return [float(f) if _is_number(f) else math.nan for f in self.split(delimiter)]
 
     def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
         """Number of fields, number of numeric fields, and whether the last is empty; 0 fields if the line is not a row."""
-        if delimiter == "," and _NUMBERS.fullmatch(self.text):
-            n = self.text.count(",") + 1
-            return n, n, False
+        if numbers := self.numbers_only():
+            n = len(numbers)
+            return (n, n, False) if n == 1 or delimiter == "," else (0, 0, False)
         if "," in self.text and '"' not in self.text and len(self.text.split(delimiter, 1)) < 2:
             return 0, 0, False  # one field that is not a number
         parts = self.split(delimiter)
@@ -103,7 +126,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
             raise error
     decimal_comma = _exchange_decimal_commas(rows)
     delimiter, columns = _delimiter(rows)
-    data_rows = [line for line in rows if _is_data(line.split(delimiter), columns)]
+    data_rows = [line for line in rows if line.is_data(delimiter, columns)]
     first, skipped = _first_sample(rows, data_rows, delimiter, columns)
     if delimiter == ",":
         _refuse_split_numbers(rows, first, columns)
@@ -312,8 +335,7 @@ def _exchange_decimal_commas(rows: list[_Line]) -> bool:
         for row in rows:
             exchanged = row.text.translate(_EXCHANGED)
             if row.number == found.number or _is_data([_bare(f) for f in exchanged.split(delimiter)]):
-                row.text = exchanged
-                row.fields.clear()
+                row.exchange()
         return True
     return False
 

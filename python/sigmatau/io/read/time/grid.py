@@ -14,6 +14,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import median
 from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, finished
 
 _MAX_INTERVALS = 1 << 16  # intervals used for medians and quantiles
@@ -83,15 +84,15 @@ def fit_grid(
     n = len(t)
     mean = float(t[-1] - t[0]) / (n - 1)
     some = intervals[:: max(n // _MAX_INTERVALS, 1)]
-    median = float(np.median(some))
+    usual = median(some)
     even = _EVEN_INTERVALS[0] * mean < float(intervals.min()) and float(intervals.max()) < _EVEN_INTERVALS[1] * mean
     if even and float(np.std(some)) < _EVEN_SCATTER * mean:
-        return finished(t, None, "grid", median, None)
+        return finished(t, None, "grid", usual, None)
     if (stairs := _stairs(intervals, t, step)) is not None:
         interval, bound = stairs
         most = interval if bound == math.inf else interval * (1 + bound)
         interval = given if given and interval * (1 - bound) <= given <= most else interval
-        one = finished(t, None, "coarse", median, intervals)
+        one = finished(t, None, "coarse", usual, intervals)
         return replace(one, interval=interval, error=bound * interval, drift=None, bound=bound)
     if _even_line(t, intervals, step):
         period = pattern(intervals, step)
@@ -99,23 +100,23 @@ def fit_grid(
         even_stated = bool(given) and abs(cast("float", given) / mean - 1) < _EQUAL_INTERVALS
         if stated or (is_loss_pattern(period, n) and not even_stated):
             filled: NDArray[np.int64] = np.rint(t / step).astype(np.int64)
-            return finished(t, filled, "grid", median, intervals, period=0 if stated else period)
+            return finished(t, filled, "grid", usual, intervals, period=0 if stated else period)
         kind_: Literal["grid", "coarse"] = "grid" if intervals.all() else "coarse"
-        return finished(t, None, kind_, median, intervals, period=0 if even_stated else period)
+        return finished(t, None, kind_, usual, intervals, period=0 if even_stated else period)
     kind: Literal["grid", "host"] = "grid"
-    lost = _places(t, intervals, median)
+    lost = _places(t, intervals, usual)
     if lost is None and is_jitter_only(t):
-        return finished(t, None, "grid", median, intervals)
+        return finished(t, None, "grid", usual, intervals)
     if lost is None:
         kind, lost = "host", _pauses(intervals)
     # Losses at random are not pauses; there are at most 4 times as many as samples.
     random = kind == "grid" and _scattered(lost) and float(lost[-1] - lost[0]) <= 1.1 * _MAX_LOSSES * n
     start, stop, pieces = (0, n, 1) if random else _longest_piece(lost)
     if not pieces:
-        return finished(t, None, "host", median, intervals, pieces=0)
+        return finished(t, None, "host", usual, intervals, pieces=0)
     lost = lost[start:stop] - lost[start]
     places = np.arange(stop - start) + lost.astype(np.int64) if lost[-1] > 0 else None
-    return finished(t[start:stop], places, kind, median, intervals[start : stop - 1], start=start, pieces=pieces)
+    return finished(t[start:stop], places, kind, usual, intervals[start : stop - 1], start=start, pieces=pieces)
 
 
 def _stairs(intervals: NDArray[np.float64], t: NDArray[np.float64], step: float) -> tuple[float, float] | None:
@@ -385,7 +386,7 @@ def pattern(intervals: NDArray[np.float64], step: float) -> int:
     ends = np.flatnonzero(single[:-1] & ~single[1:])
     if len(ends) < 3:
         return 0
-    period = int(np.median(np.diff(ends)))
+    period = int(median(np.diff(ends)))
     return period if np.array_equal(counts[period:], counts[:-period]) else 0
 
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.arrays import median_and_spread
+from sigmatau.arrays import median, median_and_spread
 from sigmatau.errors import DataError, NonFiniteError, StampError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Place
@@ -187,7 +187,7 @@ def _usual(stamps: NDArray[Any]) -> float:
     """Median of the intervals that go forward."""
     intervals = np.diff(stamps).astype(np.float64)
     forward = intervals[intervals > 0]
-    return float(np.median(forward)) if len(forward) else 0.0
+    return median(forward) if len(forward) else 0.0
 
 
 def _moved(stamps: NDArray[Any]) -> tuple[NDArray[np.int64], int] | None:

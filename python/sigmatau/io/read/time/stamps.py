@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import units
+from sigmatau.arrays import median
 from sigmatau.errors import OptionError, StampError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import (
@@ -297,7 +298,7 @@ def _rate_drift(found: GridFit, tau0: float, *, least: float = _DRIFT_INFO) -> t
     if change is None or change.size < max(least, _DRIFT_ERRORS * change.error):
         return ()
     part = found.n * tau0 / len(change.rates)
-    start = int(np.argmax(np.abs(change.rates - np.median(change.rates)))) * part
+    start = int(np.argmax(np.abs(change.rates - median(change.rates)))) * part
     return (
         Finding(
             details=RateDrift(

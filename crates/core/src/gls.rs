@@ -13,6 +13,7 @@ mod components;
 mod covariance;
 mod evidence;
 mod goodness;
+mod lanes;
 mod laws;
 mod non_negative;
 mod process;

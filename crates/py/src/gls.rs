@@ -55,7 +55,14 @@ impl GlsComponents {
     }
 
     /// The smallest θ of a term that a test finds with a probability.
-    fn detectable(&self, py: Python<'_>, term: usize, others: Vec<f64>, level: f64, power: f64) -> PyResult<f64> {
+    fn detectable(
+        &self,
+        py: Python<'_>,
+        term: usize,
+        others: Vec<f64>,
+        level: f64,
+        power: f64,
+    ) -> PyResult<f64> {
         let others = self.theta(&others)?;
         let term = self.term(term)?;
         detached(py, || gls::detectable(&self.0, term, &others, level, power)).map_err(failed)
@@ -81,7 +88,9 @@ impl GlsComponents {
     }
 
     fn term(&self, term: usize) -> PyResult<usize> {
-        (term < self.0.terms()).then_some(term).ok_or_else(|| PyValueError::new_err(format!("no term {term}")))
+        (term < self.0.terms())
+            .then_some(term)
+            .ok_or_else(|| PyValueError::new_err(format!("no term {term}")))
     }
 
     fn terms(&self, given: &[usize]) -> PyResult<Terms> {
@@ -137,12 +146,7 @@ impl Gls {
 
     /// Probability of a larger estimate of a term than that of the curve if a trial value is true, the standard error and
     /// the skewness of the estimate, and its weights.
-    fn score<'py>(
-        &self,
-        py: Python<'py>,
-        term: usize,
-        trial: f64,
-    ) -> PyResult<(f64, f64, f64, Floats<'py>)> {
+    fn score<'py>(&self, py: Python<'py>, term: usize, trial: f64) -> PyResult<(f64, f64, f64, Floats<'py>)> {
         let found = self.gls.score(self.parts.term(term)?, trial, None).map_err(failed)?;
         Ok((found.above, found.sigma, found.skewness, found.weights.into_pyarray(py)))
     }

@@ -174,4 +174,4 @@ def fit_curve(
 
 
 def _numbers(theta: ArrayLike) -> list[float]:
-    return np.asarray(theta, dtype=np.float64).tolist()
+    return [float(x) for x in np.asarray(theta, dtype=np.float64)]

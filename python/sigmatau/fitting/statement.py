@@ -174,7 +174,14 @@ def _ramp(curve: DeviationCurve, ramp: list[float], scale: float, level: float) 
     low, high = (value - half) * factor, (value + half) * factor
     if p_value < 1 - level:
         return FittedTerm(
-            term="rate_ramp", unit=unit, observed=True, level=level, p_value=p_value, value=value * factor, low=low, high=high
+            term="rate_ramp",
+            unit=unit,
+            observed=True,
+            level=level,
+            p_value=p_value,
+            value=value * factor,
+            low=low,
+            high=high,
         )
     limit = max(abs(low), abs(high))
     return FittedTerm(term="rate_ramp", unit=unit, observed=False, level=level, p_value=p_value, upper_limit=limit)

@@ -73,14 +73,14 @@ impl PseudoInverse {
 
     /// Product of two rows of the pseudo-inverse of the columns as they were: a covariance of coefficients.
     pub(crate) fn covariance(&self, p: usize, q: usize) -> f64 {
-        let sum: f64 =
-            (0..self.count).map(|k| self.turned[p][k] * self.turned[q][k] * self.inverse[k]).sum();
+        let sum: f64 = (0..self.count).map(|k| self.turned[p][k] * self.turned[q][k] * self.inverse[k]).sum();
         sum / (self.scale[p] * self.scale[q])
     }
 
     /// Coefficient of one column for a target, from the rows as they were left.
     pub(crate) fn coefficient(&self, p: usize, rows: &[Row], target: impl Iterator<Item = f64>) -> f64 {
-        let weights: Row = std::array::from_fn(|k| if k < self.count { self.turned[p][k] * self.inverse[k] } else { 0.0 });
+        let weights: Row =
+            std::array::from_fn(|k| if k < self.count { self.turned[p][k] * self.inverse[k] } else { 0.0 });
         let row = |row: &Row| (0..self.count).map(|k| weights[k] * row[k]).sum::<f64>();
         rows.iter().zip(target).map(|(columns, y)| row(columns) * y).sum::<f64>() / self.scale[p]
     }
@@ -128,7 +128,11 @@ mod tests {
 
     /// Monomials, whose columns are nearly parallel.
     fn rows() -> Vec<Row> {
-        (0..20).map(|i| std::array::from_fn(|p| 1e3f64.powi(p as i32) * (f64::from(i) / 20.0 + 0.5).powi(p as i32))).collect()
+        (0..20)
+            .map(|i| {
+                std::array::from_fn(|p| 1e3f64.powi(p as i32) * (f64::from(i) / 20.0 + 0.5).powi(p as i32))
+            })
+            .collect()
     }
 
     #[test]
@@ -139,8 +143,11 @@ mod tests {
             last_row(&mut columns.clone(), count, &mut out).unwrap();
             for p in 0..count {
                 let sum: f64 = out.iter().zip(&columns).map(|(w, row)| w * row[p]).sum();
-                let expected = f64::from(u8::from(p + 1 == count)) ;
-                assert!((sum - expected).abs() < 1e-9 * 1e3f64.powi(p as i32 - count as i32 + 1), "{count} {p} {sum}");
+                let expected = f64::from(u8::from(p + 1 == count));
+                assert!(
+                    (sum - expected).abs() < 1e-9 * 1e3f64.powi(p as i32 - count as i32 + 1),
+                    "{count} {p} {sum}"
+                );
             }
             let mut turned = columns.clone();
             let inverse = PseudoInverse::new(&mut turned, count).unwrap();

@@ -11,8 +11,10 @@
 
 use crate::covariance::{Component, Gamma};
 use crate::error::Error;
+use crate::gls::lanes::add_rows;
 use crate::gls::{LINEAR, Theta};
 use crate::terms;
+use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -110,8 +112,7 @@ impl Base {
         let slopes = (0..LINEAR).flat_map(|p| slopes(&gamma, p, &squares)).collect();
         let (angles, modes) = modes(n);
         let sines: Vec<f64> = angles.iter().map(|angle| (0.5 * angle).sin()).collect();
-        let powers: [fn(f64) -> f64; LINEAR] =
-            [|s| 4.0 * s * s, |_| 1.0, |s| 0.5 / s, |s| 0.25 / (s * s)];
+        let powers: [fn(f64) -> f64; LINEAR] = [|s| 4.0 * s * s, |_| 1.0, |s| 0.5 / s, |s| 0.25 / (s * s)];
         let spectra = powers.iter().flat_map(|power| sines.iter().map(|&s| power(s) / n as f64)).collect();
         let gain = |m: usize, square: f64, k: usize| {
             2.0 * (0.5 * (m as f64 * angles[k])).sin().powi(4) / (square * (sines[k] * sines[k]))
@@ -127,14 +128,21 @@ impl Base {
         let (order, count) = (self.order(), self.modes.len());
         let entries = |all: &[f64]| -> Vec<f64> {
             let of = |matrix: &[f64]| -> Vec<f64> {
-                kept.iter().flat_map(|&i| kept.iter().map(move |&j| (i, j))).map(|(i, j)| matrix[i * order + j]).collect()
+                kept.iter()
+                    .flat_map(|&i| kept.iter().map(move |&j| (i, j)))
+                    .map(|(i, j)| matrix[i * order + j])
+                    .collect()
             };
             all.chunks_exact(order * order).flat_map(of).collect()
         };
         Self {
             n: self.n,
             sizes: kept.iter().map(|&k| self.sizes[k]).collect(),
-            design: self.design.chunks_exact(order).flat_map(|row| kept.iter().map(move |&k| row[k])).collect(),
+            design: self
+                .design
+                .chunks_exact(order)
+                .flat_map(|row| kept.iter().map(move |&k| row[k]))
+                .collect(),
             noise: entries(&self.noise),
             slopes: entries(&self.slopes),
             spectra: self.spectra.clone(),
@@ -195,7 +203,8 @@ impl Extra {
             TERMS_OF_LINEAR.into_iter().chain([Component::GaussMarkov { tc: time }]).collect();
         let gamma = Gamma::new(base.n, &base.sizes, &with)?;
         let decay = -(-1.0 / time).exp_m1();
-        let power = |s: &f64| decay * (2.0 - decay) / (decay * decay + 4.0 * (1.0 - decay) * s * s) / base.n as f64;
+        let power =
+            |s: &f64| decay * (2.0 - decay) / (decay * decay + 4.0 * (1.0 - decay) * s * s) / base.n as f64;
         Ok(Self {
             design: process_avar(&base.sizes, time),
             noise: (0..=LINEAR).flat_map(|p| both(&gamma, p, LINEAR)).collect(),
@@ -292,16 +301,21 @@ impl Components {
     }
 
     /// Skewness and variance of Σ weights·AVAR from the size number `first` on, computed from independent modes.
-    pub(crate) fn skewness(&self, weights: &[f64], first: usize, theta: &Theta, modes: &mut Vec<f64>) -> (f64, f64) {
+    pub(crate) fn skewness(
+        &self,
+        weights: &[f64],
+        first: usize,
+        theta: &Theta,
+        modes: &mut Vec<f64>,
+    ) -> (f64, f64) {
         let count = self.base.modes.len();
         modes.clear();
         modes.resize(2 * count, 0.0);
         let (gains, powers) = modes.split_at_mut(count);
-        for (weight, row) in weights.iter().zip(self.base.gains[first * count..].chunks_exact(count)) {
-            gains.iter_mut().zip(row).for_each(|(sum, gain)| *sum += weight * gain);
-        }
-        for (term, &theta) in theta.iter().enumerate().filter(|(_, theta)| **theta != 0.0) {
-            powers.iter_mut().zip(self.spectrum(term)).for_each(|(sum, power)| *sum += theta * power);
+        Arch::new().dispatch(Weighted { out: gains, weights, rows: &self.base.gains[first * count..] });
+        for (term, theta) in theta.iter().enumerate().filter(|(_, theta)| **theta != 0.0) {
+            let rows = self.spectrum(term);
+            Arch::new().dispatch(Weighted { out: powers, weights: std::slice::from_ref(theta), rows });
         }
         let (mut second, mut third) = (0.0, 0.0);
         for ((gain, power), number) in gains.iter().zip(&*powers).zip(&self.base.modes) {
@@ -333,6 +347,24 @@ impl Components {
             2.0 * mean * mean / variance
         };
         (first..order).map(of_size).collect()
+    }
+}
+
+/// Adds rows times weights.
+struct Weighted<'a> {
+    out: &'a mut [f64],
+    weights: &'a [f64],
+    rows: &'a [f64],
+}
+
+impl WithSimd for Weighted<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { out, weights, rows } = self;
+        let rows = weights.iter().copied().zip(rows.chunks_exact(out.len()));
+        add_rows(simd, out, rows);
     }
 }
 

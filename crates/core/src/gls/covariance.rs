@@ -1,8 +1,10 @@
 //! Covariance of the Allan variances for given coefficients, without or after the removal of a ramp.
 
 use crate::gls::components::Components;
+use crate::gls::lanes::add_rows;
 use crate::gls::{Failed, TERMS, Theta};
 use crate::likelihood::linear::Symmetric;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Largest negative eigenvalue that is corrected, as a share of the largest positive one.
 const MOST_NEGATIVE: f64 = 0.03;
@@ -128,7 +130,8 @@ pub(crate) fn made_positive(covariance: &mut [f64], order: usize) -> Result<(), 
     values.iter_mut().for_each(|value| *value = value.abs().max(LEAST_EIGENVALUE));
     for i in 0..order {
         for j in i..order {
-            let sum: f64 = (0..order).map(|k| vectors[i * order + k] * values[k] * vectors[j * order + k]).sum();
+            let sum: f64 =
+                (0..order).map(|k| vectors[i * order + k] * values[k] * vectors[j * order + k]).sum();
             covariance[i * order + j] = sum * sd[i] * sd[j];
         }
     }
@@ -139,15 +142,9 @@ pub(crate) fn made_positive(covariance: &mut [f64], order: usize) -> Result<(), 
 fn contracted(list: &[Part<'_>], order: usize, first: usize, out: &mut Vec<f64>) {
     let left = order - first;
     out.resize(left * left, 0.0);
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return simd.vectorize(Contraction { list, order, first, out });
-    }
-    contract(list, order, first, out);
+    Arch::new().dispatch(Contraction { list, order, first, out });
 }
 
-/// [`contract`] for the vectors that `pulp` compiles it for.
-#[cfg(target_arch = "x86_64")]
 struct Contraction<'a> {
     list: &'a [Part<'a>],
     order: usize,
@@ -155,40 +152,20 @@ struct Contraction<'a> {
     out: &'a mut [f64],
 }
 
-#[cfg(target_arch = "x86_64")]
-impl pulp::NullaryFnOnce for Contraction<'_> {
+impl WithSimd for Contraction<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
-    fn call(self) {
-        contract(self.list, self.order, self.first, self.out);
-    }
-}
-
-#[inline(always)]
-#[allow(clippy::inline_always)] // As above.
-fn contract(list: &[Part<'_>], order: usize, first: usize, out: &mut [f64]) {
-    let left = order - first;
-    for i in 0..left {
-        let row = &mut out[i * left + i..(i + 1) * left];
-        let own = |matrix: &'_ [f64]| -> std::ops::Range<usize> {
-            debug_assert_eq!(matrix.len(), order * order);
-            let start = (first + i) * order + first + i;
-            start..start + (left - i)
-        };
-        row.fill(0.0);
-        let groups = list.chunks_exact(4);
-        for &(factor, matrix) in groups.remainder() {
-            row.iter_mut().zip(&matrix[own(matrix)]).for_each(|(x, value)| *x += factor * value);
-        }
-        for group in groups {
-            let [(p, a), (q, b), (r, c), (s, d)] = [group[0], group[1], group[2], group[3]];
-            let rows = [a, b, c, d].map(|matrix| &matrix[own(matrix)]);
-            let cells = row.iter_mut().zip(rows[0]).zip(rows[1]).zip(rows[2]).zip(rows[3]);
-            for ((((x, a), b), c), d) in cells {
-                *x += (p * a + q * b) + (r * c + s * d);
-            }
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { list, order, first, out } = self;
+        let left = order - first;
+        for (i, row) in out.chunks_exact_mut(left).enumerate() {
+            // From the vector that has the diagonal.
+            let from = i - i % S::F64_LANES;
+            let start = (first + i) * order + first + from;
+            row[from..].fill(0.0);
+            let rows = list.iter().map(|&(factor, matrix)| (factor, &matrix[start..start + left - from]));
+            add_rows(simd, &mut row[from..], rows);
         }
     }
 }

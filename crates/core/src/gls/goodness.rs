@@ -134,7 +134,7 @@ fn whitened(u: &[f64], correlation: &[f64], room: &mut Whitened) -> Result<(f64,
         row[0] = u[i];
         row[i + 1] = 1.0;
     };
-    if room.take_definite(correlation, order, order + 1, with_identity)
+    if room.take_definite(correlation, order, order + 1, 0.0, with_identity)
         && room.rows().flat_map(|row| &row[1..]).map(|x| x * x).sum::<f64>() < 1.0 / LEAST_EIGENVALUE
     {
         let squares = room.rows().map(|row| row[0] * row[0]).sum();

@@ -139,7 +139,8 @@ mod tests {
         assert_eq!(skewed_tails(-3.0, 1.0), (0.0, 1.0));
         // A skewness γ moves the tails by (z² − 1) φ(z) γ/6 to first order.
         let (z, skewness) = (1.3_f64, 1.5e-3);
-        let moved = (z * z - 1.0) * (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt() * skewness / 6.0;
+        let moved =
+            (z * z - 1.0) * (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt() * skewness / 6.0;
         assert!((skewed_tails(z, skewness).1 - normal_below(-z) - moved).abs() < 1e-6);
     }
 

@@ -179,18 +179,23 @@ mod tests {
         let mut next = numbers(7);
         for trial in 0..400 {
             let (rows, count) = (8 + trial % 9, 1 + trial % MOST);
-            let columns: Vec<Vec<f64>> =
-                (0..count).map(|p| (0..rows).map(|_| (next() + 0.8) * 10f64.powi(p as i32 * 3 - 6)).collect()).collect();
+            let columns: Vec<Vec<f64>> = (0..count)
+                .map(|p| (0..rows).map(|_| (next() + 0.8) * 10f64.powi(p as i32 * 3 - 6)).collect())
+                .collect();
             let target: Vec<f64> = (0..rows).map(|_| next()).collect();
             let slices: Vec<&[f64]> = columns.iter().map(|column| &column[..]).collect();
             let x = non_negative(&slices, &target).unwrap();
-            let left: Vec<f64> =
-                (0..rows).map(|i| target[i] - (0..count).map(|p| columns[p][i] * x[p]).sum::<f64>()).collect();
+            let left: Vec<f64> = (0..rows)
+                .map(|i| target[i] - (0..count).map(|p| columns[p][i] * x[p]).sum::<f64>())
+                .collect();
             for p in 0..count {
                 let norm = columns[p].iter().map(|c| c * c).sum::<f64>().sqrt();
                 let gradient = columns[p].iter().zip(&left).map(|(c, l)| c * l).sum::<f64>() / norm;
                 assert!(x[p] >= 0.0);
-                assert!(gradient < 1e-11 && (x[p] == 0.0 || gradient > -1e-11), "{trial} {p} {gradient} {x:?}");
+                assert!(
+                    gradient < 1e-11 && (x[p] == 0.0 || gradient > -1e-11),
+                    "{trial} {p} {gradient} {x:?}"
+                );
             }
         }
     }

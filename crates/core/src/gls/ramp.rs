@@ -135,9 +135,8 @@ impl Gls {
         let covariance = self.covariance_of_theta_in(theta, self.candidates, work)?;
         let used: Vec<f64> = self.candidates.iter().map(|p| by_term[p]).collect();
         let rows = covariance.chunks_exact(used.len()).zip(&used);
-        let scatter: f64 = rows
-            .map(|(row, by)| by * row.iter().zip(&used).map(|(x, by)| x * by).sum::<f64>())
-            .sum();
+        let scatter: f64 =
+            rows.map(|(row, by)| by * row.iter().zip(&used).map(|(x, by)| x * by).sum::<f64>()).sum();
         let freedom = if scatter > 0.0 { 2.0 * variance * variance / scatter } else { MOST_FREEDOM };
         Ok((finite(variance.sqrt())?, freedom.clamp(LEAST_FREEDOM, MOST_FREEDOM)))
     }

@@ -127,7 +127,8 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
         let without = still.evidence_in(RATE_RANDOM_WALK, theta_still, level, &shares, work)?;
         if without.p_value >= 1.0 - level {
             observed = observed.without(RATE_RANDOM_WALK);
-            evidence[RATE_RANDOM_WALK] = evidence[RATE_RANDOM_WALK].map(|found| Evidence { low: 0.0, ..found });
+            evidence[RATE_RANDOM_WALK] =
+                evidence[RATE_RANDOM_WALK].map(|found| Evidence { low: 0.0, ..found });
         }
     }
     let chosen = observed.or(extra);
@@ -162,9 +163,7 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
         }
     }
     let process = match best.time {
-        Some(time) if selected[LINEAR] > 0.0 => {
-            Some(intervals(best, time, data, &selected, level, work)?)
-        }
+        Some(time) if selected[LINEAR] > 0.0 => Some(intervals(best, time, data, &selected, level, work)?),
         _ => None,
     };
     let ramp = best.ramp.map(|ramp| Ramps {
@@ -208,7 +207,8 @@ fn limited(
 
 /// Coefficients that describe the curve to a few per cent.
 fn described(data: &Data, nearest: Option<&Attempt>) -> Result<Described, Failed> {
-    let first = nearest.filter(|one| one.p_value > SMALLEST_P).map_or(data.first.unwrap_or(0), |one| one.first);
+    let first =
+        nearest.filter(|one| one.p_value > SMALLEST_P).map_or(data.first.unwrap_or(0), |one| one.first);
     let parts = Components { base: Arc::clone(&data.base), extra: None };
     let avar = &data.avar[first..];
     let drift: Vec<f64> = data.base.squares()[first..].iter().map(|square| 0.5 * square).collect();
@@ -233,7 +233,8 @@ fn described(data: &Data, nearest: Option<&Attempt>) -> Result<Described, Failed
         }
     }
     let ratios = avar.iter().zip(&expected).zip(&errors).enumerate();
-    let ratios = ratios.map(|(i, ((avar, all), error))| (first + i, (avar / all).sqrt(), (avar / all).ln().abs() / error));
+    let ratios = ratios
+        .map(|(i, ((avar, all), error))| (first + i, (avar / all).sqrt(), (avar / all).ln().abs() / error));
     let worst = largest(ratios).ok_or(Failed)?;
     finite(worst.1)?;
     let p_value = nearest.map(|one| one.p_value);
@@ -257,7 +258,10 @@ fn descriptive_theta(
         if theta[..LINEAR].iter().any(|&value| value > 0.0) {
             let ramp = theta[LINEAR].sqrt();
             let freedom = parts.degrees_of_freedom(first, &theta, ramp);
-            errors.iter_mut().zip(freedom).for_each(|(error, edf)| *error = DESCRIPTIVE_ERROR.hypot((2.0 / edf).sqrt()));
+            errors
+                .iter_mut()
+                .zip(freedom)
+                .for_each(|(error, edf)| *error = DESCRIPTIVE_ERROR.hypot((2.0 / edf).sqrt()));
         }
     }
     Ok((theta, errors))

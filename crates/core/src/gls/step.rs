@@ -102,7 +102,15 @@ impl Gls {
         assert_eq!(avar.len(), order, "one variance for each size");
         assert!(tangent.as_ref().is_none_or(|tangent| tangent.len() == order));
         let design = (0..parts.terms()).flat_map(|term| &parts.design(term)[first..]).copied().collect();
-        Self { parts: parts.clone(), first, design, avar: avar.to_vec(), candidates, tangent, ramp_weights: None }
+        Self {
+            parts: parts.clone(),
+            first,
+            design,
+            avar: avar.to_vec(),
+            candidates,
+            tangent,
+            ramp_weights: None,
+        }
     }
 
     /// Number of variances.
@@ -169,7 +177,10 @@ impl Gls {
         let mut work = Work::default();
         self.covariance_in(theta, &mut work);
         let (order, upper) = (self.order(), work.covariance);
-        (0..order * order).map(|k| (k / order, k % order)).map(|(i, j)| upper[i.min(j) * order + i.max(j)]).collect()
+        (0..order * order)
+            .map(|k| (k / order, k % order))
+            .map(|(i, j)| upper[i.min(j) * order + i.max(j)])
+            .collect()
     }
 
     /// Takes the covariance for θ apart, together with columns.
@@ -333,7 +344,9 @@ impl Gls {
         let empty: &[f64] = &[];
         let mut more = [empty; 3];
         let mut count = 0;
-        for column in [self.tangent.as_deref(), Some(self.column(term)), Some(&self.avar)].into_iter().flatten() {
+        for column in
+            [self.tangent.as_deref(), Some(self.column(term)), Some(&self.avar)].into_iter().flatten()
+        {
             more[count] = column;
             count += 1;
         }
@@ -341,7 +354,8 @@ impl Gls {
         work.row.resize(self.order(), 0.0);
         last_row(&mut work.rows, width - 1, &mut work.row)?;
         let sigma = work.row.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let estimate: f64 = work.row.iter().zip(&work.rows).map(|(weight, row)| weight * row[width - 1]).sum();
+        let estimate: f64 =
+            work.row.iter().zip(&work.rows).map(|(weight, row)| weight * row[width - 1]).sum();
         work.on_data.clone_from(&work.row);
         work.whitened.unwhiten(&mut work.on_data);
         let (skewness, variance) = self.parts.skewness(&work.on_data, self.first, &theta, &mut work.modes);

@@ -1,22 +1,29 @@
-//! Whitening by a covariance: elimination with the Cholesky factor of its correlation, together with the columns.
+//! Whitening by a covariance: elimination with its Cholesky factor, together with the columns.
 //!
 //! The matrices of a fit are small, and are taken apart thousands of times: this costs less than a call to a library
 //! that thinks about threads, and gives the same bits on every machine, because no sum is split into lanes.
 
 use crate::gls::Failed;
+use crate::gls::lanes::add_rows;
+use pulp::{Arch, Simd, WithSimd};
 
-/// What is added to the diagonal of a correlation matrix that rounding has made indefinite, one after the other.
+/// Share of a variance that is left by the rows before, below which the matrix is not positive definite.
+const LEAST_SHARE: f64 = 4.0 * f64::EPSILON;
+
+/// Rows are a multiple of so many numbers long.
+const ROUNDED: usize = 8;
+
+/// Shares of the variances that are added to those of a matrix that rounding has made indefinite, one after the other.
 const RIDGES: [f64; 5] = [0.0, 1e-12, 1e-10, 1e-8, 1e-6];
 
-/// A covariance S·(L Lᵀ)·S with the standard deviations S and the lower factor L of the correlation; L⁻¹ S⁻¹ B for
-/// columns B of numbers.
+/// A covariance L Lᵀ with the lower factor L, and L⁻¹ B for columns B of numbers.
 #[derive(Debug, Default)]
 pub(crate) struct Whitened {
     order: usize,
     width: usize,
-    /// 1/S.
-    precision: Vec<f64>,
-    /// Rows of Lᵀ, each followed by its row of L⁻¹ S⁻¹ B.
+    /// Length of a row.
+    stride: usize,
+    /// Rows of Lᵀ, each followed by its row of L⁻¹ B.
     rows: Vec<f64>,
 }
 
@@ -33,142 +40,89 @@ impl Whitened {
         width: usize,
         fill: impl Fn(usize, &mut [f64]),
     ) -> Result<(), Failed> {
-        self.scale(covariance, order, width)?;
+        if covariance.iter().step_by(order + 1).any(|variance| !(*variance > 0.0 && variance.is_finite())) {
+            return Err(Failed);
+        }
         let mut ridge = 0.0;
         for step in RIDGES {
             ridge += step;
-            self.begin(covariance, ridge, &fill);
-            if eliminated(&mut self.rows, order, order + width) {
+            if self.take_definite(covariance, order, width, ridge, &fill) {
                 return Ok(());
             }
         }
         Err(Failed)
     }
 
-    /// The same without a ridge, for correlations; whether the matrix is positive definite.
+    /// The same with one ridge; whether the matrix is positive definite.
     pub(crate) fn take_definite(
         &mut self,
-        correlation: &[f64],
+        covariance: &[f64],
         order: usize,
         width: usize,
+        ridge: f64,
         fill: impl Fn(usize, &mut [f64]),
     ) -> bool {
-        if self.scale(correlation, order, width).is_err() {
-            return false;
-        }
-        self.begin(correlation, 0.0, &fill);
-        eliminated(&mut self.rows, order, order + width)
-    }
-
-    /// ln of the determinant of the correlations.
-    pub(crate) fn log_determinant(&self) -> f64 {
-        2.0 * self.rows.iter().step_by(self.order + self.width + 1).map(|pivot| pivot.ln()).sum::<f64>()
-    }
-
-    fn scale(&mut self, covariance: &[f64], order: usize, width: usize) -> Result<(), Failed> {
-        (self.order, self.width) = (order, width);
-        self.precision.clear();
-        for variance in covariance.iter().step_by(order + 1) {
-            if !(*variance > 0.0 && variance.is_finite()) {
-                return Err(Failed);
-            }
-            self.precision.push(1.0 / variance.sqrt());
-        }
-        self.rows.resize(order * (order + width), 0.0);
-        Ok(())
-    }
-
-    /// Writes correlations and scaled columns.
-    fn begin(&mut self, covariance: &[f64], ridge: f64, fill: &impl Fn(usize, &mut [f64])) {
-        let order = self.order;
-        let rows = self.rows.chunks_exact_mut(order + self.width).zip(covariance.chunks_exact(order));
+        let end = order + width;
+        (self.order, self.width, self.stride) = (order, width, end.next_multiple_of(ROUNDED));
+        self.rows.resize(order * self.stride, 0.0);
+        let rows = self.rows.chunks_exact_mut(self.stride).zip(covariance.chunks_exact(order));
         for (i, (row, covariance)) in rows.enumerate() {
-            let own = self.precision[i];
-            let cells = row[i..order].iter_mut().zip(&covariance[i..]).zip(&self.precision[i..]);
-            cells.for_each(|((cell, value), other)| *cell = value * (own * other));
-            row[i] = 1.0 + ridge;
-            fill(i, &mut row[order..]);
-            row[order..].iter_mut().for_each(|x| *x *= own);
+            row[i..order].copy_from_slice(&covariance[i..]);
+            row[i] *= 1.0 + ridge;
+            fill(i, &mut row[order..end]);
         }
+        Arch::new().dispatch(Elimination { rows: &mut self.rows, order, stride: self.stride })
+    }
+
+    /// ln of the determinant.
+    pub(crate) fn log_determinant(&self) -> f64 {
+        2.0 * self.rows.iter().step_by(self.stride + 1).map(|pivot| pivot.ln()).sum::<f64>()
     }
 
     /// The whitened columns, row after row.
     pub(crate) fn rows(&self) -> impl Iterator<Item = &[f64]> {
-        self.rows.chunks_exact(self.order + self.width).map(|row| &row[self.order..])
+        self.rows.chunks_exact(self.stride).map(|row| &row[self.order..self.order + self.width])
     }
 
-    /// S⁻¹ L⁻ᵀ r in place: weights on whitened data become weights on the data.
+    /// L⁻ᵀ r in place: weights on whitened data become weights on the data.
     pub(crate) fn unwhiten(&self, weights: &mut [f64]) {
         let order = self.order;
-        for (i, row) in self.rows.chunks_exact(order + self.width).enumerate().rev() {
+        for (i, row) in self.rows.chunks_exact(self.stride).enumerate().rev() {
             let known: f64 = row[i + 1..order].iter().zip(&weights[i + 1..]).map(|(u, x)| u * x).sum();
             weights[i] = (weights[i] - known) / row[i];
         }
-        weights.iter_mut().zip(&self.precision).for_each(|(x, precision)| *x *= precision);
     }
 }
 
-/// Whether the upper triangle in the first `order` columns of rows of length `stride` is positive definite; if it is,
-/// the rows become those of its factor, and the other columns are divided by it.
-fn eliminated(rows: &mut [f64], order: usize, stride: usize) -> bool {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return simd.vectorize(Elimination { rows, order, stride });
-    }
-    eliminate(rows, order, stride)
-}
-
-/// [`eliminate`] for the vectors that `pulp` compiles it for.
-#[cfg(target_arch = "x86_64")]
+/// Takes apart the upper triangle in the first `order` columns of rows of length `stride`; true if it is positive definite.
+/// The rows become those of its factor, and the other columns are divided by it.
 struct Elimination<'a> {
     rows: &'a mut [f64],
     order: usize,
     stride: usize,
 }
 
-#[cfg(target_arch = "x86_64")]
-impl pulp::NullaryFnOnce for Elimination<'_> {
+impl WithSimd for Elimination<'_> {
     type Output = bool;
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
-    fn call(self) -> bool {
-        eliminate(self.rows, self.order, self.stride)
-    }
-}
-
-#[inline(always)]
-#[allow(clippy::inline_always)] // As above.
-fn eliminate(rows: &mut [f64], order: usize, stride: usize) -> bool {
-    for k in 0..order {
-        let (before, rest) = rows.split_at_mut(k * stride);
-        let row = &mut rest[k..stride];
-        let groups = before.chunks_exact(4 * stride);
-        for known in groups.remainder().chunks_exact(stride) {
-            let factor = known[k];
-            row.iter_mut().zip(&known[k..]).for_each(|(x, u)| *x -= factor * u);
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let Self { rows, order, stride } = self;
+        for k in 0..order {
+            // From the vector that has the diagonal: what is before it in the rows is not used.
+            let from = k - k % S::F64_LANES;
+            let (before, rest) = rows.split_at_mut(k * stride);
+            let row = &mut rest[from..stride];
+            let variance = row[k - from];
+            add_rows(simd, row, before.chunks_exact(stride).map(|known| (-known[k], &known[from..])));
+            let square = row[k - from];
+            if square.is_nan() || square <= LEAST_SHARE * variance {
+                return false;
+            }
+            let factor = 1.0 / square.sqrt();
+            row.iter_mut().for_each(|x| *x *= factor);
         }
-        for group in groups {
-            let known: [&[f64]; 4] = std::array::from_fn(|i| &group[i * stride..][k..stride]);
-            subtract(row, known);
-        }
-        let square = row[0];
-        if square.is_nan() || square <= 4.0 * f64::EPSILON {
-            return false;
-        }
-        let factor = 1.0 / square.sqrt();
-        row.iter_mut().for_each(|x| *x *= factor);
-    }
-    true
-}
-
-/// Subtracts from a row four others, each times its first number.
-#[inline(always)]
-#[allow(clippy::inline_always)] // As above.
-fn subtract(row: &mut [f64], [a, b, c, d]: [&[f64]; 4]) {
-    let (p, q, r, s) = (a[0], b[0], c[0], d[0]);
-    for ((((x, a), b), c), d) in row.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-        *x -= (p * a + q * b) + (r * c + s * d);
+        true
     }
 }
 
@@ -191,7 +145,7 @@ mod tests {
         for order in [1, 2, 7, 8, 9, 40] {
             let v = covariance(order);
             let mut found = Whitened::default();
-            // L⁻¹ S⁻¹ V is Lᵀ S: its product with its transpose, V again.
+            // L⁻¹ V is Lᵀ: its product with its transpose, V again.
             found.take(&v, order, order, |i, row| row.copy_from_slice(&v[i * order..][..order])).unwrap();
             for i in 0..order {
                 for j in 0..order {

@@ -13,8 +13,10 @@ mod components;
 mod covariance;
 mod evidence;
 mod goodness;
+mod kept;
 mod lanes;
 mod laws;
+mod modes;
 mod non_negative;
 mod process;
 mod ramp;
@@ -30,7 +32,7 @@ pub use evidence::{Evidence, detectable};
 pub use non_negative::non_negative;
 pub use ramp::least_ramp;
 pub use statement::{Described, Found, Outcome, Ramps, fit};
-pub use step::{Gls, Score, relative_fit};
+pub use step::{Gls, Score};
 
 /// Noise terms: quantization, random walk, bias instability, rate random walk. The ramp is not a noise.
 pub const LINEAR: usize = 4;

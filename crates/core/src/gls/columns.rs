@@ -32,7 +32,9 @@ impl PseudoInverse {
             if !(*scale > 0.0 && scale.is_finite()) {
                 return Err(Failed);
             }
-            rows.iter_mut().for_each(|row| row[p] /= *scale);
+            for row in rows.iter_mut() {
+                row[p] /= *scale;
+            }
         }
         let mut turned = [[0.0; WIDTH]; WIDTH];
         (0..count).for_each(|p| turned[p][p] = 1.0);
@@ -95,18 +97,24 @@ pub(crate) fn last_row(rows: &mut [Row], count: usize, out: &mut [f64]) -> Resul
         if !(scale > 0.0 && scale.is_finite()) {
             return Err(Failed);
         }
-        rows.iter_mut().for_each(|row| row[p] /= scale);
+        for row in rows.iter_mut() {
+            row[p] /= scale;
+        }
         for _ in 0..2 {
             for q in 0..p {
                 let cosine = product(rows, q, p);
-                rows.iter_mut().for_each(|row| row[p] -= cosine * row[q]);
+                for row in rows.iter_mut() {
+                    row[p] -= cosine * row[q];
+                }
             }
         }
         if p + 1 < count {
             let left = product(rows, p, p).sqrt();
             // Nothing is left of a column that the others contain.
             let factor = if left > f64::EPSILON { left.recip() } else { 0.0 };
-            rows.iter_mut().for_each(|row| row[p] *= factor);
+            for row in rows.iter_mut() {
+                row[p] *= factor;
+            }
         }
     }
     let last = count - 1;

@@ -11,18 +11,12 @@
 
 use crate::covariance::{Component, Gamma};
 use crate::error::Error;
-use crate::gls::lanes::add_rows;
+use crate::gls::kept::Kept;
+use crate::gls::modes::modes;
 use crate::gls::{LINEAR, Theta};
 use crate::terms;
-use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::PI;
-use std::sync::{Arc, Mutex, PoisonError};
-
-/// The lowest modes, which are all used.
-const LOW_MODES: usize = 512;
-
-/// Modes that represent all higher ones.
-const HIGH_MODES: usize = 400;
+use std::sync::Arc;
 
 /// Components that are kept: of the noise terms, and of one more.
 const KEPT: usize = 16;
@@ -45,9 +39,9 @@ pub struct Base {
     /// Power of a mode for θ = 1, over n; a row a term.
     spectra: Vec<f64>,
     /// A row a cluster size.
-    gains: Vec<f64>,
+    pub(super) gains: Vec<f64>,
     /// Number of modes that each represents.
-    modes: Vec<f64>,
+    pub(super) modes: Vec<f64>,
     /// Squares of half the sine of the modes' angles.
     sines: Vec<f64>,
     /// m²: twice the variance of a ramp of 1.
@@ -287,45 +281,17 @@ impl Components {
         }
     }
 
-    fn part<'a>(
-        &'a self,
+    fn part(
+        &self,
         term: usize,
         linear: fn(&Base) -> &Vec<f64>,
         more: fn(&Extra) -> &Vec<f64>,
         size: usize,
-    ) -> &'a [f64] {
+    ) -> &[f64] {
         match &self.extra {
             Some(extra) if term == LINEAR => more(extra),
             _ => &linear(&self.base)[term * size..][..size],
         }
-    }
-
-    /// Skewness and variance of Σ weights·AVAR from the size number `first` on, computed from independent modes.
-    pub(crate) fn skewness(
-        &self,
-        weights: &[f64],
-        first: usize,
-        theta: &Theta,
-        modes: &mut Vec<f64>,
-    ) -> (f64, f64) {
-        let count = self.base.modes.len();
-        modes.clear();
-        modes.resize(2 * count, 0.0);
-        let (gains, powers) = modes.split_at_mut(count);
-        Arch::new().dispatch(Weighted { out: gains, weights, rows: &self.base.gains[first * count..] });
-        for (term, theta) in theta.iter().enumerate().filter(|(_, theta)| **theta != 0.0) {
-            let rows = self.spectrum(term);
-            Arch::new().dispatch(Weighted { out: powers, weights: std::slice::from_ref(theta), rows });
-        }
-        let (mut second, mut third) = (0.0, 0.0);
-        for ((gain, power), number) in gains.iter().zip(&*powers).zip(&self.base.modes) {
-            let part = gain * power;
-            let square = number * part * part;
-            second += square;
-            third += square * part;
-        }
-        let variance = 2.0 * second;
-        (8.0 * third / variance.powf(1.5), variance)
     }
 
     /// Degrees of freedom of the variances from number `first` on, 2·AVAR²/Var, for θ and a ramp per sample.
@@ -350,24 +316,6 @@ impl Components {
     }
 }
 
-/// Adds rows times weights.
-struct Weighted<'a> {
-    out: &'a mut [f64],
-    weights: &'a [f64],
-    rows: &'a [f64],
-}
-
-impl WithSimd for Weighted<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { out, weights, rows } = self;
-        let rows = weights.iter().copied().zip(rows.chunks_exact(out.len()));
-        add_rows(simd, out, rows);
-    }
-}
-
 /// Expected Allan variances of a process of variance 1.
 pub(crate) fn process_avar(sizes: &[usize], time: f64) -> Vec<f64> {
     sizes.iter().map(|&m| terms::gauss_markov_avar_sampled(1.0, time, 1.0, m)).collect()
@@ -377,7 +325,9 @@ pub(crate) fn process_avar(sizes: &[usize], time: f64) -> Vec<f64> {
 fn both(gamma: &Gamma, p: usize, q: usize) -> Vec<f64> {
     let mut part = gamma.noise_part(p, q);
     if p != q {
-        part.iter_mut().for_each(|x| *x *= 2.0);
+        for x in &mut part {
+            *x *= 2.0;
+        }
     }
     part
 }
@@ -385,58 +335,4 @@ fn both(gamma: &Gamma, p: usize, q: usize) -> Vec<f64> {
 fn slopes(gamma: &Gamma, term: usize, squares: &[f64]) -> Vec<f64> {
     let of = squares.iter().flat_map(|x| squares.iter().map(move |y| x * y));
     gamma.ramp_part(term).iter().zip(of).map(|(drift, square)| drift / square).collect()
-}
-
-/// Angles π k/n of modes of the discrete cosine transform, and the number of modes that each represents.
-fn modes(n: usize) -> (Vec<f64>, Vec<f64>) {
-    let last = n.saturating_sub(1).max(1);
-    let mut k: Vec<f64> = (1..=LOW_MODES.min(last)).map(|k| k as f64).collect();
-    if last > LOW_MODES {
-        let (from, to) = (((LOW_MODES + 1) as f64).log10(), (last as f64).log10());
-        let step = (to - from) / (HIGH_MODES - 1) as f64;
-        let high = (0..HIGH_MODES).map(|j| 10f64.powf(from + step * j as f64).round_ties_even());
-        k.extend(high.map(|k| k.min(last as f64)));
-        k.dedup();
-    }
-    let edge = |j: usize| match j {
-        0 => 0.5,
-        j if j == k.len() => n as f64 - 0.5,
-        j => 0.5 * (k[j] + k[j - 1]),
-    };
-    let numbers = (0..k.len()).map(|j| edge(j + 1) - edge(j)).collect();
-    (k.iter().map(|k| PI * k / n as f64).collect(), numbers)
-}
-
-/// Values that were computed last, by key.
-struct Kept<K, V> {
-    known: Mutex<Vec<(K, Arc<V>)>>,
-    most: usize,
-}
-
-impl<K: PartialEq, V> Kept<K, V> {
-    const fn new(most: usize) -> Self {
-        Self { known: Mutex::new(Vec::new()), most }
-    }
-
-    /// The value of a key; computed without the lock, so that two threads may compute the same one.
-    fn get(&self, key: K, compute: impl FnOnce() -> Result<V, Error>) -> Result<Arc<V>, Error> {
-        if let Some(found) = self.find(&key) {
-            return Ok(found);
-        }
-        let value = Arc::new(compute()?);
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if known.len() >= self.most {
-            known.remove(0);
-        }
-        known.push((key, Arc::clone(&value)));
-        Ok(value)
-    }
-
-    /// The value of a key, which becomes the last to be dropped.
-    fn find(&self, key: &K) -> Option<Arc<V>> {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = known.iter().position(|(one, _)| one == key)?;
-        known[at..].rotate_left(1);
-        known.last().map(|(_, value)| Arc::clone(value))
-    }
 }

@@ -127,7 +127,9 @@ pub(crate) fn made_positive(covariance: &mut [f64], order: usize) -> Result<(), 
     if least.is_nan() || least < -MOST_NEGATIVE * most {
         return Err(Failed);
     }
-    values.iter_mut().for_each(|value| *value = value.abs().max(LEAST_EIGENVALUE));
+    for value in &mut values {
+        *value = value.abs().max(LEAST_EIGENVALUE);
+    }
     for i in 0..order {
         for j in i..order {
             let sum: f64 =
@@ -156,16 +158,17 @@ impl WithSimd for Contraction<'_> {
     type Output = ();
 
     #[inline(always)]
+    #[allow(clippy::inline_always)] // Into a function that is compiled for these vectors.
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { list, order, first, out } = self;
         let left = order - first;
         for (i, row) in out.chunks_exact_mut(left).enumerate() {
-            // From the vector that has the diagonal.
-            let from = i - i % S::F64_LANES;
+            // Whole vectors that end with the row and contain the diagonal, where there is room.
+            let from = left.saturating_sub((left - i).next_multiple_of(S::F64_LANES));
             let start = (first + i) * order + first + from;
             row[from..].fill(0.0);
             let rows = list.iter().map(|&(factor, matrix)| (factor, &matrix[start..start + left - from]));
-            add_rows(simd, &mut row[from..], rows);
+            add_rows(simd, &mut row[from..], &rows);
         }
     }
 }

@@ -9,7 +9,7 @@ use pulp::Simd;
 pub(crate) fn add_rows<'a, S: Simd>(
     simd: S,
     out: &mut [f64],
-    rows: impl Iterator<Item = (f64, &'a [f64])> + Clone,
+    rows: &(impl Iterator<Item = (f64, &'a [f64])> + Clone),
 ) {
     let (head, tail) = S::as_mut_simd_f64s(out);
     let mut start = 0;

@@ -46,9 +46,9 @@ impl Products {
     pub(crate) fn solve(mut self) -> Result<[f64; MOST], Failed> {
         let count = self.count;
         let mut scale = [1.0; MOST];
-        for p in 0..count {
-            scale[p] = self.gram[p][p].sqrt();
-            if !(scale[p] > 0.0 && scale[p].is_finite() && self.right[p].is_finite()) {
+        for (p, scale) in scale.iter_mut().enumerate().take(count) {
+            *scale = self.gram[p][p].sqrt();
+            if !(*scale > 0.0 && scale.is_finite() && self.right[p].is_finite()) {
                 return Err(Failed);
             }
         }
@@ -70,12 +70,12 @@ impl Products {
         let count = self.count;
         let mut used = [false; MOST];
         used[..count].fill(true);
-        let mut x = self.solved(&used);
+        let mut x = self.solved(used);
         while x[..count].iter().any(|&value| value < 0.0) {
             for p in 0..count {
                 used[p] = used[p] && x[p] > 0.0;
             }
-            x = self.solved(&used);
+            x = self.solved(used);
         }
         let least = ROUNDING * self.target.sqrt();
         for _ in 0..3 * count {
@@ -88,7 +88,7 @@ impl Products {
                 break;
             }
             used[best] = true;
-            let mut free = self.solved(&used);
+            let mut free = self.solved(used);
             while (0..count).any(|p| free[p] < 0.0) {
                 let steps = (0..count).filter(|&p| used[p] && free[p] < 0.0).map(|p| x[p] / (x[p] - free[p]));
                 let step = steps.fold(f64::INFINITY, f64::min);
@@ -99,7 +99,7 @@ impl Products {
                         x[p] = 0.0;
                     }
                 }
-                free = self.solved(&used);
+                free = self.solved(used);
             }
             x = free;
         }
@@ -107,7 +107,7 @@ impl Products {
     }
 
     /// The coefficients of the columns used, without a constraint, by Cholesky's factors; the others are 0.
-    fn solved(&self, used: &[bool; MOST]) -> [f64; MOST] {
+    fn solved(&self, used: [bool; MOST]) -> [f64; MOST] {
         let mut factor = [[0.0; MOST]; MOST];
         let mut half = [0.0; MOST];
         let mut kept = [0; MOST];
@@ -159,6 +159,20 @@ pub fn non_negative(columns: &[&[f64]], target: &[f64]) -> Result<Vec<f64>, Fail
         products.add(&row);
     }
     Ok(products.solve()?[..columns.len()].to_vec())
+}
+
+/// Non-negative coefficients of columns fitted to a curve with independent relative errors.
+pub(crate) fn relative_fit(columns: &[&[f64]], avar: &[f64], errors: &[f64]) -> Result<[f64; MOST], Failed> {
+    let count = columns.len();
+    let mut products = Products::new(count);
+    for (i, (avar, error)) in avar.iter().zip(errors).enumerate() {
+        let weight = 1.0 / (error * avar);
+        let mut row = [0.0; MOST + 1];
+        row[0] = avar * weight;
+        row[1..].iter_mut().zip(columns).for_each(|(cell, column)| *cell = column[i] * weight);
+        products.add(&row);
+    }
+    products.solve()
 }
 
 #[cfg(test)]

@@ -8,7 +8,8 @@
 use crate::distributions::{normal_quantile, student_below, student_quantile};
 use crate::gls::components::Components;
 use crate::gls::covariance::{of_slopes, times};
-use crate::gls::step::{Gls, Work, relative_fit};
+use crate::gls::non_negative::relative_fit;
+use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, TERMS, Theta, finite};
 
 /// Added to correlations.
@@ -126,10 +127,10 @@ impl Gls {
     fn error_of_ramp(&self, theta: &Theta, weights: &[f64], work: &mut Work) -> Result<(f64, f64), Failed> {
         let (mut upper, mut c) = (Vec::new(), Vec::new());
         let mut by_term = [0.0; TERMS];
-        for p in 0..self.parts.terms() {
+        for (p, own) in by_term.iter_mut().enumerate().take(self.parts.terms()) {
             of_slopes(&self.parts, self.first, &unit(p), &mut upper);
             times(&upper, weights, &mut c);
-            by_term[p] = c.iter().zip(weights).map(|(c, weight)| c * weight).sum();
+            *own = c.iter().zip(weights).map(|(c, weight)| c * weight).sum();
         }
         let variance: f64 = by_term.iter().zip(theta).map(|(one, theta)| one * theta).sum();
         let covariance = self.covariance_of_theta_in(theta, self.candidates, work)?;
@@ -179,7 +180,9 @@ impl Gls {
         }
         solved.iter_mut().zip(&sd).for_each(|(x, sd)| *x /= sd);
         let total = finite(1.0 / solved.iter().sum::<f64>())?;
-        solved.iter_mut().for_each(|x| *x *= total);
+        for x in &mut solved {
+            *x *= total;
+        }
         Ok(solved)
     }
 }

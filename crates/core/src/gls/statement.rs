@@ -4,9 +4,10 @@ use crate::gls::attempt::{Attempt, Data, largest};
 use crate::gls::components::Components;
 use crate::gls::evidence::Evidence;
 use crate::gls::laws::UpperShare;
+use crate::gls::non_negative::relative_fit;
 use crate::gls::process::{Interval, intervals};
 use crate::gls::selection::{LEAST_P, best_attempt};
-use crate::gls::step::{Gls, Work, relative_fit};
+use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, LINEAR, QUANTIZATION, RATE_RANDOM_WALK, TERMS, Terms, Theta, finite};
 use std::sync::Arc;
 

@@ -254,7 +254,9 @@ impl Gls {
             for (i, avar) in self.avar.iter().enumerate() {
                 let mut row = [0.0; TERMS + 1];
                 fill(i, &mut row[..=count]);
-                row.iter_mut().for_each(|x| *x /= avar);
+                for x in &mut row {
+                    *x /= avar;
+                }
                 products.add(&row);
             }
             let found = products.solve()?;
@@ -388,22 +390,4 @@ impl Gls {
         let Statistic { z, sigma, skewness, theta } = found;
         Ok(Score { z, sigma, skewness, above: found.tails().1, theta, weights: work.on_data })
     }
-}
-
-/// Non-negative coefficients of columns fitted to a curve with independent relative errors.
-///
-/// # Errors
-///
-/// [`Failed`] for a column of zeros or a number that is not finite.
-pub fn relative_fit(columns: &[&[f64]], avar: &[f64], errors: &[f64]) -> Result<[f64; TERMS + 1], Failed> {
-    let count = columns.len();
-    let mut products = Products::new(count);
-    for (i, (avar, error)) in avar.iter().zip(errors).enumerate() {
-        let weight = 1.0 / (error * avar);
-        let mut row = [0.0; TERMS + 2];
-        row[0] = avar * weight;
-        row[1..].iter_mut().zip(columns).for_each(|(cell, column)| *cell = column[i] * weight);
-        products.add(&row);
-    }
-    products.solve()
 }

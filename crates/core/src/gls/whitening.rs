@@ -106,6 +106,7 @@ impl WithSimd for Elimination<'_> {
     type Output = bool;
 
     #[inline(always)]
+    #[allow(clippy::inline_always)] // Into a function that is compiled for these vectors.
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let Self { rows, order, stride } = self;
         for k in 0..order {
@@ -114,13 +115,16 @@ impl WithSimd for Elimination<'_> {
             let (before, rest) = rows.split_at_mut(k * stride);
             let row = &mut rest[from..stride];
             let variance = row[k - from];
-            add_rows(simd, row, before.chunks_exact(stride).map(|known| (-known[k], &known[from..])));
+            let known = before.chunks_exact(stride).map(|known| (-known[k], &known[from..]));
+            add_rows(simd, row, &known);
             let square = row[k - from];
             if square.is_nan() || square <= LEAST_SHARE * variance {
                 return false;
             }
             let factor = 1.0 / square.sqrt();
-            row.iter_mut().for_each(|x| *x *= factor);
+            for x in row.iter_mut() {
+                *x *= factor;
+            }
         }
         true
     }

@@ -171,10 +171,12 @@ mod tests {
     #[test]
     fn a_column_twice_has_the_coefficient_of_least_length() {
         let mut columns: Vec<Row> = rows();
-        columns.iter_mut().for_each(|row| row[1] = row[0]);
+        for row in &mut columns {
+            row[1] = row[0];
+        }
         let once = columns.len() as f64;
         let inverse = PseudoInverse::new(&mut columns, 2).unwrap();
         assert!((inverse.covariance(0, 0) * once - 0.25).abs() < 1e-12);
-        assert!(PseudoInverse::new(&mut vec![[0.0; WIDTH]; 3], 1).is_err());
+        assert!(PseudoInverse::new(&mut [[0.0; WIDTH]; 3], 1).is_err());
     }
 }

@@ -162,8 +162,8 @@ mod tests {
             assert!((shares[0] - (1.0 - level)).abs() < 1e-4);
             assert!((shares[RATIOS - 1] - 0.5 * (1.0 - level)).abs() < 1e-6);
             assert!(shares.windows(2).all(|pair| pair[1] - pair[0] <= 1e-12));
-            for k in 0..RATIOS {
-                let (mu, share) = (ratio(k), shares[k]);
+            for (k, share) in shares.into_iter().enumerate() {
+                let mu = ratio(k);
                 let upper = mu - normal_quantile(share);
                 let lower = mu + normal_quantile(1.0 - level - share + 1e-300);
                 assert!((normal_below(upper - mu) - normal_below(lower - mu) - level).abs() < 1e-9);

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sigmatau as st
+from sigmatau._native.gls import Components, Gls, non_negative
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
-from sigmatau.fitting.components import LINEAR, Components, components, power_of_interval
-from sigmatau.fitting.gls import Gls, relative_fit
+from sigmatau.fitting.components import LINEAR, power_of_interval
 from studies.mixtures import GRADES, crb
 from studies.runner import run
 
@@ -104,7 +104,7 @@ def _theory(name: str) -> tuple[Floats, Floats]:
     mixture = GRADES[name]
     tau0 = 1 / mixture.rate
     sizes = cluster_sizes(GRIDS[name], n=mixture.n, tau0=tau0)
-    parts = components(mixture.n, tuple(int(m) for m in sizes if m <= mixture.n // 3))
+    parts = Components(mixture.n, tuple(int(m) for m in sizes if m <= mixture.n // 3))
     theta = _theta(mixture.truth, tau0)
     active = [int(p) for p in np.flatnonzero(theta)]
     covariance = Gls(parts, parts.design @ theta).covariance_of_theta(theta, active)
@@ -117,7 +117,7 @@ def _theta(truth: Mapping[str, float], tau0: float) -> Floats:
 
 def _parts(curve: DeviationCurve) -> tuple[Components, Floats]:
     used = curve.m <= curve.n // 3
-    return components(curve.n, tuple(int(m) for m in curve.m[used])), curve.avar[used]
+    return Components(curve.n, tuple(int(m) for m in curve.m[used])), curve.avar[used]
 
 
 def _coefficients(theta: Floats, terms: Collection[str], tau0: float) -> dict[str, float]:
@@ -126,6 +126,12 @@ def _coefficients(theta: Floats, terms: Collection[str], tau0: float) -> dict[st
         for p, name in enumerate(LINEAR)
         if name in terms
     }
+
+
+def _relative_fit(columns: Floats, avar: Floats, errors: Floats) -> Floats:
+    """Non-negative θ fitted to a curve with independent relative errors."""
+    weights = 1 / (errors * avar)
+    return non_negative(columns * weights[:, None], avar * weights)
 
 
 def _known(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
@@ -139,11 +145,11 @@ def _diagonal(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]
     parts, avar = _parts(curve)
     active = [p for p, name in enumerate(LINEAR) if name in terms]
     theta = np.zeros(len(LINEAR))
-    theta[active] = relative_fit(parts.design[:, active], avar, np.ones(len(avar)))
+    theta[active] = _relative_fit(parts.design[:, active], avar, np.ones(len(avar)))
     for _ in range(8):
         errors = np.sqrt(2 / parts.degrees_of_freedom(theta, ramp=0.0))
         expected = parts.design @ theta
-        theta[active] = relative_fit(parts.design[:, active], avar, errors * expected / avar)
+        theta[active] = _relative_fit(parts.design[:, active], avar, errors * expected / avar)
     return _coefficients(theta, terms, curve.tau0)
 
 
@@ -154,7 +160,7 @@ def _logarithmic(curve: DeviationCurve, terms: Collection[str]) -> dict[str, flo
     parts, avar = _parts(curve)
     active = [p for p, name in enumerate(LINEAR) if name in terms]
     design = parts.design[:, active]
-    begin = np.maximum(relative_fit(design, avar, np.ones(len(avar))), 1e-12 * avar.min() / design.max(axis=0))
+    begin = np.maximum(_relative_fit(design, avar, np.ones(len(avar))), 1e-12 * avar.min() / design.max(axis=0))
 
     def residuals(x: Floats) -> Floats:
         return np.asarray(np.log(design @ np.exp(x)) - np.log(avar))

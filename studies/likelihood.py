@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 from sigmatau._native.generators import Generator
+from sigmatau._native.gls import Components
 from sigmatau._native.likelihood import TERMS, Outcome, summarize
-from sigmatau.fitting.components import LINEAR, components, power_of_interval
+from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.model.noise_model import NoiseModel
 from studies.misspecified import CASES, TAU0, TRUTH, record
 from studies.mixtures import GRADES, SHORT, Mixture, crb, si
@@ -167,7 +168,7 @@ def _curve_limits(terms: Mapping[str, float], time: float, sizes: NDArray[np.int
     """The true Allan variances, and limits of the ratio of deviations: the 95 % interval of the measured one, or 10 %."""
     from scipy.stats import chi2
 
-    parts = components(PROCESS_N, tuple(int(m) for m in sizes), correlation_time=time * PROCESS_RATE)
+    parts = Components(PROCESS_N, tuple(int(m) for m in sizes), correlation_time=time * PROCESS_RATE)
     theta = np.append(_theta(terms, 1 / PROCESS_RATE), SIGMA**2)
     freedom = parts.degrees_of_freedom(theta, ramp=0.0)
     low, high = (np.sqrt(chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
@@ -184,7 +185,7 @@ def bounds(mixture: Mixture, n: int, *, all_terms: bool = False) -> dict[str, fl
     """
     theta = _theta(mixture.truth, 1 / mixture.rate)
     there = np.flatnonzero(theta)
-    parts = components(n, (1,))
+    parts = Components(n, (1,))
     if not all_terms:
         found = crb(parts.spectra, parts.modes, theta)
     else:

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sigmatau as st
-from sigmatau.fitting.components import components, half_octaves
-from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.goodness import p_value
+from sigmatau._native.gls import Components, Gls
+from sigmatau.fitting.components import half_octaves
 from sigmatau.fitting.noise_fit import Interval
 from sigmatau.units import to_si
 from studies.runner import run
@@ -53,8 +52,8 @@ def ideal(seed: int, name: str, n: int) -> list[Any]:
 
 def _alone(curve: st.DeviationCurve, n: int) -> float:
     sizes = half_octaves(1, n // 3)
-    gls = Gls(components(n, sizes), curve.avar[: len(sizes)] / curve.avar[0])
-    return p_value(gls, gls.fit())
+    gls = Gls(Components(n, sizes), curve.avar[: len(sizes)] / curve.avar[0])
+    return gls.p_value(gls.fit())
 
 
 def process(seed: int, time: float, deg_per_h: float) -> list[Any]:

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from sigmatau import NoiseModel, Record, allan, simulate
-from sigmatau.fitting.components import LINEAR, components, power_of_interval
-from sigmatau.fitting.gls import Gls
+from sigmatau._native.gls import Components, Gls
+from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.quality.selection.window import most_stable
 from studies.runner import run
 from studies.selection_bias import selection_bias
@@ -41,7 +41,7 @@ def cell(seed: int, name: str) -> list[list[float]]:
     expected = model.avar("gyro_x", m=np.array(SIZES), tau0=1 / RATE)
     fitted = [p for p, term in enumerate(LINEAR) if term in terms]
     truth = np.array([terms[LINEAR[p]] ** 2 * RATE ** (2 - power_of_interval(LINEAR[p])) for p in fitted])
-    parts = components(window, SIZES)
+    parts = Components(window, SIZES)
     rows = []
     for _ in range(RECORDS // PARTS):
         record: Record = simulate(model, duration=HOURS * 3600, rate=RATE, rng=rng)

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigmatau._native.distributions import digamma
+from sigmatau._native.gls import Components, Gls
 from sigmatau.arrays import Floats, Ints
-from sigmatau.fitting.components import LINEAR, components, power_of_interval
-from sigmatau.fitting.gls import Gls
+from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.quality.selection.window import block_length, scatter
 
@@ -169,7 +169,7 @@ def _factors(model: Mapping[str, float], window: int, tau0: float, m: Ints, rati
     """What a fit to the mean Allan variances of the chosen windows finds, over what is there."""
     half = [1 << j for j in range(int(math.log2(window)) + 1)]
     sizes = sorted({size for one in half for size in (one, one + one // 2) if 1 <= size <= window // _WINDOW_PER_TAU})
-    parts = components(window, tuple(sizes))
+    parts = Components(window, tuple(sizes))
     theta = np.array([model.get(term, 0.0) ** 2 * tau0 ** (power_of_interval(term) - 2) for term in LINEAR])
     # Below a block the choice tells the less, the shorter: what it lowers is slow.
     lowered = np.interp(np.log(sizes), np.log(m), ratio)

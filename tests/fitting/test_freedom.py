@@ -8,7 +8,8 @@ import pytest
 from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau._native import kernels
-from sigmatau.fitting.components import LINEAR, components
+from sigmatau._native.gls import Components
+from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import GaussMarkov, Interval, Sinusoid
 
 N, SIZES = 20_000, (1, 2, 3, 7, 50, 400, 5000, 9999)
@@ -18,11 +19,11 @@ THETA = [3.0, 2.0, 0.5, 1e-4]
 @pytest.mark.parametrize("time", [None, 4.0, 300.0])
 @pytest.mark.parametrize("ramp", [0.0, 1e-3])
 def test_variances_are_the_diagonal_of_the_covariance(time, ramp):
-    parts = components(N, SIZES, correlation_time=time)
+    parts = Components(N, SIZES, correlation_time=time)
     theta = [*THETA, *([] if time is None else [0.7])]
     times = [] if time is None else [time]
     found = kernels.allan_variance_variances(N, np.array(SIZES), theta, correlation_times=times, ramp=ramp)
-    expected = np.diag(parts.covariance(np.array(theta))) + (ramp * parts.squares) ** 2 * (
+    expected = np.diag(parts.covariance(np.array(theta))) + (ramp * parts.m**2) ** 2 * (
         theta @ np.diagonal(parts.slopes, axis1=1, axis2=2)
     )
     np.testing.assert_allclose(found, expected, rtol=1e-12)
@@ -45,9 +46,9 @@ def test_of_a_fit_with_a_process_or_a_line(fitted):
     line = Sinusoid(amplitude=_of(0.5, "rad/s"), frequency=_of(0.0123, "Hz"))
     m = np.array(SIZES)
     for one, parts, last in (
-        (replace(fitted, model=model), components(N, SIZES), []),
-        (replace(fitted, model=model, gauss_markov=(process,)), components(N, SIZES, correlation_time=40.0), [0.64]),
-        (replace(fitted, model=model, sinusoid=(line,)), components(N, SIZES, frequency=0.0123), [0.25]),
+        (replace(fitted, model=model), Components(N, SIZES), []),
+        (replace(fitted, model=model, gauss_markov=(process,)), Components(N, SIZES, correlation_time=40.0), [0.64]),
+        (replace(fitted, model=model, sinusoid=(line,)), Components(N, SIZES, frequency=0.0123), [0.25]),
     ):
         expected = parts.degrees_of_freedom(np.array([*THETA, *last]), ramp=0.0)
         np.testing.assert_allclose(one.degrees_of_freedom(m=m), expected, rtol=1e-10)

@@ -9,12 +9,10 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, allan, simulate
+from sigmatau._native.gls import Components, Gls
 from sigmatau.cli import main
 from sigmatau.errors import OptionError
-from sigmatau.fitting.attempt import LONGEST_SHARE
-from sigmatau.fitting.components import LINEAR, components, half_octaves
-from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.inference import skewed_tails
+from sigmatau.fitting.components import LINEAR, LONGEST_SHARE, half_octaves
 from sigmatau.fitting.planning import needed_samples, plan, relative_error, smallest_detectable
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
@@ -27,7 +25,7 @@ IN_RUN_BIAS = to_si(0.0022, "deg/h")  # the manufacturer's, Section III-A of the
 def test_relative_error_is_half_that_of_the_square():
     """Of generalised least squares with all four terms free, whose coefficients are roots of what is fitted."""
     n, theta = 10_000, np.array([0.0, 1.0, 0.09, 0.0])
-    parts = components(n, half_octaves(1, n // LONGEST_SHARE))
+    parts = Components(n, half_octaves(1, n // LONGEST_SHARE))
     information = parts.design.T @ np.linalg.solve(parts.covariance(theta), parts.design)
     expected = math.sqrt(np.linalg.inv(information)[2, 2]) / (2 * theta[2])
     found = relative_error({"random_walk": 1.0}, "bias_instability", 0.3, n=n, tau0=1.0)
@@ -72,13 +70,12 @@ def found_share(model, term, case, *, n, count, level=0.95, correlation_time=Non
     """Share of simulated records in which the test of a term is significant, all others free."""
     rng = np.random.default_rng(seed_of(case))
     sizes = half_octaves(1, n // LONGEST_SHARE)
-    parts = components(n, sizes, correlation_time=correlation_time)
+    parts = Components(n, sizes, correlation_time=correlation_time)
     found = 0
     for _ in range(count):
         curve = allan(simulate(model, duration=n, rate=1.0, rng=rng), taus=sizes, threads=1)["gyro_x"]
         assert curve.m.tolist() == list(sizes)
-        score = Gls(parts, curve.avar / curve.avar[0]).score(LINEAR.index(term), 0.0)
-        found += skewed_tails(score.z, score.skewness)[1] < 1 - level
+        found += Gls(parts, curve.avar / curve.avar[0]).score(LINEAR.index(term), 0.0)[0] < 1 - level
     return found / count
 
 

@@ -10,8 +10,7 @@ from studies.selection_bias import selection_bias
 from known import seed_of
 from sigmatau import NoiseModel, OptionError, Record, allan, simulate
 from sigmatau._native import kernels
-from sigmatau.fitting.components import components
-from sigmatau.fitting.gls import Gls
+from sigmatau._native.gls import Components, Gls
 from sigmatau.noise.terms import avar
 from sigmatau.quality.selection.window import choose, criterion, cut, most_stable, scatter
 from sigmatau.record.record import make_stream
@@ -195,7 +194,7 @@ class TestSelectionBias:
         model = {"random_walk": 0.005, "rate_random_walk": 4e-5}
         n, window, tau0, records = 2880, 1440, 5.0, 400
         m = tuple(int(m) for m in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))
-        parts = components(window, m)
+        parts = Components(window, m)
         theta = np.array([0.0, 0.005**2 / tau0, 0.0, 4e-5**2 * tau0])
         found = []
         for _ in range(records):

@@ -72,11 +72,11 @@ impl Gamma {
         };
         let avar = terms.iter().flat_map(|term| sizes.iter().map(move |&n| of_size(term, n))).collect();
 
-        let rules = Rules::new();
+        let rules = Rules::get();
         let size_pairs: Vec<(usize, usize)> = upper_triangle(sizes.len()).collect();
         let entries: Vec<Vec<f64>> = size_pairs
             .par_iter()
-            .map(|&(i, j)| entry(&rules, n_samples, sizes[i].min(sizes[j]), sizes[i].max(sizes[j]), terms))
+            .map(|&(i, j)| entry(rules, n_samples, sizes[i].min(sizes[j]), sizes[i].max(sizes[j]), terms))
             .collect();
 
         let squares = sizes.len() * sizes.len();
@@ -238,9 +238,9 @@ pub fn variances(
     components.iter().try_for_each(|component| component.check())?;
     check_sizes(n_samples, sizes, Overlap::Full, Counting::Standard)?;
     let terms: Vec<&dyn Term> = components.iter().map(|component| component as &dyn Term).collect();
-    let rules = Rules::new();
+    let rules = Rules::get();
     let variance = |&size: &usize| {
-        let sums = entry(&rules, n_samples, size, size, &terms);
+        let sums = entry(rules, n_samples, size, size, &terms);
         let (of_noise, of_ramp) = sums.split_at(sums.len() - terms.len());
         let noise = of_noise.iter().zip(upper_triangle(terms.len())).map(|(sum, (p, q))| {
             let times = if p == q { 1.0 } else { 2.0 };
@@ -283,8 +283,12 @@ fn entry(rules: &Rules, n_samples: usize, n: usize, m: usize, terms: &[&dyn Term
         let sides = if lag == 0.0 { 1.0 } else { 2.0 };
         let pairs = sides * weight * flat.min(span as f64 - lag);
         let (of_noise, of_ramp) = sums.split_at_mut(matrices);
-        for (sum, (p, q)) in of_noise.iter_mut().zip(upper_triangle(terms.len())) {
-            *sum += pairs * differences[p] * differences[q];
+        let mut sums = of_noise.iter_mut();
+        for (p, difference) in differences.iter().enumerate() {
+            let weighted = pairs * difference;
+            for (other, sum) in differences[p..].iter().zip(&mut sums) {
+                *sum += weighted * other;
+            }
         }
         for (sum, difference) in of_ramp.iter_mut().zip(&differences) {
             *sum += pairs * difference;

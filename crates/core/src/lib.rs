@@ -7,7 +7,7 @@
 
 pub mod allan;
 pub mod bandlimited;
-pub mod cholesky;
+
 pub mod compensated;
 pub mod covariance;
 pub mod deviations;
@@ -19,6 +19,7 @@ pub mod finite;
 mod flicker;
 pub mod gaps;
 pub mod generate;
+pub mod gls;
 mod kernel;
 pub mod likelihood;
 pub mod neighbours;

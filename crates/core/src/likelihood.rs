@@ -10,7 +10,7 @@ mod candidates;
 mod discrepancy;
 mod expected;
 mod laws;
-mod linear;
+pub(crate) mod linear;
 mod lines;
 mod masked;
 mod model;

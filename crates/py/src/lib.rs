@@ -6,13 +6,13 @@
 use pyo3::prelude::*;
 
 mod allan;
-mod cholesky;
 mod covariance;
 mod deviations;
 mod distributions;
 mod flight;
 mod gaps;
 mod generate;
+mod gls;
 mod likelihood;
 mod neighbours;
 mod pool;
@@ -27,8 +27,6 @@ mod _core {
     #[pymodule_export]
     use crate::allan::{NonFinite, all_finite, allan_variances};
     #[pymodule_export]
-    use crate::cholesky::Factor;
-    #[pymodule_export]
     use crate::covariance::{allan_variance_variances, covariance_tensors};
     #[pymodule_export]
     use crate::deviations::{
@@ -42,6 +40,8 @@ mod _core {
     use crate::gaps::masked_variances;
     #[pymodule_export]
     use crate::generate::{Generator, flicker_poles};
+    #[pymodule_export]
+    use crate::gls::{Gls, GlsComponents, fit_curve, non_negative};
     #[pymodule_export]
     use crate::likelihood::{LikelihoodPass, LikelihoodSummary};
     #[pymodule_export]

@@ -23,36 +23,6 @@ from sigmatau._native.arguments import (
 from sigmatau.errors import OptionError, RecordTooShortError
 
 
-class Factor:
-    """Factor of a covariance matrix, which makes correlated errors independent.
-
-    Parameters
-    ----------
-    covariance : ndarray, shape (n, n)
-
-    Raises
-    ------
-    FloatingPointError
-        If a variance is not positive, or the matrix is not positive definite to rounding.
-    """
-
-    __slots__ = ("_factor",)
-
-    def __init__(self, covariance: NDArray[np.float64]) -> None:
-        try:
-            self._factor = _core.Factor(np.ravel(covariance), len(covariance))
-        except ValueError as error:
-            raise FloatingPointError(str(error)) from None
-
-    def whiten(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Columns, shape (n, k) or (n,), whose errors have this covariance, with independent errors of variance 1."""
-        return self._factor.whiten(np.ravel(columns)).reshape(columns.shape)
-
-    def unwhiten(self, weights: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Weights on the data, shape (n,), that give the same sum as `weights` on the whitened data."""
-        return self._factor.unwhiten(np.ascontiguousarray(weights))
-
-
 class Accumulator:
     """Running sums of one channel; see `sigmatau.estimators.accumulator.Accumulator`.
 

@@ -9,14 +9,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.gls import fit_curve
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.findings.kinds.fit import IncompleteRecord, NoCovariance, TooFewTimes, ZeroVariance
+from sigmatau.findings.kinds.fit import IncompleteRecord, TooFewTimes, ZeroVariance
 from sigmatau.fitting.arguments import check_level, wanted_terms
-from sigmatau.fitting.attempt import LONGEST_SHARE, Data
-from sigmatau.fitting.components import LINEAR, half_octaves
+from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, half_octaves
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.selection import LEAST_TIMES, best_attempt
 from sigmatau.fitting.statement import descriptive, no_fit, stated
 from sigmatau.model.processes import real
 
@@ -98,25 +97,21 @@ def fit(
     scale = float(np.median(curve.avar[chosen]))
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
         return no_fit(curve, level, ZeroVariance())
-    data = Data(
+    candidates = [p for p, name in enumerate(LINEAR) if name in wanted]
+    sizes, ramps = curve.m[chosen], curve.ramp[chosen]
+    found = fit_curve(
         n=n,
-        m=tuple(int(m) for m in curve.m[chosen]),
+        m=sizes,
         avar=curve.avar[chosen] / scale,
-        ramps=curve.ramp[chosen] * curve.tau0 / math.sqrt(scale),
-        candidates=tuple(p for p, name in enumerate(LINEAR) if name in wanted),
+        ramps=ramps * curve.tau0 / math.sqrt(scale),
+        candidates=candidates,
         with_ramp="rate_ramp" in wanted,
         first=first,
+        level=level,
     )
-    # A division by zero makes an attempt fail; it is not a warning.
-    with np.errstate(divide="raise", invalid="raise"):
-        found, nearest = best_attempt(data, level=level)
-        if found is None:
-            return descriptive(curve, data, nearest, scale, level)
-        try:
-            return stated(curve, data, found, scale, level)
-        except (FloatingPointError, np.linalg.LinAlgError):
-            # Trial values far from the fit may have no positive definite covariance, because of rounding.
-            return descriptive(curve, data, found, scale, level, reason=NoCovariance())
+    if "evidence" in found:
+        return stated(curve, found, sizes, candidates, scale, level)
+    return descriptive(curve, found, sizes, wanted, float(ramps[-1]), scale, level)
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
@@ -126,9 +121,11 @@ def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
     chosen: list[int] = []
     longest = n // LONGEST_SHARE
     usable = curve.m[curve.m <= longest]
-    for k, size in enumerate(usable):
-        if not chosen or size >= usable[chosen[-1]] * 2 ** (0.6 / _PER_OCTAVE):
+    least = 0.0
+    for k, size in enumerate(usable.tolist()):
+        if size >= least:
             chosen.append(k)
+            least = size * 2 ** (0.6 / _PER_OCTAVE)
     if len(chosen) < len(usable):
         # More sizes add no information, and the components on half octaves are shared with other curves of that length.
         chain = np.array(half_octaves(int(usable[0]), longest))

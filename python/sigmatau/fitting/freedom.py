@@ -41,7 +41,7 @@ def _complete(fitted: NoiseFit, m: Sizes, theta: list[float]) -> Floats:
         frequency = line.frequency.value * fitted.tau0
         shape = kernels.sinusoid_avar(1.0, frequency, m, 1.0)
         density = sum(squared * at for squared, at in zip(theta, densities(frequency), strict=True))
-        # The squared amplitude scatters with the noise at its frequency, see `with_sinusoid`.
+        # The squared amplitude scatters with the noise at its frequency: by 8A²S(f)/n, S two-sided.
         variances = variances + 8 / fitted.n * density * line.amplitude.value**2 * shape**2
         avar = avar + line.amplitude.value**2 * shape
     return 2 * avar**2 / variances

@@ -10,13 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.gls import Components, Gls
 from sigmatau.errors import OptionError
-from sigmatau.fitting.attempt import LONGEST_SHARE
-from sigmatau.fitting.components import LINEAR, Components, components, half_octaves, power_of_interval
-from sigmatau.fitting.gls import Gls
-from sigmatau.fitting.inference import detectable_theta
-from sigmatau.fitting.ramp import least_ramp
-from sigmatau.fitting.selection import LEAST_TIMES
+from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, half_octaves, power_of_interval
 from sigmatau.fitting.statement import coefficient
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
@@ -155,8 +151,8 @@ def smallest_detectable(
     scale = float(np.median(parts.design @ theta))
     theta /= scale
     if term == "rate_ramp":
-        return least_ramp(Gls(parts, parts.design @ theta), theta, level=level, power=power) * math.sqrt(scale) / tau0
-    found = detectable_theta(Gls(parts, parts.design @ theta), LINEAR.index(term), theta, level=level, power=power)
+        return parts.least_ramp(theta, level=level, power=power) * math.sqrt(scale) / tau0
+    found = parts.detectable(LINEAR.index(term), theta, level=level, power=power)
     return coefficient(found * scale, term, tau0) if math.isfinite(found) else math.inf
 
 
@@ -321,7 +317,7 @@ def _parts(n: int, smallest: float, times: tuple[float, ...]) -> Components:
     sizes = half_octaves(max(math.ceil(smallest * (1 - 1e-9)), 1), n // LONGEST_SHARE)
     if len(sizes) < LEAST_TIMES:
         raise OptionError(f"a record of {n} samples is too short to fit a model to", option="hours")
-    return components(n, sizes, correlation_time=times[0] if times else None)
+    return Components(n, sizes, correlation_time=times[0] if times else None)
 
 
 def _finite(x: float) -> float | None:

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.gls import non_negative
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.fitting.non_negative import non_negative
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
 from sigmatau.results import Printed, Tabular, plain, seconds, value_error_text

@@ -7,6 +7,8 @@
 //! from the nearest kink: where the summand is analytic between kinks, the error falls as (3 + √8)^(−2·NODES), about
 //! 5·10⁻¹⁶.
 
+use std::sync::LazyLock;
+
 /// Nodes of a panel.
 const NODES: usize = 10;
 /// Logarithm of the length of the shortest panel: less than twice its nodes is not worth one.
@@ -24,8 +26,11 @@ type Rule = [(f64, f64); NODES];
 pub(crate) struct Rules(Vec<Rule>);
 
 impl Rules {
-    pub(crate) fn new() -> Self {
-        Self((SHORTEST..SHORTEST + PANELS).map(|log| rule(1u64 << log)).collect())
+    /// They are computed once.
+    pub(crate) fn get() -> &'static Self {
+        static RULES: LazyLock<Rules> =
+            LazyLock::new(|| Rules((SHORTEST..SHORTEST + PANELS).map(|log| rule(1u64 << log)).collect()));
+        &RULES
     }
 
     /// Calls `visit(lag, weight)` so that Σ weight·f(lag) is the sum of f over all lags from 0 to `last`.
@@ -159,7 +164,7 @@ mod tests {
 
     fn sum(kinks: &[usize], last: usize, f: impl Fn(f64) -> f64) -> f64 {
         let mut sum = 0.0;
-        Rules::new().visit(kinks, last, ONE_BY_ONE, |lag, weight| sum += weight * f(lag));
+        Rules::get().visit(kinks, last, ONE_BY_ONE, |lag, weight| sum += weight * f(lag));
         sum
     }
 

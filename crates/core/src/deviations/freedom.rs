@@ -76,8 +76,8 @@ pub fn moments(
         Stationary::Modified => Kind::Modified.check(samples, m)?,
         Stationary::Hadamard(overlap) => Kind::Hadamard(overlap).check(samples, m)?,
     }
-    let rules = Rules::new();
-    Ok(m.iter().map(|&m| of_size(&rules, kind, samples, m, coefficients)).collect())
+    let rules = Rules::get();
+    Ok(m.iter().map(|&m| of_size(rules, kind, samples, m, coefficients)).collect())
 }
 
 fn of_size(

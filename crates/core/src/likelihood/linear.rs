@@ -78,7 +78,7 @@ impl Symmetric {
     }
 
     /// Eigenvalues and eigenvectors (as columns) by cyclic Jacobi rotations.
-    fn eigen(mut self) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn eigen(mut self) -> (Vec<f64>, Vec<f64>) {
         let n = self.order;
         let mut vectors = vec![0.0; n * n];
         for i in 0..n {

@@ -23,10 +23,11 @@ import numpy as np
 
 from sigmatau._native import kernels
 from sigmatau._native.distributions import gamma_above
+from sigmatau._native.gls import Components
 from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
-from sigmatau.fitting.components import LINEAR, components, power_of_interval
+from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.record.streams import Stream
@@ -181,18 +182,18 @@ def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | No
         return None
     line = fitted.sinusoid[0] if fitted.sinusoid else None
     process = fitted.gauss_markov[0] if fitted.gauss_markov else None
-    theta = {name: fitted.model.get(name, 0.0) ** 2 * fitted.tau0 ** (power_of_interval(name) - 2) for name in LINEAR}
-    if process is not None:
-        theta["gauss_markov"] = process.sigma.value**2
+    theta = [fitted.model.get(name, 0.0) ** 2 * fitted.tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
     if line is not None:
-        theta["sinusoid"] = line.amplitude.value**2
-    parts = components(
+        theta.append(line.amplitude.value**2)
+    elif process is not None:
+        theta.append(process.sigma.value**2)
+    parts = Components(
         size,
-        tuple(int(m) for m in sizes),
+        sizes.tolist(),
         correlation_time=None if process is None else process.time.value / fitted.tau0,
         frequency=None if line is None else line.frequency.value * fitted.tau0,
     )
-    values = np.array([theta[name] for name in parts.names])
+    values = np.array(theta)
     if not values.any():
         return None
     covariance = parts.covariance(values)

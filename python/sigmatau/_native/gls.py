@@ -1,0 +1,177 @@
+"""Compiled least squares on Allan variances. Times are in samples; θ are squared coefficients of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau import _core
+
+Floats = NDArray[np.float64]
+
+
+class Components:
+    """The four noise terms, and at most one more, at the cluster sizes `m` of a record of `n` samples.
+
+    Parameters
+    ----------
+    correlation_time : float, optional
+        Of a Gauss-Markov process; its θ is the variance. [samples]
+    frequency : float, optional
+        Of a sinusoid of random phase, in place of a process; its θ is the squared amplitude. [cycles per sample]
+    """
+
+    __slots__ = ("_native", "m", "n", "terms")
+
+    def __init__(
+        self, n: int, m: Sequence[int], *, correlation_time: float | None = None, frequency: float | None = None
+    ) -> None:
+        self.n, self.m = n, np.array(m, dtype=np.int64)
+        self.terms = 4 if correlation_time is None and frequency is None else 5
+        self._native = _core.GlsComponents(n, self.m, correlation_time, frequency)
+
+    @property
+    def design(self) -> Floats:
+        """Expected Allan variances for θ = 1, shape (n_tau, n_terms)."""
+        return self._native.design().reshape(self.terms, -1).T
+
+    @property
+    def slopes(self) -> Floats:
+        """Covariance, for θ = 1, of the ramps estimated from the mean second differences: (n_terms, n_tau, n_tau)."""
+        return self._native.slopes().reshape(self.terms, len(self.m), len(self.m))
+
+    @property
+    def spectra(self) -> Floats:
+        """Power of a mode of the record for θ = 1, over n; shape (n_terms, n_modes)."""
+        return self._native.spectra().reshape(self.terms, -1)
+
+    @property
+    def modes(self) -> Floats:
+        """Number of modes that each represents, shape (n_modes,)."""
+        return self._native.modes()
+
+    def covariance(self, theta: ArrayLike) -> Floats:
+        """Covariance of the Allan variances, if θ is true."""
+        return Gls(self, np.ones(len(self.m))).covariance(theta)
+
+    def degrees_of_freedom(self, theta: ArrayLike, *, ramp: float) -> Floats:
+        """Degrees of freedom of every Allan variance, 2·AVAR²/Var, for θ and a ramp per sample."""
+        return self._native.degrees_of_freedom(_numbers(theta), ramp)
+
+    def detectable(self, term: int, others: ArrayLike, *, level: float, power: float) -> float:
+        """The smallest θ of a term that a test at a level finds with a probability beside others; inf if there is none."""
+        return self._native.detectable(term, _numbers(others), level, power)
+
+    def least_ramp(self, theta: ArrayLike, *, level: float, power: float) -> float:
+        """The ramp per sample that a test at a level finds with a probability in a record with noise θ."""
+        return self._native.least_ramp(_numbers(theta), level, power)
+
+
+class Gls:
+    """Least squares problem: Allan variances and their components. `candidates`: indices of the terms that are fitted.
+
+    Methods raise FloatingPointError if a covariance is not positive definite.
+    """
+
+    __slots__ = ("_native", "candidates", "parts")
+
+    def __init__(self, parts: Components, avar: ArrayLike, candidates: Sequence[int] | None = None) -> None:
+        self.parts = parts
+        self.candidates = tuple(range(parts.terms) if candidates is None else candidates)
+        values = np.ascontiguousarray(avar, dtype=np.float64)
+        self._native = _core.Gls(parts._native, values, list(self.candidates))
+
+    @property
+    def avar(self) -> Floats:
+        """The variances, without the ramp if one was removed."""
+        return self._native.avar
+
+    def expected(self, theta: ArrayLike) -> Floats:
+        """The variances expected for θ."""
+        return self._native.expected(_numbers(theta))
+
+    def covariance(self, theta: ArrayLike) -> Floats:
+        """Covariance of the variances, if θ is true."""
+        return self._native.covariance(_numbers(theta)).reshape(len(self.parts.m), -1)
+
+    def fit(self, active: Sequence[int] | None = None, *, start: ArrayLike | None = None) -> Floats:
+        """Non-negative θ of the active terms (default: all candidates); the others are 0."""
+        begin = None if start is None else _numbers(start)
+        return np.array(self._native.fit(None if active is None else list(active), begin))
+
+    def covariance_of_theta(self, theta: ArrayLike, active: Sequence[int]) -> Floats:
+        """Covariance of unconstrained estimates of the active terms, if θ is true."""
+        return self._native.covariance_of_theta(_numbers(theta), list(active)).reshape(len(active), -1)
+
+    def score(self, term: int, trial: float) -> tuple[float, float, float, Floats]:
+        """The estimate of a term if a trial value is true, all others fitted for that value: probability of a larger one,
+        standard error and skewness, and the weights of the variances in it.
+        """
+        return self._native.score(term, trial)
+
+    def evidence(self, term: int, theta: ArrayLike, *, level: float) -> tuple[float, float, float]:
+        """P-value of a term and the interval of its θ. `theta`: the fit with all terms."""
+        return self._native.evidence(term, _numbers(theta), level)
+
+    def p_value(self, theta: ArrayLike) -> float:
+        """Of the goodness of fit."""
+        return self._native.p_value(_numbers(theta))
+
+    def deviance(self, theta: ArrayLike) -> float:
+        """−2 ln of the probability density of the variances at the octaves, apart from a constant."""
+        return self._native.deviance(_numbers(theta))
+
+    def ramp_weights(self, theta: ArrayLike) -> Floats:
+        """Weights of the ramps of all sizes, with sum 1 and the smallest variance of the weighted mean, for noise θ."""
+        return self._native.ramp_weights(_numbers(theta))
+
+    def without_ramp(self, weights: Floats, ramps: Floats) -> Gls:
+        """The problem after the removal of the ramp Σ weights·ramps."""
+        still = object.__new__(Gls)
+        still.parts, still.candidates = self.parts, self.candidates
+        still._native = self._native.without_ramp(np.ascontiguousarray(weights), np.ascontiguousarray(ramps))
+        return still
+
+
+def non_negative(columns: Floats, target: Floats) -> Floats:
+    """Non-negative coefficients x with the smallest ‖columns·x − target‖, for at most six columns."""
+    return _core.non_negative(np.ascontiguousarray(columns.T).ravel(), np.ascontiguousarray(target))
+
+
+def fit_curve(
+    *,
+    n: int,
+    m: NDArray[np.int64],
+    avar: Floats,
+    ramps: Floats,
+    candidates: Sequence[int],
+    with_ramp: bool,
+    first: int | None,
+    level: float,
+) -> dict[str, Any]:
+    """Select, fit and test a model of Allan variances near 1.
+
+    Parameters
+    ----------
+    n : int
+        Samples of the record.
+    ramps : ndarray, shape (n_tau,)
+        Ramps per sample from the mean second differences.
+    candidates : sequence of int
+        Noise terms that are fitted; `with_ramp`: whether a ramp is.
+    first : int, optional
+        Index of the shortest averaging time. Default: found from the goodness of fit.
+
+    Returns
+    -------
+    dict
+        The fields of `Found`, or those of `Described` if no model is adequate, see `crates/core/src/gls/statement.rs`.
+    """
+    return _core.fit_curve(n, m, avar, ramps, list(candidates), with_ramp, first, level)
+
+
+def _numbers(theta: ArrayLike) -> list[float]:
+    return [float(x) for x in np.asarray(theta, dtype=np.float64)]

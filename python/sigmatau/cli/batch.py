@@ -15,6 +15,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.fitting.overview import trust
 from sigmatau.io.read.formats.split import files_of
+from sigmatau.quality.clocks import Mark, marks_of
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ class Outcome:
     log: Path
     error: str = ""  # Why there is no result; empty if there is one
     findings: tuple[Finding, ...] = ()
+    marks: tuple[Mark, ...] = ()  # Frequencies that are compared with those of other records of the unit
     rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
     usage: bool = False  # Whether the error is about an option
 
@@ -154,7 +156,8 @@ def _one(log: Path, work: Callable[[Path], Analysis], send: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         analysis = work(log)
-        outcome = Outcome(log=log, findings=analysis.findings, rows=tuple(_rows(analysis)))
+        marks = marks_of({channel: fitted.to_dict() for channel, fitted in analysis.fits.items()})
+        outcome = Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)))
     except OptionError as error:
         outcome = Outcome(log=log, error=error.for_command_line(), usage=True)
     except (DataError, ImportError) as error:

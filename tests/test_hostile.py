@@ -120,6 +120,34 @@ class TestBombs:
             read(path, rate=100, unit={"gyro": "deg/s"})
         assert read(path, rate=100, unit={"gyro": "deg/s"}, max_expansion=2000).streams[0].grid.n == 20_000_000
 
+    @pytest.mark.parametrize("kind", ["parquet", "arrow", "mat"])
+    def test_numbers_that_are_all_the_same(self, tmp_path, kind):
+        """Half a megabyte or less that expands to 240 MB and more, in two pieces of an Arrow file."""
+        n = 5_000_000
+        path = tmp_path / f"log.{kind}"
+        if kind == "mat":
+            savemat(path, {"gyro": np.zeros((2 * n, 3))}, do_compression=True)
+        else:
+            pa = pytest.importorskip("pyarrow")
+            table = pa.table({f"gyro_{axis}": np.zeros(n) for axis in "xyz"})
+            if kind == "parquet":
+                pq = pytest.importorskip("pyarrow.parquet")
+                with pq.ParquetWriter(path, table.schema, compression="zstd", use_dictionary=False) as writer:
+                    writer.write_table(table)
+                    writer.write_table(table)
+            else:
+                packed = pa.ipc.IpcWriteOptions(compression="zstd")
+                with pa.OSFile(str(path), "wb") as file, pa.ipc.new_file(file, table.schema, options=packed) as writer:
+                    writer.write_table(table)
+                    writer.write_table(table)
+        assert path.stat().st_size < 500_000
+        code, said, memory, seconds = command("analyze", path, "--rate", 100, "--unit", "gyro=deg/s")
+        assert (code, "--max-expansion" in said) == (1, True), said
+        assert memory < 400 << 20
+        assert seconds < 10
+        code, said, _, _ = command("inspect", path, "--rate", 100, "--unit", "gyro=deg/s")
+        assert (code, "--max-expansion" in said) == (4, True), said
+
     @pytest.mark.parametrize("shape", ["(1000000000000, 0)", "(1000000000000, 3)", "(0, 3)", "(3, 1000000000000)"])
     @pytest.mark.parametrize("name", ["inspect", "analyze"])
     def test_shapes_of_arrays(self, tmp_path, shape, name, capsys):

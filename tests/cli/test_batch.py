@@ -194,3 +194,29 @@ def test_a_term_that_may_be_nothing_shows_its_interval(folder):
     with_zero = replace(fit, terms={**fit.terms, "random_walk": term})
     rows = list(batch._rows(replace(analysis, fits={channel: with_zero})))
     assert "[0" in rows[0][3]
+
+
+@pytest.fixture(scope="module")
+def one_unit(tmp_path_factory):
+    """Four logs of one unit; the stamps of one are of a clock that is 3 % slow."""
+    path = tmp_path_factory.mktemp("unit")
+    for k, rate in enumerate((100, 100, 97, 100)):
+        rng = np.random.default_rng(known.seed_of(f"log of a clock {k}"))
+        t = np.arange(30_000) / 100
+        lines = 0.2 * np.sin(2 * np.pi * 11.3 * t) + 0.2 * np.sin(2 * np.pi * 31.7 * t)
+        axes = {f"gyro_{axis}": lines + rng.standard_normal(len(t)) for axis in "xyz"}
+        np.savez(path / f"log{k}.npz", time=t * 100 / rate, **axes)
+    return path
+
+
+def test_a_clock_that_is_off(one_unit, tmp_path, in_process, capsys):
+    """analyze names the log, compare its result."""
+    options = ("--unit", "gyro=deg/s,time=s", "--json", tmp_path)
+    code, _, err = run("analyze", one_unit, *options, capsys=capsys)
+    assert code == 0
+    (line,) = (line for line in err.splitlines() if "its clock is off" in line)
+    assert line.startswith(f"{one_unit / 'log2.npz'}: warning: its clock is off: ")
+    _, out, err = run("compare", tmp_path, "--datasheet", "icm42688p", "--json", capsys=capsys)
+    assert "log2.npz.json: warning: its clock is off" in err
+    (off,) = json.loads(out)["clocks_off"].values()
+    assert off["details"]["factor"] == pytest.approx(0.97, abs=0.003)

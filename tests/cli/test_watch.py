@@ -15,14 +15,16 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
-from known import interruptible
+from known import interruptible, seed_of
 from sigmatau import NoiseModel, analyze, read, simulate
 from sigmatau.cli import main
+from sigmatau.cli.watch import _Watched
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options
 from sigmatau.io.write import write
 from sigmatau.plot.terminal import text_plot
+from sigmatau.quality.selection.live import LiveStretches
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "python")}
 
@@ -292,8 +294,6 @@ class TestCommand:
         """What a terminal shows: heading, a curve for each sensor, the coefficients."""
         from rich.console import Console
 
-        from sigmatau.cli.watch import _Watched
-
         watched = _Watched("log", Live(options()))
         shown = io.StringIO()
         console = Console(file=shown, width=200)
@@ -373,3 +373,68 @@ class TestEnds:
         path.write_text("gyro_x [deg/s]\n1\n2\n")
         assert main(["watch", str(path), "--rate", "1", "--idle", "0.2"]) == 1
         assert "at least 4 are needed" in capsys.readouterr().err
+
+
+class TestMotion:
+    """No coefficients of a sensor that moves."""
+
+    N, RATE = 12_000, 100
+
+    def rows(self, moving):
+        """Two minutes of gyros; they are turned by hand where `moving`."""
+        rng = np.random.default_rng(seed_of("watched motion"))
+        t = np.arange(self.N) / self.RATE
+        x = 0.05 * rng.standard_normal((self.N, 3))
+        x[:, 0] += np.where(moving(t), 40 * np.sin(2 * np.pi * 0.4 * t), 0.0)
+        return x
+
+    def watch(self, folder, moving, capsys, *more):
+        path = folder / "log.csv"
+        header = "gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s]"
+        np.savetxt(path, self.rows(moving), delimiter=",", header=header, comments="", fmt="%.6f")
+        result = folder / "w.json"
+        code = main(["watch", str(path), "--rate", "100", "--idle", "0.1", "--json", str(result), *more])
+        return code, capsys.readouterr(), json.loads(result.read_text())
+
+    def test_not_at_rest(self, tmp_path, capsys):
+        code, said, result = self.watch(tmp_path, lambda t: t >= 0, capsys)
+        assert code == 5
+        assert "not at rest: no coefficients" in said.out
+        assert "not at rest: gyro_x changes by" in said.err
+        assert result["rest"]["verdict"] == "not_at_rest"
+        assert all("fit" not in one for one in result["channels"].values())
+        code, said, _ = self.watch(tmp_path, lambda t: t >= 0, capsys, "--at-rest")
+        assert (code, "analysed as noise" in said.err, "angle random walk" in said.out) == (0, True, True)
+
+    def test_the_longest_stretch_at_rest_is_analysed(self, tmp_path, capsys):
+        """Motion from 20 s to 40 s; the rest is as in a log that begins later."""
+        code, said, result = self.watch(tmp_path, lambda t: (t > 20) & (t < 40), capsys)
+        assert code == 0
+        assert "analysed from 60 s to 120 s" in said.err
+        walk = result["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]
+        assert walk["low"] <= np.deg2rad(0.05) / 10 <= walk["high"]
+
+    def test_the_screen_says_so(self):
+        watched = _Watched("log", Live(options(rate=100.0, unit={"gyro": "deg/s"}, channels={"gyro": "1:3"})))
+        text = io.StringIO()
+        np.savetxt(text, self.rows(lambda t: t > 60), delimiter=",", fmt="%.6f")
+        lines = text.getvalue().encode().splitlines(keepends=True)
+        watched.take(b"".join(lines[:7000]))
+        assert "random walk" in str(watched.draw())
+        watched.take(b"".join(lines[7000:]))
+        shown = str(watched.draw())
+        assert "moving now" in shown
+
+    def test_pieces_make_no_difference(self):
+        x = self.rows(lambda t: (t > 70) & (t < 75))
+        found = []
+        for size in (1, 997, self.N):
+            some = LiveStretches(
+                ("gyro_x", "gyro_y", "gyro_z"), rate=100, unit={"gyro": "deg/s"}, input="rate", assumed=False
+            )
+            for start in range(0, self.N, size):
+                some.push(x[start : start + size])
+            some.finish()
+            found.append((some.rest(), some.sums.start, some.sums.n, some.sums.snapshot()["gyro_y"].adev.tolist()))
+        assert found[0] == found[1] == found[2]
+        assert (found[0][1], found[0][2]) == (0, 6000)

@@ -3,6 +3,7 @@
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import (
     BadStamps,
+    ClockOff,
     CoarseStamps,
     Gap,
     Gaps,
@@ -36,6 +37,7 @@ EXAMPLES = [
     warning(RateMismatch(used=120.0, other=100.0), size=0.2, factors=FACTORS),
     warning(RateMismatch(used=120.0, other=100.0)),
     warning(RateMismatch(used=100.0, other=50.0, stated=True)),
+    warning(ClockOff(factor=0.97, low=0.9694, high=0.9706, marks=9, others=5), size=0.97),
     warning(RateDrift(lowest=99.75, highest=100.25), size=0.005, spans=((900.0, 1000.0),)),
     info(Gaps(samples=1001, gaps=1, longest=(MINUTE,), rate=100.0), size=1, spans=((5.0, 5.01),)),
     warning(Gaps(samples=726_000, gaps=2, longest=(MINUTE, SECOND), rate=100.0), size=6100),

@@ -60,6 +60,17 @@ def test_what_is_not_certain_is_asked_for(tmp_path, what):
         read(log, unit={"gyro": "rad/s", "accel": "g"}, rate=50)
 
 
+@pytest.mark.parametrize(("first", "example"), [("gyro", "gyro=1:3,accel=4:6"), ("accel", "accel=1:3,gyro=4:6")])
+def test_the_example_puts_gravity_on_the_accelerometer(tmp_path, first, example):
+    """Also where the sensor is turned, so that gravity does not settle it."""
+    t, gyro, accel = rows(9.81)
+    gyro[50:] += 2 * np.sin(t[50:, None])
+    accel[50:] *= np.linspace(1.0, 1.5, len(t) - 50)[:, None]
+    log = write(tmp_path / "log.txt", *((gyro, accel) if first == "gyro" else (accel, gyro)))
+    with pytest.raises(OptionError, match=f"--channels {example}$"):
+        read(log, rate=50)
+
+
 def test_field_log_without_a_header(field_data):
     """Rates in rad/s and g, a time in front, no header: with its units it opens."""
     log = field_data / "hfi" / "imu_data.txt.gz"

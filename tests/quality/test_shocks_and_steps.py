@@ -191,3 +191,31 @@ def test_bursts_and_signals():
     (burst,) = bursts(stream, summary(stream, "signal"))
     assert (burst.start, burst.stop) == (60_000, 60_100)
     assert at_rest(stream)  # a temperature may do as it likes
+
+
+class TestStepsAcrossGaps:
+    """The sensor is moved, or its bias jumps, while nothing is recorded for 10 s; a fit would take it for a walk."""
+
+    @pytest.mark.parametrize("size", [-0.4, 0.4])
+    def test_told(self, size):
+        """Ten times the error of means over 16 s."""
+        x = white("step across a gap", (N, 1))[:, 0]
+        x[60_500:] += size
+        x[60_000:60_500] = np.nan
+        (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=x).streams[0])
+        (step,) = finding.details.steps
+        assert not step.gradual
+        assert step.size == pytest.approx(size, abs=0.2)
+        assert abs(step.time - 1205) <= step.uncertainty
+
+    @pytest.mark.parametrize("slow", [0.0, 0.001, 0.01, 0.1])
+    def test_noise_of_every_slope_has_none(self, slow):
+        """Steps from sample to sample of a walk, from none to one tenth of the white noise."""
+        x = white(f"no step across a gap {slow}") + slow * np.cumsum(white(f"walk {slow}"), axis=0)
+        x[60_000:60_500] = np.nan
+        assert not_static(accel(x)) == []
+
+    def test_a_drift_goes_on(self):
+        x = white("drift across a gap") + 20 * np.exp(-np.arange(N) / 40_000)[:, None]
+        x[60_000:60_500] = np.nan
+        assert all(step.gradual for one in not_static(accel(x)) for step in one.details.steps)

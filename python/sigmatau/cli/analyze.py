@@ -44,6 +44,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
+from sigmatau.quality.clocks import clocks
 from sigmatau.record.record import stream_name
 
 _MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
@@ -323,6 +324,8 @@ def _many(
             say(f"{log}: {finding}", quiet=quiet)
         if outcomes[log].error:
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
+    for name, finding in clocks({str(log): outcomes[log].marks for log in logs}).items():
+        say(f"{name}: {finding}", quiet=quiet)
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")
     codes = {outcome.code for outcome in outcomes.values()}
     return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)

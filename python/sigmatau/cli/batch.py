@@ -17,6 +17,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.fitting.overview import trust
 from sigmatau.io.read.formats.split import files_of
+from sigmatau.quality.clocks import Mark, marks_of
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class Outcome:
     log: Path
     error: str = ""  # Why there is no result; empty if there is one
     findings: tuple[Finding, ...] = ()
+    marks: tuple[Mark, ...] = ()  # Frequencies that are compared with those of other records of the unit
     rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
     usage: bool = False  # Whether the error is about an option
 
@@ -190,7 +192,8 @@ def _work(work: Callable[[Path], Analysis], logs: Connection) -> None:
 def _outcome(log: Path, work: Callable[[Path], Analysis]) -> Outcome:
     try:
         analysis = work(log)
-        return Outcome(log=log, findings=analysis.findings, rows=tuple(_rows(analysis)))
+        marks = marks_of({channel: fitted.to_dict() for channel, fitted in analysis.fits.items()})
+        return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)))
     except OptionError as error:
         return Outcome(log=log, error=error.for_command_line(), usage=True)
     except (DataError, ImportError) as error:

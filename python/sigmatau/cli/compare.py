@@ -18,6 +18,7 @@ from sigmatau.datasheets.verdict import Verdict
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.file import NOT_ADEQUATE
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.quality.clocks import Mark, clocks, marks_of
 from sigmatau.results import printable
 
 _OUT = 3
@@ -37,7 +38,8 @@ def compare_command(
 ) -> int:
     """Test whether units meet their datasheet, by noise term and in sigmas; exit code 3 if a unit does not.
 
-    Several results print one line each. A file that cannot be used is named on standard error, the others are compared, and
+    Several results print one line each; a result whose lines and filters are all at other frequencies than those of the
+    others is named: its clock is off. A file that cannot be used is named on standard error, the others are compared, and
     the exit code is 1.
 
     Parameters
@@ -65,18 +67,18 @@ def compare_command(
         raise OptionError("no results; give JSON files of sigmatau analyze", option="results")
     sheet = find_datasheet(datasheet)
     paths = _files(results)
-    verdicts, errors = [], {}
+    verdicts, errors, marks = [], {}, {}
     for path in paths:
         try:
-            verdict = compare_with(
-                _result(path), sheet, unit=str(path), level=level, factor=factor, sided=sided, bias=bias
-            )
+            result = _result(path)
+            verdict = compare_with(result, sheet, unit=str(path), level=level, factor=factor, sided=sided, bias=bias)
         except DataError as error:
             if len(paths) == 1:
                 raise DataError(_named(path, error)) from None
             errors[path] = _named(path, error)
         else:
             verdicts.append(verdict)
+            marks[str(path)] = _marks(result)
     for message in errors.values():
         sys.stderr.write(f"sigmatau: {printable(' '.join(message.split()))}\n")
     if not verdicts:
@@ -84,11 +86,15 @@ def compare_command(
     if not any(verdict.judged for verdict in verdicts):
         raise DataError(f"{sheet.name}: the datasheet has no noise specification for the measured channels")
     failed = sum(verdict.fails(undecided) for verdict in verdicts)
+    off = clocks(marks)
+    for name, finding in off.items():
+        say(f"{name}: {finding}", quiet=quiet)
     if json:
         content = {
             "datasheet": sheet.to_dict(),
             "failed": failed,
             "units": [{**verdict.to_dict(), "fails": verdict.fails(undecided)} for verdict in verdicts],
+            "clocks_off": {name: finding.to_dict() for name, finding in off.items()},
             "not_compared": [{"unit": str(path), "error": message} for path, message in errors.items()],
         }
         text = json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
@@ -135,6 +141,16 @@ def _result(path: Path) -> NoiseModel | dict[str, Any]:
     if not isinstance(content, dict):
         raise DataError(f"{path}: not a result of sigmatau analyze: no channels")
     return content
+
+
+def _marks(result: NoiseModel | dict[str, Any]) -> tuple[Mark, ...]:
+    """The frequencies that a result has in common with others of its unit; none of what was written by hand."""
+    if isinstance(result, NoiseModel):
+        return ()
+    try:
+        return marks_of({name: channel.get("fit") or {} for name, channel in result["channels"].items()})
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return ()
 
 
 def _summary(verdicts: Sequence[Verdict], name: str, undecided: Literal["pass", "fail"], unusable: int) -> str:

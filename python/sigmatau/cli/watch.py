@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -19,11 +20,12 @@ from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_values, say, write_figure, write_json
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.kinds.reading import SkippedMessages
 from sigmatau.findings.kinds.stamps import IrregularStamps, RateMismatch
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options
+from sigmatau.quality.selection.live import LiveStretches
 from sigmatau.record.record import MIN_SAMPLES, Provenance
 
 if TYPE_CHECKING:
@@ -45,6 +47,7 @@ def watch_command(
     offset: Annotated[list[str] | None, Parameter(negative=())] = None,
     every: float = 2.0,
     idle: float | None = None,
+    at_rest: Annotated[bool, Parameter(negative=())] = False,
     plot: Path | None = None,
     json: Path | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
@@ -74,6 +77,9 @@ def watch_command(
         Seconds between updates of the screen.
     idle
         End after this many seconds without input. Default: at the end of the input or at Ctrl-C.
+    at_rest
+        Analyse motion as noise. Default: only the longest stretch at rest is analysed; a sensor that is not at rest gets no
+        coefficients (exit code 5).
     plot
         Draw the final curves: .png, .svg or .pdf.
     json
@@ -102,7 +108,7 @@ def watch_command(
         scale=key_numbers(scale or [], "scale", "gyro=0.01"),
         offset=key_numbers(offset or [], "offset", "gyro=2048"),
     )
-    watched = _Watched(source, Live(options))
+    watched = _Watched(source, Live(options), at_rest=at_rest)
     broken: DataError | None = None
     try:
         if threading.current_thread() is threading.main_thread():
@@ -119,11 +125,13 @@ def watch_command(
     except OptionError as error:
         raise error.about(watched.name) from None
     except DataError as error:
-        if watched.sums is None or watched.sums.n < MIN_SAMPLES:
+        if watched.stretches is None or watched.stretches.n < MIN_SAMPLES:
             raise
         broken = error  # the samples so far are analysed
     if broken is None:
         watched.take(b"", last=True)
+    if watched.stretches is not None:
+        watched.stretches.finish()
     analysis = watched.analysis()
     for finding in analysis.findings:
         say(str(finding), quiet=quiet)
@@ -134,7 +142,7 @@ def watch_command(
     sys.stdout.write(f"{analysis.summary()}\n")
     if broken is not None:
         raise broken
-    return 0
+    return exit_code(analysis.findings)
 
 
 def _stop(*_: object) -> None:
@@ -144,56 +152,63 @@ def _stop(*_: object) -> None:
 class _Watched:
     """The samples so far."""
 
-    def __init__(self, source: str, live: Live) -> None:
+    def __init__(self, source: str, live: Live, *, at_rest: bool = False) -> None:
         self.name = "standard input" if source == "-" else source
         self.live = live
-        self.sums: Accumulator | None = None
+        self.at_rest = at_rest
+        self.stretches: LiveStretches | None = None
 
     def take(self, piece: bytes, *, last: bool = False) -> None:
         try:
             samples = self.live.push(piece, last=last)
         except DataError as error:
             raise error.about(self.name) from None
-        if self.live.channels and self.sums is None:
+        if self.live.channels and self.stretches is None:
             stated = {c: u for c, u in self.live.unit.items() if c in self.live.channels}
             kind: Any = self.live.options.input
-            self.sums = Accumulator(*self.live.channels, rate=self.live.rate, unit=stated, input=kind, long="strided")
-        if self.sums is not None and len(samples):
-            self.sums.push(samples)
+            self.stretches = LiveStretches(
+                self.live.channels, rate=self.live.rate, unit=stated, input=kind, assumed=self.at_rest
+            )
+        if self.stretches is not None and len(samples):
+            self.stretches.push(samples)
 
-    def _set_rate(self) -> None:
+    def _with_rate(self, sums: Accumulator) -> Accumulator:
         """Use the rate by all stamps so far instead of the first ones; increments are divided by it already."""
         measured = self.live.rate_by_stamps()
-        if self.sums is not None and measured and self.live.options.rate is None and self.live.options.input == "rate":
-            self.sums.tau0 = 1 / measured
+        if measured and self.live.options.rate is None and self.live.options.input == "rate":
+            sums.tau0 = 1 / measured
             self.live.rate = measured
+        return sums
 
     def analysis(self) -> Analysis:
-        if self.sums is None or self.sums.n < MIN_SAMPLES:
-            n = 0 if self.sums is None else self.sums.n
+        n = 0 if self.stretches is None else self.stretches.n
+        if self.stretches is None or self.stretches.sums.n < MIN_SAMPLES:
             raise RecordTooShortError(
                 f"{self.name}: has {n} samples; at least {MIN_SAMPLES} are needed", need=MIN_SAMPLES, got=n
             )
-        self._set_rate()
-        return of_curves(
-            self.sums.snapshot(),
-            source=Provenance(path=self.name, format="live", rows=self.sums.n),
+        resting = self.stretches.rest()
+        moving = resting.verdict == "not_at_rest" and not self.at_rest
+        found = of_curves(
+            self._with_rate(self.stretches.sums).snapshot(),
+            source=Provenance(path=self.name, format="live", rows=n),
             findings=self.findings(),
             grids={"": self.heading()},
+            method="read-off" if moving else "gls",
         )
+        return replace(found, read_off={} if moving else found.read_off, rest=resting)
 
     def heading(self) -> str:
-        if self.sums is None:
+        if self.stretches is None:
             return f"{self.name}: waiting for the first lines"
-        seconds = self.sums.n * self.sums.tau0
+        seconds = self.stretches.n / self.live.rate
         length = f"{seconds / 3600:.4g} h" if seconds >= 3600 else f"{seconds:.4g} s"
         return (
-            f"{self.name}: {len(self.live.channels)} channels, {self.sums.n} samples at {self.live.rate:.6g} Hz"
-            f" ({self.live.source_of_rate}), {length}"
+            f"{self.name}: {len(self.live.channels)} channels, {self.stretches.n} samples at {self.live.rate:.6g} Hz"
+            f" ({self.live.source_of_rate}), {length}{', moving now' if self.stretches.moving else ''}"
         )
 
     def findings(self) -> list[Finding]:
-        found = []
+        found = [] if self.stretches is None else self.stretches.findings()
         if self.live.lost:
             lost = SkippedMessages(count=self.live.lost, unit="lines", example=self.live.lost_example)
             found.append(Finding(details=lost, severity="warning"))
@@ -210,7 +225,7 @@ class _Watched:
         """The screen: heading, curves and coefficients, as far as they exist."""
         from rich.text import Text
 
-        if self.sums is None or self.sums.n < _FIRST_FIT:
+        if self.stretches is None or self.stretches.sums.n < _FIRST_FIT:
             return Text(self.heading())
         try:
             analysis = self.analysis()

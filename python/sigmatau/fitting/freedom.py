@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,8 +30,11 @@ def degrees_of_freedom(fitted: NoiseFit, sizes: Sizes) -> Floats | None:
 
 
 def _complete(fitted: NoiseFit, m: Sizes, theta: list[float]) -> Floats:
-    ramp = fitted.model.get("rate_ramp", 0.0) * fitted.tau0
+    # The unit does not matter: squares of the largest and the smallest numbers stay in range.
     powers = [one.sigma.value**2 for one in fitted.gauss_markov]
+    unit = max(*theta, *powers)
+    theta, powers = [one / unit for one in theta], [one / unit for one in powers]
+    ramp = fitted.model.get("rate_ramp", 0.0) * fitted.tau0 / math.sqrt(unit)
     times = [one.time.value / fitted.tau0 for one in fitted.gauss_markov]
     variances = kernels.allan_variance_variances(fitted.n, m, theta + powers, correlation_times=times, ramp=ramp)
     avar = 0.5 * (ramp * m) ** 2
@@ -41,7 +46,7 @@ def _complete(fitted: NoiseFit, m: Sizes, theta: list[float]) -> Floats:
         frequency = line.frequency.value * fitted.tau0
         shape = kernels.sinusoid_avar(1.0, frequency, m, 1.0)
         density = sum(squared * at for squared, at in zip(theta, densities(frequency), strict=True))
-        # The squared amplitude scatters with the noise at its frequency: by 8A²S(f)/n, S two-sided.
-        variances = variances + 8 / fitted.n * density * line.amplitude.value**2 * shape**2
-        avar = avar + line.amplitude.value**2 * shape
+        # The squared amplitude scatters with the noise at its frequency, by 8A²S(f)/n, S two-sided.
+        variances = variances + 8 / fitted.n * density * line.amplitude.value**2 / unit * shape**2
+        avar = avar + line.amplitude.value**2 / unit * shape
     return 2 * avar**2 / variances

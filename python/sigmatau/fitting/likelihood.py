@@ -302,12 +302,18 @@ def _scaled(one: Interval, factor: float) -> Interval:
 
 def _root(bounds: Bounds, unit: str) -> Interval:
     value, low, high = (math.sqrt(max(x, 0.0)) for x in (bounds.value, bounds.low, bounds.high))
-    return Interval(value=value, low=min(low, value), high=max(high, value), unit=unit)
+    return _ordered(value, low, high, unit)
 
 
 def _plain(bounds: Bounds, unit: str) -> Interval:
-    low, high = min(bounds.low, bounds.value), max(bounds.high, bounds.value)
-    return Interval(value=bounds.value, low=low, high=high, unit=unit)
+    return _ordered(bounds.value, bounds.low, bounds.high, unit)
+
+
+def _ordered(value: float, low: float, high: float, unit: str) -> Interval:
+    """A value inside its interval, which is not known if it has no upper end."""
+    if not math.isfinite(high):
+        return Interval(value=value, low=None, high=None, unit=unit)
+    return Interval(value=value, low=min(low, value), high=max(high, value), unit=unit)
 
 
 def _around(value: float, half: float, unit: str) -> Interval:
@@ -320,7 +326,7 @@ def _worst(found: Outcome) -> tuple[float, float]:
     near = np.abs(np.log(found.bins[:, 0] / frequency)) < math.log(10) / 8
     near[int(np.argmin(np.abs(found.bins[:, 0] - frequency)))] = True
     weights = found.bins[near, 3]
-    if not weights.sum() > 0:  # of a band in which no bin counts
+    if not 0 < weights.sum() < math.inf:  # of a band in which no bin counts, or of a spectrum that no model is near
         weights = np.ones(len(weights))
     return frequency, float(np.average(found.bins[near, 1] / found.bins[near, 2], weights=weights))
 

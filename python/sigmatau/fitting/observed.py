@@ -8,6 +8,8 @@ from dataclasses import replace
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.fitting.noise_fit import FittedTerm
 
+_NOT_KNOWN = 700.0  # logarithm of a ratio that is as good as infinite
+
 
 def observed_term(
     *, term: str, unit: str, level: float, p_value: float, value: float, low: float, high: float, error: float
@@ -24,7 +26,8 @@ def observed_term(
         Standard error of the estimate in its model; joined to an interval that has the estimate not inside. [unit]
     """
     if value > 0 and low > 0 and not low < value < high:
-        ratio = math.exp(-float(normal_quantile((1 - level) / 2)) * error / value) if error > 0 else 1.0
+        away = -float(normal_quantile((1 - level) / 2)) * max(error, 0.0) / value
+        ratio = math.exp(away) if away < _NOT_KNOWN else math.inf
         low, high = min(low, value / ratio), max(high, value * ratio)
     found = FittedTerm(
         term=term, unit=unit, observed=True, level=level, value=value, low=low, high=high, p_value=p_value

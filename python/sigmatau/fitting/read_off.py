@@ -320,7 +320,7 @@ class _Points:
         with weights from δ; the term must reduce the misfit by more than `GAIN` per octave of points.
         """
         near = (self.lt >= self.lt[i] - math.log(8)) & (self.lt <= self.lt[j] + math.log(8))
-        m, variance = self.m[near], np.exp(2 * self.ls[near])
+        m, variance = self.m[near], np.exp(2 * (self.ls[near] - self.ls[i]))  # the unit does not matter
         weight = 1 / (2 * variance * np.hypot(self.delta[near], _SMALLEST_ERROR))
         columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
         others = [column for name, column in columns.items() if name != term.name]

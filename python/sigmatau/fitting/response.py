@@ -29,7 +29,10 @@ _MOST_ORDER, _LONGEST_MEAN = 4, 1000
 _FASTEST_SMOOTHING = 0.4  # corner of exponential smoothing, times tau0: it never falls to half the power beyond
 _SAME_CORNER = 1e-9  # relative error of a corner that is converted
 _MOST_WARPED = 3.0  # corner of a filter over that of its samples
+_HALF_RATE = 0.5  # times tau0
 _AVERAGED = 1024  # cluster size from which sin⁴ is replaced by its mean of 3/8
+_FARTHEST_CORNER, _CORNERS = 0.3, 61  # logarithm of a corner that is tried over that of the series, and their number
+_EVERY = 16  # frequencies of the grid that are compared for them
 
 
 @frozen
@@ -141,14 +144,27 @@ def named(
     error = math.sqrt(max(float(cosines @ covariance @ cosines), 0.0)) / abs(slope)
     kept = log_power > math.log(_LEAST_POWER)
     kept[k:] &= np.cumprod(kept[k:]).astype(bool)
-    misfits = [(float(np.abs(like(x[kept]) - log_power[kept]).max()), s, n) for s, n, like in _shapes(float(corner))]
-    misfit, shape, order = min(misfits, key=lambda one: one[0])
+    misfits = [(float(np.abs(f(x[kept]) - log_power[kept]).max()), s, n, f) for s, n, f in _shapes(float(corner))]
+    misfit, shape, order, nearest = min(misfits, key=lambda one: one[0])
     if misfit > _ALIKE:
         shape, order = "low_pass", None
-    low, high = corner - quantile * error, corner + quantile * error
+    # The series ends early and ripples: the interval holds the corner of the shape too, which has no ripple.
+    other = _corner_of(nearest, x[kept][::_EVERY], log_power[kept][::_EVERY], float(corner))
+    low, high = min(corner, other) - quantile * error, max(corner, other) + quantile * error
     return FittedFilter(
         shape=shape, order=order, corner=corner / tau0, low=max(low, 0.0) / tau0, high=high / tau0, **shared
     )
+
+
+def _corner_of(like: Callable[[Floats], Floats], x: Floats, log_power: Floats, corner: float) -> float:
+    """The corner of a shape whose ln |H|² is nearest, but for a constant, to that of the series at frequencies x; that of
+    the series if the shape has a length instead of a corner. (Times tau0.)
+    """
+    if not isinstance(like, partial) or "corner" not in like.keywords:
+        return corner
+    tried = corner * np.exp(np.linspace(-_FARTHEST_CORNER, _FARTHEST_CORNER, _CORNERS))
+    tried = tried[tried < _HALF_RATE]
+    return float(min(tried, key=lambda one: float(np.var(like(x, corner=one) - log_power)), default=corner))
 
 
 def _logarithm(coefficients: tuple[float, ...], x: Floats) -> Floats:

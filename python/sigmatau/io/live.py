@@ -145,7 +145,9 @@ class Live:
     def _find_out(self, head: bytes) -> bytes:
         """Take layout, columns, units and rate from the first lines; what is left of them is data."""
         # A bad byte here and there is left out with its line.
-        if head.startswith((b"\x93NUMPY", b"\x1f\x8b")) or len(head.translate(None, _PRINTABLE)) > 0.01 * len(head):
+        if head.startswith((b"\x93NUMPY", b"\x1f\x8b", b"PK\x03\x04")) or len(
+            head.translate(None, _PRINTABLE)
+        ) > 0.01 * len(head):
             raise DataError("is binary data, no table of text")
         layout = find_layout(head, whole=True)
         table = Table(

@@ -358,6 +358,7 @@ def _known(model: NoiseModel, channel: str) -> tuple[tuple[str, ...], Floats]:
     return (*names, *alone), total
 
 
+@np.errstate(over="ignore")  # of a coefficient that is hardly known: its interval has no end
 def _error(
     name: str,
     model: NoiseModel,
@@ -410,7 +411,7 @@ def _error(
     low = high = None
     size = rms
     if any_known:
-        wide = np.exp(z * np.sqrt(np.maximum(spread, 0)) / (2 * square))
+        wide = np.exp(_over(z * np.sqrt(np.maximum(spread, 0)), 2 * square))
         # Undecided terms without an error of their own: from none of them to all at their limits.
         least = _square({key: part for key, part in sources.items() if key not in beside})
         most = _square({key: limited.get(key, part) if key in beside else part for key, part in sources.items()})
@@ -422,7 +423,7 @@ def _error(
         undecided = [part for key, part in limited.items() if key in sources]
         if undecided:
             most = _square(seen, undecided)
-            size = np.maximum(size, np.sqrt(most) * np.exp(z * np.sqrt(np.maximum(of_seen, 0)) / (2 * most)))
+            size = np.maximum(size, np.sqrt(most) * np.exp(_over(z * np.sqrt(np.maximum(of_seen, 0)), 2 * most)))
         not_seen = [part for key, part in limited.items() if key not in sources]
         drift = np.asarray(sum(np.abs(m) for m, _ in not_seen))
         more = np.asarray(sum(v for _, v in not_seen))
@@ -440,6 +441,11 @@ def _error(
         at_most=at_most,
     )
     return error, as_known if any_known else []
+
+
+def _over(error: Floats, size: Floats) -> Floats:
+    """Relative error of a mean square; 0 where there is no error, of no noise at all."""
+    return np.divide(error, size, out=np.zeros_like(size), where=size > 0)
 
 
 def _order(name: str) -> tuple[int, str]:

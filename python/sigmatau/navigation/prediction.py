@@ -111,9 +111,9 @@ class PredictedError(Printed):
             "shares": shares,
         }
         if self.low is not None and self.high is not None:
-            content |= {"low": self.low.tolist(), "high": self.high.tolist()}
+            content |= {"low": self.low.tolist(), "high": _finite(self.high)}
         if self.at_most is not None:
-            content["at_most"] = self.at_most.tolist()
+            content["at_most"] = _finite(self.at_most)
         if self.tilt_without:
             content["tilt_without"] = self.tilt_without
         return content
@@ -323,6 +323,11 @@ class Prediction(Mapping[str, PredictedError], Printed):
         for error in self.errors.values():
             rows += _named(error, duration=self.duration)
         return lines_text([head, *_table(rows), *wrapped(self.notes())])
+
+
+def _finite(values: Floats) -> list[float | None]:
+    """Plain values; None for those without end, which JSON does not have."""
+    return [value if math.isfinite(value) else None for value in values.tolist()]
 
 
 def _label(channel: str, part: str) -> str:

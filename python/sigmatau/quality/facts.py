@@ -63,7 +63,9 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
         if thread.ident is not None:
             thread.join()
     for name in names:
-        if name in errors:
+        if isinstance(errors.get(name), MemoryError):  # alone it may have enough
+            results[name] = function(name)
+        elif name in errors:
             raise errors[name]
     return {name: results[name] for name in names}
 

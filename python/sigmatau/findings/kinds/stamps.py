@@ -41,6 +41,17 @@ class RateDrift(Details, code="rate_drift"):
 
 
 @frozen
+class ClockOff(Details, code="clock_off"):
+    """Lines and filter corners have a common factor to those of other records of the unit; the size is the factor."""
+
+    factor: float  # of the frequencies, with its interval
+    low: float
+    high: float
+    marks: int  # lines, resonances and corners that have the factor and not 1
+    others: int  # records that agree with each other
+
+
+@frozen
 class Gap:
     """Consecutive missing samples."""
 

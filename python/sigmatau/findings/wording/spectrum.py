@@ -58,10 +58,11 @@ def _band_left_out(_: Finding, details: BandLeftOut) -> Words:
 
 
 def _gauss_markov(finding: Finding, details: GaussMarkovProcess) -> Words:
-    low, high = duration_text(details.low or 0.0), duration_text(details.high or 0.0)
+    known = details.low is not None and details.high is not None
+    within = f" [{duration_text(details.low or 0.0)}, {duration_text(details.high or 0.0)}]" if known else ""
     return Words(
         f"Gauss-Markov process of {_sized(finding, details.quantity)},"
-        f" correlation time {duration_text(details.time)} [{low}, {high}]",
+        f" correlation time {duration_text(details.time)}{within}",
         "Nothing to do: it is part of the model",
     )
 

@@ -47,6 +47,15 @@ def _rate_mismatch(finding: Finding, found: kinds.RateMismatch) -> Words:
     )
 
 
+def _clock_off(_: Finding, found: kinds.ClockOff) -> Words:
+    half = two_digits((found.high - found.low) / 2)
+    return Words(
+        f"its clock is off: {found.marks} lines and corners are at {found.factor:.4g} ± {half} times their frequency in"
+        f" {found.others} other records",
+        f"Check its clock and its rate; {1 / found.factor:.4g} times this rate agrees with the other records",
+    )
+
+
 def _rate_drift(finding: Finding, found: kinds.RateDrift) -> Words:
     return Words(
         f"the sampling rate varies by {two_digits(100 * (finding.size or 0.0))} %, from {found.lowest:.6g} to"
@@ -178,6 +187,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.ImplausibleRate: _implausible_rate,
     kinds.RateNotNominal: _rate_not_nominal,
     kinds.RateMismatch: _rate_mismatch,
+    kinds.ClockOff: _clock_off,
     kinds.RateDrift: _rate_drift,
     kinds.Gaps: _gaps,
     kinds.LongPauses: _long_pauses,

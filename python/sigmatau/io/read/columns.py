@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from sigmatau.io.read.names import (
 from sigmatau.io.read.table import Column, listing
 from sigmatau.record.thermometers import NAMES
 
+_GRAVITY_TOLERANCE = 0.12  # what bias and scale errors change of gravity, see quality/samples/units.py
 _EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
 _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
 
@@ -230,11 +232,22 @@ def _example(columns: Sequence[Column]) -> str:
     }
     if all(len(at) == 3 and at[2] - at[0] == 2 for at in named.values()):
         return ",".join(f"{sensor}={at[0]}:{at[2]}" for sensor, at in named.items())
-    if n >= 7:
-        return "time=1,gyro=2:4,accel=5:7"
-    if n == 6:
-        return "gyro=1:3,accel=4:6"
+    if n >= 6:
+        first = 1 if n == 6 else 2
+        sensors = [f"gyro={first}:{first + 2}", f"accel={first + 3}:{first + 5}"]
+        if _has_gravity(columns[first - 1 : first + 2]) and not _has_gravity(columns[first + 2 : first + 5]):
+            sensors = [f"accel={first}:{first + 2}", f"gyro={first + 3}:{first + 5}"]
+        return ",".join(["time=1"] * (n > 6) + sensors)
     return "gyro=1:3" if n >= 3 else f"gyro_z={n}"
+
+
+def _has_gravity(columns: Sequence[Column]) -> bool:
+    """Whether the first row of three columns is as long as gravity, in m/s² or g."""
+    try:
+        length = math.hypot(*(float(column.first) for column in columns))
+    except ValueError:
+        return False
+    return any(abs(length / gravity - 1) < _GRAVITY_TOLERANCE for gravity in (9.80665, 1.0))
 
 
 _ONLY_WITH_UNIT = re.compile("t")  # ArduPilot

@@ -204,7 +204,8 @@ def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | No
     variance = np.diag(covariance)
     if not variance.min() > 0:
         return None
-    return 2 * expected**2 / variance, covariance / np.sqrt(np.outer(variance, variance))
+    errors = np.sqrt(variance)
+    return 2 * expected**2 / variance, covariance / np.outer(errors, errors)
 
 
 @frozen

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,7 @@ _STEP_SPREADS, _FEW_WINDOWS = 7.0, 12.0
 _EXCURSION_LENGTHS, _PART_OF_FARTHEST = 4, 0.6
 
 _LEAST_BESIDE = 4  # windows on either side of a step, to tell it from a line
+_MOST_GAPS = 16  # longest runs of missing windows whose sides are compared
 _MOST_STEPS = 256  # candidates examined for each length of windows
 _ROUNDING = 1.5  # steps of the numbers by which rounding can move the difference of two means
 _BURST_GAP = 5.0  # windows no further apart are one burst [s]
@@ -155,8 +156,8 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
     rate random walk and for flicker noise as for white noise. A step shows as one of them far beyond all others at the same
-    τ; of several windows that show it, the clearest counts. Missing windows are not bridged, because slow noise continues
-    where nothing is recorded.
+    τ; of several windows that show it, the clearest counts. The windows before and after missing samples are compared with
+    others as far apart, because slow noise continues where nothing is recorded.
     """
     channel, mean, w = found.channel, found.mean, found.window
     seen: list[LevelChange] = []
@@ -181,6 +182,7 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
                 gradual = _gradual(mean, at // shortest, 2 * w // shortest)
                 around = 2 * w if gradual else max(2 * shortest, w // 8)
                 seen.append(LevelChange(channel, at, size, 2 * w, times, around, gradual))
+        seen += _across_gaps(stream, channel, half, w, spreads)
         even = len(half) // 2 * 2
         half = (half[0:even:2] + half[1:even:2]) / 2
         w *= 2
@@ -191,9 +193,35 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
     return sorted(kept, key=lambda change: change.sample)
 
 
-def _departures(stream: Stream, channel: str, x: Floats, spreads: float) -> tuple[Floats, float, float] | None:
-    """Distances of differences from their median, their spread, and the distance that noise and rounding may reach."""
-    known = int(np.count_nonzero(np.isfinite(x)))
+def _across_gaps(stream: Stream, channel: str, half: Floats, w: int, spreads: float) -> Iterator[LevelChange]:
+    """Steps of the mean between the two sides of missing half windows of w samples."""
+    missing = np.flatnonzero(np.diff(np.concatenate([[0], np.isnan(half).astype(np.int8), [0]])))
+    runs = sorted(zip(missing[::2].tolist(), missing[1::2].tolist(), strict=True), key=lambda run: run[0] - run[1])
+    window = (half[:-1] + half[1:]) / 2
+    for a, b in runs[:_MOST_GAPS]:
+        lag = b - a + 2
+        if a < 2 or b + 2 > len(half) or len(window) < (_LEAST_WINDOWS + 1) * lag:
+            continue  # too long for a distribution of others
+        judged = _departures(stream, channel, window[lag:] - window[:-lag], spreads, apart=lag)
+        if judged is None:
+            continue
+        far, spread, limit = judged
+        before, after = present(half[max(a - _HALF_WINDOWS, 0) : a]), present(half[b : b + _HALF_WINDOWS])
+        if far[a - 2] > limit and len(before) > 1 and len(after) > 1:
+            size = float(np.median(after) - np.median(before))
+            if abs(size) > _LASTS * far[a - 2]:
+                times = float(far[a - 2]) / spread if spread > 0 else math.inf
+                gradual = _gradual(half, (a + b) // 2, (b - a) // 2 + 2 * _HALF_WINDOWS)
+                yield LevelChange(channel, (a + b) * w // 2, size, 2 * w, times, (b - a) * w // 2 + w, gradual)
+
+
+def _departures(
+    stream: Stream, channel: str, x: Floats, spreads: float, *, apart: int = 1
+) -> tuple[Floats, float, float] | None:
+    """Distances of differences from their median, their spread, and the distance that noise and rounding may reach; one
+    difference of `apart` is independent.
+    """
+    known = int(np.count_nonzero(np.isfinite(x))) // apart
     if known < _LEAST_WINDOWS:
         return None
     centre, spread = median_and_spread(present(x))

@@ -94,7 +94,7 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
     noise = block_rms(differences)
     if noise == 0.0:  # most blocks see no change
         differences = present(differences)
-        noise = float(np.sqrt(np.mean(differences * differences)))
+        noise = float(np.sqrt(np.mean(differences * differences))) if len(differences) else 0.0
     return Resolution(channel=channel, step=step, noise=noise / math.sqrt(2), unit=stream.unit)
 
 

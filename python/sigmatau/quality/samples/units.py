@@ -147,14 +147,16 @@ def _by_step(stream: Stream) -> list[Finding]:
 def _by_noise(stream: Stream) -> list[Finding]:
     """Whether the noise of gyros is larger than that of any gyro, or their mean too large for gyros with so little noise."""
     # White noise is no more than the least of τσ²(τ), and no less than the largest where a slow term hides it.
-    least = sorted(_levels(stream, channel)[0] for channel in stream.channels)
-    if not least[0] > 0:
+    bounds = [_levels(stream, channel) for channel in stream.channels]
+    bounds = [one for one in bounds if not math.isnan(one[0])]
+    least = sorted(low for low, _ in bounds)
+    if not (least and least[0] > 0):
         return []
     stated, middle, mean = _stated(stream), least[len(least) // 2], _mean_vector(stream)
     evidence: Literal["noise", "bias"] = "noise"
     if least[0] <= _TIMES_NOISIEST * _NOISIEST_GYRO:
         evidence = "bias"
-        most = max(_levels(stream, channel)[1] for channel in stream.channels)
+        most = max(high for _, high in bounds)
         if stated != "deg/s" or not mean > _MIN_MEMS_BIAS or not most < _OPTICAL_NOISE:
             return []
     elif stated != "rad/s":
@@ -203,7 +205,9 @@ def _mean_of(stream: Stream, channel: str) -> float:
 
 
 def _levels(stream: Stream, channel: str, *, least_pairs: int = 200) -> tuple[float, float]:
-    """A lower and an upper bound of the white noise: the least and the largest of √τ·σ(τ). [unit of the stream/√Hz]"""
+    """A lower and an upper bound of the white noise: the least and the largest of √τ·σ(τ); NaN if no two samples follow
+    each other. [unit of the stream/√Hz]
+    """
     x, tau0 = sample_of(stream, channel, most=_LOOKED_AT), stream.grid.tau0
     level, _ = white_level(x, tau0)
     levels = [m * tau0 * avar for m, avar, pairs in octaves(x) if m < 64 or pairs > least_pairs]

@@ -27,7 +27,7 @@ Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest"]
 _LEAST_STILL = 20.0  # shortest stretch at rest worth an analysis [s]
 _LEAST_SHARE = 0.25  # part of the record that the longest stretch has, for the record to be partly at rest
 _TOLD = 3  # stretches at rest that a finding lists
-_LITTLE = 0.1  # a part of the record whose loss is an info
+LITTLE = 0.1  # a part of the record whose loss is an info
 
 # Levels beside a motion are compared as means of this length, or of a tenth of the stretches beside; a difference is that of
 # another position beyond so many times the root mean square of those elsewhere, of which there are so many at least.
@@ -87,9 +87,13 @@ def rest(record: Record, *, threads: int | None = None) -> Rest:
     edges = [begins, *(edge for span in spans for edge in span), ends]
     between = zip(edges[::2], edges[1::2], strict=True)
     still = tuple((start, stop) for start, stop in between if stop - start >= _LEAST_STILL)
-    lengths = [stop - start for start, stop in still]
-    enough = max(lengths, default=0.0) >= _LEAST_SHARE * (ends - begins) or sum(lengths) >= (ends - begins) / 2
-    return Rest(verdict="partly_at_rest" if enough and still else "not_at_rest", still=still, motion=motion)
+    return Rest(verdict="partly_at_rest" if partly(still, ends - begins) else "not_at_rest", still=still, motion=motion)
+
+
+def partly(still: Sequence[Span], duration: float) -> bool:
+    """Whether a record of some length [s] that moves is at rest for long enough to be analysed in part."""
+    lengths = [stop - start for start, stop in still if stop - start >= _LEAST_STILL]
+    return bool(lengths) and (max(lengths) >= _LEAST_SHARE * duration or sum(lengths) >= duration / 2)
 
 
 def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
@@ -133,7 +137,7 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
     lost = 1 - min(one.share for one in kept)
     finding = Finding(
         details=details_of,
-        severity="info" if lost < _LITTLE else "warning",
+        severity="info" if lost < LITTLE else "warning",
         spans=tuple((a - begins, b - begins) for a, b in gone_spans),
         size=lost,
     )

@@ -10,12 +10,13 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Place
 from sigmatau.io.read.formats.arrow_table import BatchError, columns_of, table_of
-from sigmatau.io.read.formats.damage import behind, fault, first_line, library_faults, places_of
+from sigmatau.io.read.formats.damage import behind, fault, first_line, library_faults, places_of, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
 
 _FILE, _STREAM = b"ARROW1\0\0", b"\xff\xff\xff\xff"
 _END = b"ARROW1"
 _END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
+_NUMBER = 8  # of a column [bytes]
 _LONGEST_SCHEMA = 1 << 24  # a stream begins with its schema [bytes]
 
 
@@ -60,7 +61,7 @@ def _ipc(path: Path, head: Head) -> Table:
         indices = [schema.get_field_index(name) for name in fields]
         options = ipc.IpcReadOptions(included_fields=indices)
         with pa.OSFile(str(path)) as source, opened(source, options) as stream:
-            number = 0
+            number, rows, stored = 0, 0, path.stat().st_size
             while True:
                 place = Place("batch", number + 1)
                 try:
@@ -72,6 +73,8 @@ def _ipc(path: Path, head: Head) -> Table:
                     raise BatchError(place, "it needs more memory than there is, or is damaged") from None
                 except Exception as error:
                     raise BatchError(place, first_line(error)) from None
+                rows += batch.num_rows
+                refuse_expansion(stored, rows * _NUMBER * len(fields), "the table")
                 yield place, batch
                 number += 1
 
@@ -126,6 +129,7 @@ def parquet(path: Path) -> Table:
         raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(groups)}; it is damaged")
 
     def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any]]:
+        refuse_expansion(path.stat().st_size, sum(groups) * _NUMBER * len(fields), "the table")
         with opened() as file:
             for number, rows in enumerate(groups):
                 place = Place("row group", number + 1, of=len(groups))

@@ -144,7 +144,7 @@ def table_of(
                 got = {i: numbers(batch.column(found[i].path[0]), found[i], exact=i == exact) for i in wanted}
             except StopIteration:
                 break
-            except MemoryError:
+            except (MemoryError, DataError):
                 raise
             except BatchError as error:
                 broken = error

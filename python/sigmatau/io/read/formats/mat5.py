@@ -20,7 +20,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Place
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
-from sigmatau.io.read.formats.damage import fault
+from sigmatau.io.read.formats.damage import fault, refuse_expansion
 from sigmatau.record.on_disk import file_bytes
 
 TABLES = ("table", "timetable", "duration", "datetime")  # Classes that mat-io converts to data frames and times
@@ -181,7 +181,8 @@ def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) ->
 
 
 def _unpacked(element: _Bytes, size: int) -> _Bytes:
-    """Decompress a variable and verify its checksum."""
+    """Decompress a variable and verify its checksum; raises `DataError` if it expands too far."""
+    refuse_expansion(len(element.data), size, "a variable")
     decoder = zlib.decompressobj()
     data = decoder.decompress(element.data.data, size + 8)
     if len(data) == size + 8 and not decoder.eof:

@@ -1,0 +1,155 @@
+"""Clocks of several records of one unit: lines, resonances and filter corners are at the same frequencies in all of them.
+
+A record whose frequencies all have the same factor to those of the others was sampled at another rate than it was read
+with, or by another clock.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
+from typing import Any, Literal
+
+import numpy as np
+
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.stamps import ClockOff
+from sigmatau.frozen import frozen
+
+_STRONGEST = 8  # lines of a channel that are compared
+_FARTHEST = math.log(1.25)  # largest factor of a clock that is looked for
+_LEAST = 3  # marks that must show the factor
+_MOST_MARKS_OF_ALL = 0.75  # part of the marks that has the factor, or has it within its errors
+_CONTRARY = 0.25  # most marks that are at the usual place, over those that have the factor
+_AGREE = 0.5  # part of the marks at the same place from which on two records have the same clock
+_FOOT = 0.125  # error of a line over the width of the band that is left out, which has its foot too
+_HIGHEST_MULTIPLE = 20  # of the lowest line, that another line may be
+
+
+@frozen(kw_only=False)
+class Mark:
+    """A frequency of a record that does not depend on its noise."""
+
+    channel: str
+    kind: Literal["line", "resonance", "corner"]
+    frequency: float  # [Hz]
+    error: float  # relative: half of its interval
+
+
+@frozen(kw_only=False)
+class _Shift:
+    """Marks of one record beside those of another one."""
+
+    same: bool  # whether most are at the same place
+    factor: float | None  # logarithm of the factor that the others have; None if there is none
+    error: float
+    marks: int
+
+
+def marks_of(fits: Mapping[str, Mapping[str, Any]]) -> tuple[Mark, ...]:
+    """The marks of a record, from its fits by channel as plain values (``fit`` of the JSON of an analysis)."""
+    found: list[Mark] = []
+    for channel, fitted in fits.items():
+        terms = fitted.get("terms") or {}
+        for line in (terms.get("sinusoid") or ())[:_STRONGEST]:
+            found += _mark(channel, "line", line["frequency"], _FOOT)
+        for one in terms.get("resonance") or ():
+            found += _mark(channel, "resonance", one["frequency"], 0.5)
+        at = fitted.get("filter") or {}
+        found += _mark(channel, "corner", {key: at.get(f"{name}_hz") for key, name in _CORNER.items()}, 0.5)
+    return tuple(found)
+
+
+_CORNER = {"value": "corner", "low": "low", "high": "high"}
+
+
+def _mark(
+    channel: str, kind: Literal["line", "resonance", "corner"], at: Mapping[str, float | None], part: float
+) -> Iterable[Mark]:
+    value, low, high = (at.get(key) for key in ("value", "low", "high"))
+    if value and low is not None and high is not None and 0 < high - low < value:
+        yield Mark(channel, kind, value, part * (high - low) / value)
+
+
+def clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
+    """The records whose clock is off, by name, with the finding that says by how much.
+
+    Parameters
+    ----------
+    records : mapping of str to sequence of Mark
+        Marks of each record. With fewer than three records nothing tells which clock is off.
+    """
+    shifts = {(a, b): _shift(records[a], records[b]) for a, b in combinations(records, 2)}
+    found: dict[str, Finding] = {}
+    for name in records:
+        others = [other for other in records if other != name]
+        beside = [(other, shifts.get((name, other)) or _reversed(shifts[other, name])) for other in others]
+        beside = [(other, one) for other, one in beside if one.factor is not None]
+        if len(beside) < 2 or 2 * len(beside) <= len(others):
+            continue
+        pairs = list(combinations([other for other, _ in beside], 2))
+        alike = sum((shifts.get((a, b)) or shifts[b, a]).same for a, b in pairs)
+        logarithms = np.array([one.factor for _, one in beside], dtype=float)
+        middle = float(np.median(logarithms))
+        error = float(np.median([one.error for _, one in beside]))
+        if 2 * alike <= len(pairs) or np.abs(logarithms - middle).max() > max(3 * error, 0.1 * abs(middle)):
+            continue
+        factor = math.exp(middle)
+        details = ClockOff(
+            factor=factor,
+            low=math.exp(middle - error),
+            high=math.exp(middle + error),
+            marks=min(one.marks for _, one in beside),
+            others=len(beside),
+        )
+        found[name] = Finding(details=details, severity="warning", size=factor)
+    return found
+
+
+def _reversed(shift: _Shift) -> _Shift:
+    factor = None if shift.factor is None else -shift.factor
+    return _Shift(shift.same, factor, shift.error, shift.marks)
+
+
+def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
+    """The factor that the frequencies of one record have to those of another."""
+    pairs = [
+        (k, math.log(a.frequency / b.frequency), a.error + b.error)
+        for k, a in enumerate(ours)
+        for b in theirs
+        if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < _FARTHEST
+    ]
+    most = min(len(ours), len(theirs))
+    here = _near(pairs, 0.0)
+    same = bool(here) and len(here) >= _AGREE * most
+    if most < _LEAST or not pairs:
+        return _Shift(same, None, 0.0, 0)
+    shift = max((d for _, d, _ in pairs), key=lambda d: (len(_near(pairs, d) - here), -abs(d)))
+    there = _near(pairs, shift)
+    moved, contrary = there - here, here - there
+    enough = len(moved) >= _LEAST and len(there) >= _MOST_MARKS_OF_ALL * most
+    if not enough or len(contrary) > _CONTRARY * len(moved) or _one_origin([ours[k] for k in moved]):
+        return _Shift(same, None, 0.0, 0)
+    known = [(d, e) for k, d, e in pairs if k in moved and abs(d - shift) <= e]
+    weights = np.array([1 / max(e, 1e-9) ** 2 for _, e in known])
+    factor = float(np.average([d for d, _ in known], weights=weights))
+    return _Shift(same, factor, float(1 / np.sqrt(weights.sum())), len(moved))
+
+
+def _near(pairs: Sequence[tuple[int, float, float]], shift: float) -> set[int]:
+    """Marks that are at the place of one of the other record, moved by a shift, within the errors of both."""
+    return {k for k, d, e in pairs if abs(d - shift) <= e}
+
+
+def _one_origin(marks: Sequence[Mark]) -> bool:
+    """Whether all marks may be a line and its multiples: a fan whose speed differs is not a clock."""
+    if any(mark.kind != "line" for mark in marks):
+        return False
+    lowest = min(marks, key=lambda mark: mark.frequency)
+    for mark in marks:
+        times = mark.frequency / lowest.frequency
+        nearest = round(times)
+        if nearest > _HIGHEST_MULTIPLE or abs(times - nearest) > times * (mark.error + lowest.error):
+            return False
+    return True

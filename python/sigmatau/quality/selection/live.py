@@ -1,0 +1,181 @@
+"""Live samples by stretches at rest and in motion: running sums of the longest stretch of each, in bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.estimators.accumulator import Accumulator
+from sigmatau.findings.finding import Finding, Span
+from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest
+from sigmatau.quality.selection.rest import LITTLE, Rest, partly, rest
+from sigmatau.record.record import MIN_SAMPLES, Record, stream_name
+from sigmatau.record.streams import PLAUSIBLE_RATES
+
+_BLOCK, _LEAST_BLOCK, _MOST_BLOCK = 30.0, 64, 1 << 18  # judged at a time, beside one before and one behind [s], samples
+_SENSORS = ("gyro", "accel")
+
+
+class LiveStretches:
+    """Sums of live samples: those at rest and those in motion apart.
+
+    A block is summed when the next one is there: a motion shows in the seconds before it too.
+
+    Parameters
+    ----------
+    channels : sequence of str
+    rate : float
+        [Hz]
+    unit : mapping of str to str
+        By channel.
+    input : {"rate", "increments"}
+    assumed : bool
+        Whether all samples are taken as at rest.
+    """
+
+    def __init__(
+        self,
+        channels: Sequence[str],
+        *,
+        rate: float,
+        unit: Mapping[str, str],
+        input: Literal["rate", "increments"],  # noqa: A002  as in `Accumulator`
+        assumed: bool,
+    ) -> None:
+        self.channels, self.rate, self.unit, self.input = tuple(channels), rate, dict(unit), input
+        self.assumed = assumed
+        self.judged = PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
+        self.n = 0  # samples that came
+        self.motion: Motion | None = None  # the strongest
+        self._block = min(max(round(_BLOCK * rate), _LEAST_BLOCK), _MOST_BLOCK)
+        self._before: Floats = np.empty((0, len(self.channels)))  # the last block that was summed
+        self._waiting: list[Floats] = []
+        self._number = 0  # samples that wait
+        self._moving = False
+        self._current = self._new(0)
+        self._longest: dict[bool, Accumulator] = {}  # by whether it moves, of the stretches that have ended
+        self._stretches: list[tuple[int, int, bool]] = []  # first and last sample, and whether it moves
+
+    def push(self, samples: Floats) -> None:
+        """Take the next samples, shape (n, n_channels)."""
+        self.n += len(samples)
+        if not self.judged:
+            self._current.push(samples)
+            return
+        self._waiting.append(samples)
+        self._number += len(samples)
+        if self._number >= 2 * self._block:
+            x = np.concatenate(self._waiting)
+            while len(x) >= 2 * self._block:
+                self._sum(x[: self._block], x[self._block : 2 * self._block])
+                x = x[self._block :]
+            self._waiting, self._number = [x], len(x)
+
+    def finish(self) -> None:
+        """Sum the samples that wait for a next block."""
+        if self._number:
+            x = np.concatenate(self._waiting)
+            self._sum(x[: self._block], x[self._block :])
+            if len(x) > self._block:
+                self._sum(x[self._block :], x[:0])
+            self._waiting, self._number = [], 0
+
+    @property
+    def moving(self) -> bool:
+        """Whether the sensor moves now."""
+        return self._moving
+
+    @property
+    def sums(self) -> Accumulator:
+        """Of the longest stretch at rest; of the longest in motion if it is not at rest."""
+        moving = self.rest().verdict == "not_at_rest" and not self.assumed
+        kept = self._longest.get(moving)
+        if self._moving is not moving and not self.assumed:
+            return kept or self._current
+        return self._current if kept is None or self._current.n >= kept.n else kept
+
+    def rest(self) -> Rest:
+        """The verdict on the samples that are summed."""
+        spans = self._spans()
+        still = tuple((a, b) for a, b, moves in spans if not moves)
+        length = spans[-1][1] if spans else 0.0
+        if self.motion is None:
+            return Rest(verdict="at_rest", still=((0.0, length),))
+        verdict: Literal["partly_at_rest", "not_at_rest"] = "partly_at_rest" if partly(still, length) else "not_at_rest"
+        return Rest(verdict=verdict, still=still, motion=self.motion)
+
+    def findings(self) -> list[Finding]:
+        """What to say of motion: nothing at rest."""
+        found = self.rest()
+        if found.motion is None:
+            return []
+        if self.assumed:
+            return [Finding(details=AssumedAtRest(motion=found.motion), severity="info")]
+        spans = self._spans()
+        length = spans[-1][1]
+        if found.verdict == "not_at_rest":
+            return [Finding(details=NotAtRest(motion=found.motion, duration=length), severity="error")]
+        start = self.sums.start / self.rate
+        stop = start + self.sums.n / self.rate
+        share = (stop - start) / length
+        names = dict.fromkeys(stream_name(channel) for channel in self.channels)
+        kept = tuple(
+            KeptOfStream(stream=name, start=start, stop=stop, left_out=0.0, share=share)
+            for name in names
+            if name in _SENSORS
+        )
+        moved = tuple((a, b) for a, b, moves in spans if moves)
+        details = PartlyAtRest(motion=found.motion, moved=moved, kept=kept)
+        return [
+            Finding(details=details, severity="info" if 1 - share < LITTLE else "warning", spans=moved, size=1 - share)
+        ]
+
+    def _spans(self) -> list[tuple[float, float, bool]]:
+        first = self._stretches[-1][1] if self._stretches else 0
+        last = first + self._current.n
+        stretches = [*self._stretches, *([(first, last, self._moving)] if last > first else [])]
+        return [(a / self.rate, b / self.rate, moves) for a, b, moves in stretches]
+
+    def _sum(self, block: Floats, behind: Floats) -> None:
+        motion = self._motion(block, behind)
+        if motion is not None and (self.motion is None or motion.times > self.motion.times):
+            self.motion = motion
+        moving = motion is not None and not self.assumed
+        if moving is not self._moving:
+            self._turn(moving)
+        self._current.push(block)
+        self._before = block
+
+    def _turn(self, moving: bool) -> None:  # noqa: FBT001
+        ended = self._current
+        if ended.n:
+            self._stretches.append((ended.start, ended.start + ended.n, self._moving))
+            before = self._longest.get(self._moving)
+            if before is None or ended.n > before.n:
+                self._longest[self._moving] = ended
+            self._current = self._new(ended.start + ended.n)
+        self._moving = moving
+
+    def _motion(self, block: Floats, behind: Floats) -> Motion | None:
+        """The motion of a block, by itself and those beside it; None if all of it is at rest."""
+        x = np.concatenate([self._before, block, behind])
+        if len(x) < MIN_SAMPLES:
+            return None
+        columns = dict(zip(self.channels, x.T.copy(), strict=True))
+        record = Record.from_arrays(rate=self.rate, unit=self.unit, input=self.input, **columns)
+        found = rest(record)
+        begins = len(self._before) / self.rate
+        ends = begins + len(block) / self.rate
+        return None if any(_holds(span, begins, ends) for span in found.still) else found.motion
+
+    def _new(self, start: int) -> Accumulator:
+        stated = {channel: unit for channel, unit in self.unit.items() if channel in self.channels}
+        return Accumulator(*self.channels, rate=self.rate, unit=stated, input=self.input, long="strided", start=start)
+
+
+def _holds(span: Span, begins: float, ends: float) -> bool:
+    slack = 1e-6 * (1 + ends)
+    return span[0] <= begins + slack and ends <= span[1] + slack

@@ -81,9 +81,9 @@ _HEAD = """\
 # The likelihood against an exact one
 
 Made by `make study` (studies/oracle.py); {date}, commit {commit}. The exact likelihood is that of all
-samples, by their dense covariance (studies/exact.py), for the terms that the record has. Difference of the estimates of the squared coefficients,
-root mean square over the records, in standard errors of the exact estimate; of records in which exactly the true terms are
-found. Gate: a tenth, with 3 standard errors of the simulation.
+samples, by their dense covariance (studies/exact.py), for the terms that the record has. Difference of the estimates of
+the squared coefficients, root mean square over the records, in standard errors of the exact estimate; of records in which
+exactly the true terms are found. Gate: a tenth, with 3 standard errors of the simulation.
 
 | mixture | samples | records | difference |
 |---|---|---|---|"""

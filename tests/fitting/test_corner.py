@@ -26,8 +26,10 @@ def test_the_interval_of_a_corner(name):
         rng = np.random.default_rng(known.seed_of(f"corner of {name} {k}"))
         y = lfilter(b, a, rng.standard_normal(N + 1000))[1000:] + 1e-4 * np.cumsum(rng.standard_normal(N))
         found = fit_channel(Record.from_arrays(rate=RATE, unit={"gyro": "deg/s"}, gyro_x=0.01 * y), "gyro_x").response
-        assert found is not None
+        if found is None or found.corner is None:  # told as uneven, without a corner
+            continue
         halves.append((found.high - found.low) / 2)
         inside += found.low <= corner <= found.high
     assert np.median(halves) < 0.12 * corner
-    assert inside / RECORDS >= 0.92 - 3 * np.sqrt(0.92 * 0.08 / RECORDS)
+    assert len(halves) >= 0.9 * RECORDS
+    assert inside / len(halves) >= 0.92 - 3 * np.sqrt(0.92 * 0.08 / RECORDS)

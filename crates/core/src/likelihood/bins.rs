@@ -386,7 +386,7 @@ impl<'a> Bins<'a> {
     pub(crate) fn cosine_means(&self, k: usize) -> Vec<f64> {
         match self.leak {
             Some(_) => {
-                let angle = PI * (k + 1) as f64 * self.record.tau0;
+                let angle = PI * (k + 1) as f64 * self.spacing as f64 * self.record.tau0;
                 self.frequency.iter().map(|f| -2.0 * (angle * f).sin().powi(2)).collect()
             }
             None => self.gathered(&self.cosines_low[k], &self.cosines_high[k]),

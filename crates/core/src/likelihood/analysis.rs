@@ -341,11 +341,12 @@ fn best_attempt<'a>(
         }
     }
     let last_good = attempts.iter().rposition(|a| a.p_value >= GOOD);
+    let adequate = attempts.iter().position(|a| a.p_value >= LEAST);
     let least_bad = || {
         let among = (0..attempts.len()).filter(|&a| attempts[a].p_value >= HOPELESS);
         among.max_by(|&a, &b| attempts[a].p_value.total_cmp(&attempts[b].p_value))
     };
-    let chosen = good.or(last_good).or_else(least_bad).unwrap_or(0);
+    let chosen = good.or(last_good).or(adequate).or_else(least_bad).unwrap_or(0);
     attempts.swap_remove(chosen)
 }
 

@@ -5,22 +5,27 @@
 
 mod adequacy;
 mod analysis;
+mod band;
 mod bins;
 mod candidates;
 mod discrepancy;
+mod drifts;
 mod expected;
+mod intervals;
 mod laws;
 pub(crate) mod linear;
 mod lines;
 mod masked;
 mod model;
+mod outcome;
 mod pass;
 mod profile;
 mod select;
 
-pub use analysis::{Drift, Options, Outcome, Process, analyse};
+pub use analysis::analyse;
 pub use expected::Part;
 pub use lines::Line;
 pub use masked::MaskedPass;
+pub use outcome::{Drift, Options, Outcome, Process};
 pub use pass::{LEAST_SAMPLES, Pass, Summary};
 pub use profile::Bounds;

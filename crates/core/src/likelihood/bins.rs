@@ -1,20 +1,16 @@
 //! The numbers that a model is compared with: some 200 means of powers of a channel, with their degrees of freedom.
 
+mod edges;
+
+pub(crate) use edges::{first_density, high_ranges, low_edges, median, usable};
+
 use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, fine_densities, flicker_modes};
 use crate::likelihood::linear::products;
 use crate::likelihood::lines::Line;
 use crate::likelihood::pass::Summary;
+use edges::{high_edges, modes_kept, spacing_of, stretches_of};
 use std::f64::consts::PI;
 use std::sync::Arc;
-
-/// Modes that are bins by themselves.
-const SINGLE: usize = 48;
-
-/// Bins in a decade beyond them.
-const PER_DECADE: f64 = 32.0;
-
-/// No bin of the periodogram is wider than this part of it.
-const WIDEST: f64 = 64.0;
 
 /// Frequencies at which the model is evaluated in a bin of the periodogram, and of the modes.
 pub(crate) const POINTS: usize = 8;
@@ -22,7 +18,7 @@ const MODE_POINTS: usize = 4;
 
 /// Least share of unmasked densities in a bin, and their least number.
 const LEAST_SHARE: f64 = 0.15;
-const LEAST_COUNT: f64 = 2.0;
+pub(crate) const LEAST_COUNT: f64 = 2.0;
 
 /// Half a bin of width more, for every stretch of a bin: the law of the mean of overlapping, tapered densities.
 const EDGE: f64 = 0.5;
@@ -108,73 +104,6 @@ pub(crate) const TERMS: [Part; 4] =
 
 /// Coefficients of a filter, at most.
 pub(crate) const MOST_FILTER: usize = 6;
-
-/// First density of the periodogram that is used: above the highest mode.
-pub(crate) fn first_density(record: &Summary) -> usize {
-    first_above(record.mode_frequency(record.low_modes()), record.segment, record.tau0)
-}
-
-fn first_above(highest_mode: f64, segment: usize, tau0: f64) -> usize {
-    let highest = highest_mode * (1.0 + 1e-9);
-    (highest * segment as f64 * tau0).ceil() as usize
-}
-
-/// The mask without lines: the densities above the modes, up to the frequency where nothing of the noise is left (a zero
-/// of a digital filter, the floor of rounding).
-pub(crate) fn usable(record: &Summary) -> Vec<bool> {
-    const PIECES: usize = 64;
-    const FEWEST: usize = 16;
-    const EMPTY: f64 = 0.08; // of the usual density
-    let last = record.density.len() - 1;
-    let first = first_density(record);
-    let mut mask = vec![false; last + 1];
-    if first >= last {
-        return mask;
-    }
-    mask[first..last].fill(true);
-    let edge = |i: usize| first + (last + 1 - first) * i / PIECES;
-    let medians: Vec<f64> = (0..PIECES).map(|i| median(&record.density[edge(i)..edge(i + 1)])).collect();
-    let usual = median(&medians[1..PIECES / 2]);
-    let mut end = PIECES;
-    while end > FEWEST && medians[end - 1] < EMPTY * usual {
-        end -= 1;
-    }
-    if end < PIECES {
-        mask[edge(end)..].fill(false);
-    }
-    if let Some(end) = end_of_slow_filter(&record.density[..last], first) {
-        mask[end..].fill(false);
-    }
-    mask
-}
-
-/// Where a filter far below half the rate leaves nothing of the noise: densities fall steeper than those of any term, and
-/// stay low. None without such a filter.
-fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
-    const PER_OCTAVE: usize = 8;
-    const FEWEST: usize = 16; // densities of a piece
-    const STEEP: f64 = 0.08; // of the least density one to two octaves lower; a random walk of the rate has 0.25
-    const TOGETHER: usize = 3; // pieces
-    let mut edges = vec![first.max(1)];
-    while edges[edges.len() - 1] < density.len() {
-        let start = edges[edges.len() - 1];
-        let next = start as f64 * 2_f64.powf(1.0 / PER_OCTAVE as f64);
-        edges.push((next.round() as usize).max(start + FEWEST));
-    }
-    edges.pop();
-    let medians: Vec<f64> = edges.windows(2).map(|p| median(&density[p[0]..p[1]])).collect();
-    let lower = |i: usize, octaves: usize| {
-        let wanted = edges[i] >> octaves;
-        edges.partition_point(|&e| e <= wanted).saturating_sub(1)
-    };
-    let steep = |i: usize| {
-        let range = lower(i, 2)..=lower(i, 1);
-        edges[i] >> 1 >= first
-            && medians[i] < STEEP * medians[range].iter().copied().fold(f64::INFINITY, f64::min)
-    };
-    let pieces = medians.len();
-    (0..(pieces + 1).saturating_sub(TOGETHER)).find(|&i| (i..i + TOGETHER).all(steep)).map(|i| edges[i])
-}
 
 impl<'a> Bins<'a> {
     pub(crate) fn new(record: &'a Summary, mask: Arc<Vec<bool>>, regressors: Arc<Vec<Regressor>>) -> Self {
@@ -535,23 +464,6 @@ impl<'a> Bins<'a> {
     }
 }
 
-/// The largest power of two whose multiple of the sample interval still shows the top of the band.
-fn spacing_of(record: &Summary, mask: &[bool], kept: &[usize]) -> usize {
-    let density = mask.iter().rposition(|&used| used).map_or(0.0, |k| record.frequency(k));
-    let mode = kept.last().map_or(0.0, |&k| record.mode_frequency(k + 1));
-    let shown = 0.5 / (density.max(mode).max(record.frequency(1)) * record.tau0);
-    1 << (shown.max(1.0) as usize).ilog2()
-}
-
-/// Modes that count, less 1: all below the band of the periodogram, and those of a short record that are not masked there.
-fn modes_kept(record: &Summary, mask: &[bool]) -> Vec<usize> {
-    let (first, last) = (first_density(record), record.density.len() - 1);
-    let nearest =
-        |k: usize| (record.mode_frequency(k) * record.segment as f64 * record.tau0).round() as usize;
-    let counts = |k: &usize| *k < record.low_modes() || mask[nearest(*k + 1).clamp(first, last - 1)];
-    (0..record.modes.len()).filter(counts).collect()
-}
-
 fn mean_squares(record: &Summary, kept: &[usize], edges: &[usize]) -> Vec<f64> {
     let mean = |p: &[usize]| {
         kept[p[0]..p[1]].iter().map(|&k| record.modes[k].powi(2)).sum::<f64>() / (p[1] - p[0]) as f64
@@ -561,75 +473,6 @@ fn mean_squares(record: &Summary, kept: &[usize], edges: &[usize]) -> Vec<f64> {
 
 fn mean_mode(kept: &[usize]) -> f64 {
     1.0 + kept.iter().sum::<usize>() as f64 / kept.len() as f64
-}
-
-/// Modes singly, then logarithmically: positions in `kept`.
-pub(crate) fn low_edges(record: &Summary, kept: &[usize]) -> Vec<usize> {
-    let modes = record.modes.len();
-    let widest = if modes > record.low_modes() { modes as f64 / WIDEST } else { f64::INFINITY };
-    let mut edges: Vec<usize> = (0..=SINGLE.min(modes)).collect();
-    let mut at = SINGLE as f64;
-    let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
-    while edges[edges.len() - 1] < modes {
-        let done = edges[edges.len() - 1];
-        at = (at + (at * step).min(widest)).max((done + 1) as f64);
-        edges.push((at.round() as usize).min(modes));
-    }
-    let mut found: Vec<usize> = edges.iter().map(|&edge| kept.partition_point(|&k| k < edge)).collect();
-    found.dedup();
-    found
-}
-
-fn high_edges(record: &Summary) -> Vec<(usize, usize)> {
-    if record.modes.len() > record.low_modes() {
-        return Vec::new();
-    }
-    high_ranges(record.mode_frequency(record.low_modes()), record.segment, record.tau0)
-}
-
-/// Ranges of densities above the highest mode.
-pub(crate) fn high_ranges(highest_mode: f64, segment: usize, tau0: f64) -> Vec<(usize, usize)> {
-    const FEWEST: f64 = 4.0;
-    let (first, last) = (first_above(highest_mode, segment, tau0), segment / 2);
-    let widest = (last as f64 / WIDEST).max(LEAST_COUNT);
-    let step = 10_f64.powf(1.0 / PER_DECADE) - 1.0;
-    let mut edges = vec![first];
-    let mut at = first as f64;
-    while edges[edges.len() - 1] < last {
-        at += (at * step).max(FEWEST).min(widest);
-        edges.push((at.round() as usize).min(last));
-    }
-    let n = edges.len();
-    if n > 2 && ((edges[n - 1] - edges[n - 2]) as f64) < 0.5 * (edges[n - 2] - edges[n - 3]) as f64 {
-        edges.remove(n - 2);
-    }
-    edges.windows(2).map(|p| (p[0], p[1])).filter(|(a, b)| b > a).collect()
-}
-
-/// Ranges of consecutive numbers.
-fn stretches_of(numbers: &[usize]) -> Vec<(usize, usize)> {
-    let mut found: Vec<(usize, usize)> = Vec::new();
-    for &k in numbers {
-        match found.last_mut() {
-            Some(last) if last.1 == k => last.1 = k + 1,
-            _ => found.push((k, k + 1)),
-        }
-    }
-    found
-}
-
-pub(crate) fn median(x: &[f64]) -> f64 {
-    if x.is_empty() {
-        return f64::NAN;
-    }
-    let mut sorted = x.to_vec();
-    let middle = sorted.len() / 2;
-    let (below, &mut at, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
-    if x.len() % 2 == 1 {
-        return at;
-    }
-    let before = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    0.5 * (at + before)
 }
 
 #[cfg(test)]

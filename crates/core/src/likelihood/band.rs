@@ -1,0 +1,230 @@
+//! The model of the whole band, or of the widest band that has an adequate one.
+
+use crate::likelihood::adequacy::adequacy;
+use crate::likelihood::analysis::{LEAST, LINE_SEARCHES};
+use crate::likelihood::bins::{Bins, ENDS, Regressor, TERMS, usable};
+use crate::likelihood::drifts::{GIVEN_AT, with_drifts};
+use crate::likelihood::expected::Part;
+use crate::likelihood::intervals::thresholds;
+use crate::likelihood::lines::{Line, above_model, without_images};
+use crate::likelihood::masked::Levels;
+use crate::likelihood::model::{Fit, Model};
+use crate::likelihood::outcome::Options;
+use crate::likelihood::pass::Summary;
+use crate::likelihood::select::{Allowed, GOOD, select};
+use std::sync::Arc;
+
+/// Lowest end of the band over the highest mode, where the top of the band is left out.
+const LEAST_BAND: f64 = 5.0;
+
+/// P-value below which a narrower band describes the record no better than the whole one.
+const HOPELESS: f64 = 1e-4;
+
+/// Times that the band is halved, and after which it is so only to find white noise behind a filter.
+const MOST_HALVINGS: u32 = 10;
+
+const USUAL_SHARE: f64 = 16.0;
+
+/// Correlation time up to which a process without white noise beside it may be white noise behind a filter. [s]
+const SLOWEST_FILTER: f64 = 2.0;
+
+/// White noise over the level of such a process below which there is none beside it.
+const NO_WHITE: f64 = 0.1;
+
+/// Filters and resonances in the high band beyond which its top is left out rather than described.
+const MOST_HIGH_PARTS: f64 = 6.0;
+
+/// Standard errors from which a term says how much information a mask leaves.
+const STANDS_OUT: f64 = 2.0;
+
+pub(crate) struct Attempt<'a> {
+    pub bins: Bins<'a>,
+    pub fit: Fit,
+    pub p_value: f64,
+    pub lines: Vec<Line>,
+    pub highest: Option<f64>,
+}
+
+/// The model of the whole band; or, if none is adequate, of the widest band that has one.
+pub(crate) fn best_attempt<'a>(
+    record: &'a Summary,
+    mask: &[bool],
+    lines: &[Line],
+    regressors: &Arc<Vec<Regressor>>,
+    options: &Options,
+) -> Attempt<'a> {
+    let nyquist = 0.5 / record.tau0;
+    let lowest = record.mode_frequency(record.low_modes());
+    let mut attempts: Vec<Attempt<'a>> = Vec::new();
+    let mut good = None; // the widest band with an adequate model, whose white noise may be hidden
+    for share in (0..MOST_HALVINGS).map(|halvings| f64::from(1 << halvings)) {
+        let mut mask = mask.to_vec();
+        let highest = (share > 1.0).then_some(nyquist / share);
+        if let Some(highest) = highest {
+            if highest < LEAST_BAND * lowest {
+                break;
+            }
+            let from = (highest * record.segment as f64 * record.tau0).ceil() as usize;
+            if !mask[from..].contains(&true) {
+                continue; // nothing of the noise is left there: it was not used before either
+            }
+            mask[from..].fill(false);
+        }
+        let attempt = attempt(record, mask, lines.to_vec(), regressors, options, highest);
+        let model = &attempt.fit.model;
+        let high =
+            |part: &Part| matches!(part, Part::Resonance { frequency, .. } if *frequency > nyquist / 32.0);
+        let many = model.filter.len() as f64 / 2.0 + model.parts.iter().filter(|p| high(p)).count() as f64;
+        let wanted = if highest.is_none() && many == 0.0 { LEAST } else { GOOD };
+        let done = attempt.p_value >= wanted && many <= MOST_HIGH_PARTS;
+        let hidden = hides_white_noise(&attempt.fit);
+        attempts.push(attempt);
+        if done && !hidden {
+            return attempts.swap_remove(attempts.len() - 1);
+        }
+        if done && good.is_none() {
+            good = Some(attempts.len() - 1);
+        }
+        if share >= USUAL_SHARE && !attempts.iter().any(|a| hides_white_noise(&a.fit)) {
+            break;
+        }
+    }
+    let last_good = attempts.iter().rposition(|a| a.p_value >= GOOD);
+    let adequate = attempts.iter().position(|a| a.p_value >= LEAST);
+    let least_bad = || {
+        let among = (0..attempts.len()).filter(|&a| attempts[a].p_value >= HOPELESS);
+        among.max_by(|&a, &b| attempts[a].p_value.total_cmp(&attempts[b].p_value))
+    };
+    let chosen = good.or(last_good).or(adequate).or_else(least_bad).unwrap_or(0);
+    attempts.swap_remove(chosen)
+}
+
+/// Whether a fast process stands for white noise behind a filter: nothing else of the white noise is seen.
+fn hides_white_noise(fit: &Fit) -> bool {
+    fit.model.index(Part::RandomWalk).is_some_and(|j| fit.model.theta[j] < NO_WHITE * fast_level(fit))
+}
+
+/// Highest level at low frequencies of processes as fast as filters are.
+fn fast_level(fit: &Fit) -> f64 {
+    let level = |(part, theta): (&Part, &f64)| match part {
+        Part::GaussMarkov { time } if *time <= SLOWEST_FILTER => 2.0 * theta * time,
+        _ => 0.0,
+    };
+    fit.model.parts.iter().zip(&fit.model.theta).map(level).fold(0.0, f64::max)
+}
+
+fn attempt<'a>(
+    record: &'a Summary,
+    mask: Vec<bool>,
+    mut lines: Vec<Line>,
+    regressors: &Arc<Vec<Regressor>>,
+    options: &Options,
+    highest: Option<f64>,
+) -> Attempt<'a> {
+    let mut bins = Bins::new(record, Arc::new(mask), regressors.clone());
+    bins.see(&lines);
+    let allowed = allowed(record, options);
+    let mut parts: Vec<Part> = TERMS
+        .into_iter()
+        .zip(wanted_terms(record, options))
+        .filter(|(_, w)| *w)
+        .map(|(part, _)| part)
+        .collect();
+    parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
+    let mut used = if record.masked.is_some() { Vec::new() } else { ENDS.to_vec() };
+    used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
+    let mut start = informed(Model::new(parts, used).fit(&bins), &mut bins);
+    with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
+    let mut fit = select(start, &bins, allowed);
+    for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
+        let mut mask = bins.mask.to_vec();
+        let found = above_model(&bins, &fit.model, &mut mask);
+        if found.is_empty() {
+            break;
+        }
+        lines.extend(found);
+        lines = without_images(record, lines);
+        bins = Bins::new(record, Arc::new(mask), bins.regressors.clone());
+        bins.see(&lines);
+        fit = informed(fit.model.clone().fit(&bins), &mut bins);
+        fit = select(fit, &bins, allowed);
+    }
+    fit = informed(fit, &mut bins);
+    let p_value = adequacy(&fit, &bins).p_value;
+    Attempt { bins, fit, p_value, lines, highest }
+}
+
+pub(crate) fn allowed(record: &Summary, options: &Options) -> Allowed {
+    Allowed {
+        quantization: wanted_terms(record, options)[0],
+        filter: options.filter,
+        processes: options.processes,
+        resonances: options.resonances,
+    }
+}
+
+/// The terms that may be present. Without neighbouring samples the densities of quantization noise and random walk are
+/// the same, and the random walk stands for both.
+fn wanted_terms(record: &Summary, options: &Options) -> [bool; 4] {
+    let mut terms = options.terms;
+    terms[0] &= record.masked.as_ref().is_none_or(|masked| masked.has_neighbours() || !terms[1]);
+    terms
+}
+
+/// With missing samples: the fit with the information that the mask leaves, of quantization noise and random walk the
+/// smaller one, if they stand out.
+fn informed(fit: Fit, bins: &mut Bins) -> Fit {
+    let Some(masked) = bins.record.masked.clone() else { return fit };
+    if bins.ranges.is_empty() {
+        return fit;
+    }
+    let covariance = fit.information(bins).0.pseudo_inverse();
+    let at = |part: Part| fit.model.index(part).map(|j| (j, fit.model.theta[j]));
+    let [white, steps] = [Part::RandomWalk, Part::Quantization].map(at);
+    let level = |of: Option<(usize, f64)>| of.map_or(0.0, |(_, theta)| theta);
+    let levels = Levels { quantization: level(steps), random_walk: level(white) };
+    let mut noise = vec![0.0; bins.len()];
+    for (j, theta) in [white, steps].into_iter().flatten() {
+        noise.iter_mut().zip(bins.unit(fit.model.parts[j])).for_each(|(s, c)| *s += theta * c);
+    }
+    let mut least: Option<f64> = None;
+    for (j, theta) in [white, steps].into_iter().flatten() {
+        if theta <= STANDS_OUT * covariance.get(j, j).max(0.0).sqrt() {
+            continue;
+        }
+        let column = bins.unit(fit.model.parts[j]);
+        let weights: Vec<f64> = column.iter().zip(&fit.spectrum).map(|(c, s)| c / (s * s)).collect();
+        let share =
+            masked.information_left(&bins.spread(&weights), &bins.spread(&noise), levels, bins.record.tau0);
+        least = Some(least.map_or(share, |l| l.min(share)));
+    }
+    bins.inform(least.unwrap_or(masked.present as f64 / bins.record.samples as f64));
+    fit.model.clone().fit(bins)
+}
+
+/// With missing samples: expected densities of a fit of the terms. A mask that repeats has images of low frequencies at
+/// high ones, which are no lines.
+pub(crate) fn of_terms(record: &Summary, mask: &[bool]) -> Option<Vec<f64>> {
+    record.masked.as_ref().map(|masked| masked.densities(&fit_of_terms(record, mask.to_vec())))
+}
+
+/// Squared coefficients of the terms.
+fn fit_of_terms(record: &Summary, mask: Vec<bool>) -> Vec<f64> {
+    let bins = Bins::new(record, Arc::new(mask), Arc::new(Vec::new()));
+    Model::new(TERMS.to_vec(), Vec::new()).fit(&bins).model.theta
+}
+
+impl Summary {
+    /// Samples over which the weights of a run should fall to 0 at its ends: the root of the ratio of quantization noise to
+    /// random walk, from a fit of the terms. 0 without missing samples.
+    #[must_use]
+    pub fn run_taper(&self) -> f64 {
+        let Some(masked) = &self.masked else { return 0.0 };
+        if !masked.has_neighbours() {
+            return 0.0;
+        }
+        let theta = fit_of_terms(self, usable(self));
+        let (steps, white) = (theta[0] / self.tau0, theta[1]);
+        if steps > 0.0 { (steps / white.max(1e-12 * steps)).sqrt() } else { 0.0 }
+    }
+}

@@ -1,0 +1,122 @@
+//! Intervals of the terms: profiles, joined with those of other explanations.
+
+use crate::likelihood::bins::Bins;
+use crate::likelihood::discrepancy::widened;
+use crate::likelihood::expected::Part;
+use crate::likelihood::laws::chi2_quantile_above;
+use crate::likelihood::model::{Fit, Shape, TOLERANCE};
+use crate::likelihood::pass::Summary;
+use crate::likelihood::profile::{Bounds, Thresholds, of_part};
+use crate::likelihood::select::{Allowed, second_explanations};
+
+pub(crate) fn thresholds(level: f64) -> Thresholds {
+    Thresholds {
+        interval: chi2_quantile_above(1.0 - level, 1.0),
+        observed: chi2_quantile_above((2.0 * (1.0 - level)).min(0.9), 1.0),
+    }
+}
+
+/// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two that
+/// can stand for each other the last stays in the model, but neither is observed. The interval without them is joined.
+pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
+    let count = fit.model.parts.len();
+    let is_term = |j: &usize| fit.model.parts[*j].is_term();
+    let unknown = Bounds { value: 0.0, low: 0.0, high: f64::INFINITY, observed: false, loss: 0.0 };
+    let mut bounds: Vec<Bounds> =
+        (0..count).map(|j| if is_term(&j) { of_part(fit, bins, j, at) } else { unknown }).collect();
+    let mut open: Vec<Part> =
+        (0..count).filter(is_term).filter(|&j| !bounds[j].observed).map(|j| fit.model.parts[j]).collect();
+    if open.is_empty() {
+        return (bounds, fit.clone());
+    }
+    let mut reduced = fit.clone();
+    while !open.is_empty() && reduced.model.parts.len() > 1 {
+        let loss = |part: &Part| {
+            reduced.model.index(*part).map(|j| {
+                let (loss, without) = reduced.loss_of(j, bins);
+                (loss, *part, without)
+            })
+        };
+        let least = open.iter().filter_map(loss).min_by(|a, b| a.0.total_cmp(&b.0));
+        match least {
+            Some((loss, part, without)) if loss <= at.observed => {
+                reduced = without;
+                open.retain(|&p| p != part);
+            }
+            _ => break,
+        }
+    }
+    for (j, part) in fit.model.parts.iter().enumerate().filter(|(j, _)| is_term(j)) {
+        let Some(k) = reduced.model.index(*part) else { continue };
+        let alone = of_part(&reduced, bins, k, at);
+        let full = bounds[j];
+        bounds[j] = Bounds {
+            value: if alone.observed { alone.value } else { full.value },
+            // Of the models in which the term is needed.
+            low: if alone.observed { full.low.min(alone.low) } else { full.low },
+            high: alone.high.max(full.high),
+            observed: full.observed,
+            loss: full.loss,
+        };
+    }
+    (bounds, reduced)
+}
+
+/// Intervals of terms joined with those of other explanations that are nearly as good.
+pub(crate) fn join_alike(terms: &mut [Bounds], plain: &Fit, bins: &Bins, at: Thresholds, allowed: Allowed) {
+    for other in second_explanations(plain, bins, allowed) {
+        let (other, bins, _) = widened(&other, bins);
+        for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {
+            let Some(k) = other.model.index(*part) else { continue };
+            let second = of_part(&other, &bins, k, at);
+            if terms[j].observed && second.observed {
+                terms[j].low = terms[j].low.min(second.low);
+            }
+            terms[j].high = terms[j].high.max(second.high);
+        }
+    }
+}
+
+/// The shortest correlation time of a Gauss-Markov process that stands for the rate random walk about as well.
+pub(crate) fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<(f64, f64)> {
+    let walk = fit.model.index(Part::RateRandomWalk).filter(|&j| fit.model.theta[j] > 0.0)?;
+    let (bare, walk) = (fit.model.without(walk), fit.model.theta[walk]);
+    let reference = fit.model.clone().refit(bins, 40, TOLERANCE, fit).deviance;
+    let mut found = None;
+    let mut time = 0.5 * bins.record.duration();
+    while time > bins.record.duration() / 300.0 {
+        // A process that is slow enough is a random walk with K² = 2σ²/T.
+        let mut model = bare.with(Part::GaussMarkov { time }, 0.5 * walk * time);
+        model.held_shape = Some((model.parts.len() - 1, Shape::Time));
+        let last = model.parts.len() - 1;
+        let alike = model.refit(bins, 40, TOLERANCE, fit);
+        if alike.deviance > reference + at.interval {
+            break;
+        }
+        found = Some((time, alike.model.theta[last]));
+        time /= 1.5;
+    }
+    found
+}
+
+/// The values of the plain likelihood in place of those with limited weights; inside their intervals.
+pub(crate) fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &Fit) {
+    for (j, part) in plain.model.parts.iter().enumerate() {
+        let value = match reduced.model.index(*part) {
+            Some(k) => reduced.model.theta[k],
+            _ => plain.model.theta[j],
+        };
+        bounds[j] = bounds[j].around(value);
+    }
+}
+
+/// A heavy tail widens what the samples say of the white level: the relative variance of N² is (2 + κ)/N, not 2/N.
+pub(crate) fn heavy_tails(white: &mut Bounds, record: &Summary) {
+    let n = record.present() as f64;
+    if record.kurtosis <= 3.0 * (24.0 / n).sqrt() || !white.observed {
+        return;
+    }
+    let more = 1.96 * (record.kurtosis / n).sqrt() * white.value;
+    white.low = (white.value - (white.value - white.low).hypot(more)).max(0.0);
+    white.high = white.value + (white.high - white.value).hypot(more);
+}

@@ -1,0 +1,114 @@
+//! What is asked of an analysis of a channel, and what it states.
+
+use crate::likelihood::expected::Part;
+use crate::likelihood::lines::Line;
+use crate::likelihood::profile::Bounds;
+
+/// What is asked for.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
+pub struct Options {
+    /// Terms that may be present: quantization, random walk, bias instability, rate random walk.
+    pub terms: [bool; 4],
+    /// Whether a filter, Gauss-Markov processes and resonances may be added.
+    pub filter: bool,
+    /// See `filter`.
+    pub processes: bool,
+    /// See `filter`.
+    pub resonances: bool,
+    /// Whether lines are left out.
+    pub lines: bool,
+    /// Whether a rate ramp and a warm-up are tested.
+    pub drifts: bool,
+    /// Correlation times of Gauss-Markov processes that are in the model from the start. [s]
+    pub times: Vec<f64>,
+    /// Curves that the mean may follow, at the centres of the blocks.
+    pub regressors: Vec<Vec<f64>>,
+    /// Confidence level.
+    pub level: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            terms: [true; 4],
+            filter: true,
+            processes: true,
+            resonances: true,
+            lines: true,
+            drifts: true,
+            times: Vec::new(),
+            regressors: Vec::new(),
+            level: 0.95,
+        }
+    }
+}
+
+/// A Gauss-Markov process or a resonance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Process {
+    /// What it is, with its shape.
+    pub part: Part,
+    /// Its variance.
+    pub variance: Bounds,
+    /// Its correlation time [s], or its centre and half width [Hz].
+    pub shape: [Option<Bounds>; 2],
+}
+
+/// A coefficient of a regressor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drift {
+    /// Value, per unit of the regressor.
+    pub value: f64,
+    /// Standard error.
+    pub error: f64,
+}
+
+/// The result for one channel. Parameters are squares of coefficients, in the unit of the rate and seconds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The terms that were fitted: Q², N², B², K².
+    pub terms: [Option<Bounds>; 4],
+    /// The model that describes the record: the same with terms that were not observed removed.
+    pub reduced: [f64; 4],
+    /// Processes and resonances.
+    pub processes: Vec<Process>,
+    /// ln |H|² = Σ aₖ (cos 2πk f Δ − 1): a filter on all but quantization noise.
+    pub filter: Vec<f64>,
+    /// Δ: the sample interval, or a multiple where the top of the band was left out. [s]
+    pub filter_interval: f64,
+    /// Lines that were left out.
+    pub lines: Vec<Line>,
+    /// Frequency from which the band was left out. [Hz]
+    pub highest: Option<f64>,
+    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as
+    /// well; and the variance of the one of this time.
+    pub alike_from: Option<(f64, f64)>,
+    /// Rate ramp, per second; and whether it stands out and is part of the model.
+    pub ramp: Drift,
+    /// See `ramp`.
+    pub ramp_observed: bool,
+    /// Time constant [s], amplitude at the start, and fall of the deviance.
+    pub warm_up: Option<(f64, Drift, f64)>,
+    /// Coefficients of the regressors given.
+    pub regressors: Vec<Drift>,
+    /// P-value of the model.
+    pub p_value: f64,
+    /// Whether the model is not adequate, and intervals are widened.
+    pub widened: bool,
+    /// Bands: frequency [Hz], normal deviate of record and model.
+    pub bands: Vec<(f64, f64)>,
+    /// Size of the wiggle that the intervals allow for: frequency [Hz], standard deviation of the logarithm of the density.
+    pub discrepancy: Vec<(f64, f64)>,
+    /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
+    pub unsteadiness: (f64, f64),
+    /// Excess kurtosis of the samples.
+    pub kurtosis: f64,
+    /// Parts of the reduced model, in the order of `covariance`: terms by index 0 … 3, then processes.
+    pub parameters: Vec<Part>,
+    /// Covariance of their parameters, of the coefficients of the filter, and of the shapes of processes in the order of the
+    /// parts (logarithms of times and widths; frequencies in widths), row after row.
+    pub covariance: Vec<f64>,
+    /// Bins: frequency [Hz], measured and expected density, degrees of freedom.
+    pub bins: Vec<[f64; 4]>,
+}

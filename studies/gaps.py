@@ -26,8 +26,8 @@ Mask = NDArray[np.bool_]
 Row = dict[str, Any]
 
 N = 2**15
-RECORDS = 200
-PARTS = 4
+RECORDS = 400
+PARTS = 8
 MIXTURES: dict[str, Mixture] = {name: SHORT[name] for name in ("N", "N B", "N K", "N B K", "Q N", "Q N B", "Q K")}
 
 SHORTEST, LONGEST = 20, 2000  # blocks of missing samples, log-uniform

@@ -30,6 +30,7 @@ from sigmatau.fitting.observed import observed_term
 from sigmatau.fitting.pass_over import never_changes, summary_of
 from sigmatau.fitting.response import UNUSED_POWER, FittedFilter, named
 from sigmatau.model.channel import ChannelModel
+from sigmatau.noise.resonance import folds
 from sigmatau.noise.terms import coefficient_unit
 from sigmatau.record.streams import Stream
 
@@ -375,8 +376,12 @@ def _from_clear_times(fitted: NoiseFit) -> NoiseFit:
     place of that of the fit if it helps.
     """
     sizes = cluster_sizes("half", n=fitted.n, tau0=fitted.tau0)
-    bare = replace(fitted, response=None, sinusoid=()).avar(m=sizes)
-    filtered = bare.copy()
+    noise = replace(fitted, response=None, sinusoid=(), warm_up=None)
+    filtered = noise.avar(m=sizes)
+    walk = fitted.model.get("random_walk", math.inf)
+    shapes = {one: (one.sigma.value, one.frequency.value, one.width.value) for one in noise.resonance}
+    kept = tuple(one for one, of in shapes.items() if not folds(*of, fitted.tau0, random_walk=walk))
+    bare = replace(noise, resonance=kept).avar(m=sizes)  # what a model carries
     if fitted.response is not None:
         filtered -= fitted.response.taken_off(fitted.filtered_psd, sizes, highest=fitted.highest)
     # White noise of a band that was left out has this share of the variance; what is there instead is not known.

@@ -16,7 +16,7 @@ from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
 from sigmatau.noise import terms
-from sigmatau.noise.resonance import resonance_avar, resonance_psd
+from sigmatau.noise.resonance import resonance_psd, unfolded_avar
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import (
     TablesByChannel,
@@ -126,6 +126,13 @@ class WarmUp:
 
     amplitude: Interval
     time: float  # time constant, the best of a grid [s]
+
+    def avar(self, taus: NDArray[np.float64], *, duration: float) -> NDArray[np.float64]:
+        """Its part of the overlapped Allan variance of a record, at averaging times in s. [(rate unit)²]"""
+        shares = taus / self.time
+        pairs = np.maximum((duration - 2 * taus) / self.time, 1e-9)
+        mean = -np.expm1(-2 * pairs) / (2 * pairs)  # of exp(-2t/T) over the beginnings of the pairs
+        return np.asarray(0.5 * self.amplitude.value**2 * mean * (np.expm1(-shares) ** 2 / shares) ** 2)
 
     def to_dict(self) -> dict[str, Any]:
         return plain(self, "amplitude time_s=time")
@@ -244,12 +251,14 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             sigma, time = process.sigma.value, process.time.value
             total += kernels.gauss_markov_avar(sigma, time, sizes, self.tau0)
         for one in self.resonance:
-            total += resonance_avar(one.sigma.value, one.frequency.value, one.width.value, sizes, self.tau0)
+            total += unfolded_avar(one.sigma.value, one.frequency.value, one.width.value, sizes, self.tau0)
         if self.response is not None:
             lost = self.response.taken_off(self.filtered_psd, sizes, highest=self.highest)
             total = np.maximum(total - lost, 1e-6 * total)
         for line in self.sinusoid:
             total += kernels.sinusoid_avar(line.amplitude.value, line.frequency.value, sizes, self.tau0)
+        if self.warm_up is not None:
+            total += self.warm_up.avar(sizes * self.tau0, duration=self.n * self.tau0)
         return total
 
     def filtered_psd(self, f: NDArray[np.float64]) -> NDArray[np.float64]:

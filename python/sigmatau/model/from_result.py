@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.model.channel import PROCESSES, ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, real
+from sigmatau.noise.resonance import folds
 from sigmatau.noise.terms import TERMS
 
 _QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whose coefficients have intervals
@@ -105,9 +106,13 @@ def channel_of_fit(
             f"the verdict of its fit is {fit.get('verdict')!r}; one with a model is {' or '.join(_WITH_MODEL)}"
         )
     names, matrix = _covariance(fit.get("covariance") or {})
+    processes = {kind: _processes(terms.get(kind, ()), of) for kind, of in PROCESSES.items()}
+    processes["resonance"], names, matrix = _without_folded(
+        processes["resonance"], names, matrix, walk=model.get("random_walk", math.inf), rate=rate
+    )
     return ChannelModel(
         terms=model,
-        **{kind: _processes(terms.get(kind, ()), of) for kind, of in PROCESSES.items()},
+        **processes,
         alike_from=_alike(fit) if "rate_random_walk" in model else None,
         bandwidth=_bandwidth(fit, rate) if "random_walk" in model else None,
         quantity=quantity,
@@ -132,6 +137,24 @@ def channel_of_fit(
 
 def _processes(rows: Iterable[Mapping[str, Any]], kind: type) -> tuple[Any, ...]:
     return tuple(kind(**{part.name: row[part.name]["value"] for part in fields(kind)}) for row in rows)
+
+
+def _without_folded(
+    resonances: tuple[Any, ...], names: tuple[str, ...], matrix: NDArray[np.float64], *, walk: float, rate: float
+) -> tuple[tuple[Any, ...], tuple[str, ...], NDArray[np.float64]]:
+    """The resonances without those that a sampled model would fold into the white noise; and the covariance."""
+    if rate <= 0:
+        return resonances, names, matrix
+    kept = [
+        k
+        for k, one in enumerate(resonances, 1)
+        if not folds(one.sigma, one.frequency, one.width, 1 / rate, random_walk=walk)
+    ]
+    number = {f"resonance_{old}": f"resonance_{new}" for new, old in enumerate(kept, 1)}
+    rows = [k for k, name in enumerate(names) if not name.startswith("resonance_") or name.partition(".")[0] in number]
+    heads = [names[k].partition(".") for k in rows]
+    renamed = tuple(f"{number.get(head, head)}{dot}{tail}" for head, dot, tail in heads)
+    return tuple(resonances[k - 1] for k in kept), renamed, matrix[np.ix_(rows, rows)]
 
 
 def _alike(fit: Mapping[str, Any]) -> GaussMarkov | None:

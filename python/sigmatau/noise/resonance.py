@@ -7,6 +7,11 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+_FOLDING = 0.02  # frequency over the sampling rate below which nothing worth mentioning is folded
+_FOLDED = 0.02  # share of the density of the white noise
+_GRID = 8192  # frequencies up to half the rate
+_AVERAGED = 1024  # cluster size from which sin⁴ is replaced by its mean of 3/8
+
 
 def resonance_avar(sigma: float, frequency: float, width: float, m: NDArray[np.int64], tau0: float) -> Floats:
     """Allan variance of a sampled resonance. [(rate unit)²]
@@ -39,3 +44,32 @@ def resonance_psd(sigma: float, frequency: float, width: float, f: Floats) -> Fl
     square = f * f
     below = (square - frequency**2) ** 2 + 4 * width**2 * square
     return np.asarray(sigma**2 * 2 * width / np.pi * square / below)
+
+
+def folded_level(sigma: float, frequency: float, width: float, tau0: float) -> float:
+    """Two-sided density at the frequency 0 of a sampled resonance: what sampling folds from beyond half the rate.
+    [(rate unit)²/Hz]
+    """
+    damping = 2 * np.pi * width
+    turning = np.sqrt((2 * np.pi * frequency) ** 2 - damping**2)
+    decay = np.exp(-(damping - 1j * turning) * tau0)
+    return float(tau0 * sigma**2 * ((1 + 1j * damping / turning) * (1 + decay) / (1 - decay)).real)
+
+
+def folds(sigma: float, frequency: float, width: float, tau0: float, *, random_walk: float) -> bool:
+    """Whether a sampled resonance adds to the white noise at low frequencies what a fit of the spectrum did not find there:
+    a model without it describes longer averaging times better.
+    """
+    return folded_level(sigma, frequency, width, tau0) > _FOLDED * random_walk**2
+
+
+def unfolded_avar(sigma: float, frequency: float, width: float, m: NDArray[np.int64], tau0: float) -> Floats:
+    """Allan variance of samples whose density is that of a resonance up to half the rate, as a fit of the spectrum has it:
+    without what `resonance_avar` holds from beyond. [(rate unit)²]
+    """
+    if frequency * tau0 < _FOLDING:
+        return resonance_avar(sigma, frequency, width, m, tau0)
+    f: Floats = (np.arange(_GRID, dtype=np.float64) + 0.5) / (2 * _GRID * tau0)
+    weight = resonance_psd(sigma, frequency, width, f) / np.sin(np.pi * f * tau0) ** 2
+    sums = np.array([weight @ np.sin(np.pi * k * tau0 * f) ** 4 if k < _AVERAGED else 0.375 * weight.sum() for k in m])
+    return np.asarray(4 * (f[1] - f[0]) * sums / m.astype(np.float64) ** 2)

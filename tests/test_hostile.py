@@ -2,6 +2,7 @@
 
 import gzip
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -321,3 +322,14 @@ class TestCalls:
     def test_errors_show_their_words(self):
         error = OptionError("{option} must be 1", option="rate")
         assert repr(error) == "OptionError('`rate` must be 1')"
+
+
+@pytest.mark.parametrize("name", ["inspect", "analyze", "psd"])
+def test_signalling_nans_are_missing_numbers(tmp_path, capsys, name):
+    """A flipped bit of a single-precision number makes one; to convert it is an invalid operation."""
+    rng = np.random.default_rng(7)
+    columns = {f"{s}_{a}": rng.normal(size=3000).astype("f4") for s in ("gyro", "accel") for a in "xyz"}
+    columns["gyro_x"].view("u4")[[5, 2000]] = columns["accel_z"].view("u4")[0] = 0x7FA00001
+    np.savez(tmp_path / "log.npz", **columns)
+    assert main([name, str(tmp_path / "log.npz"), "--rate", "100", "--unit", "gyro=rad/s,accel=g"]) == 0
+    assert not re.search(r"\bnan\b", capsys.readouterr().out)

@@ -52,7 +52,10 @@ def _ipc(path: Path, head: Head) -> Table:
 
     def opened(source: Any, options: Any = None) -> Any:  # noqa: ANN401
         source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, followed by a directory
-        return ipc.open_stream(source, options=options)
+        try:
+            return ipc.open_stream(source, options=options)
+        except MemoryError:  # its declared length is not limited
+            raise DataError("is damaged: its schema needs more memory than there is; copy or record it again") from None
 
     with pa.OSFile(str(path)) as source, opened(source) as stream:
         schema = stream.schema

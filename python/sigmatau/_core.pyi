@@ -240,7 +240,9 @@ _Steps = list[tuple[str, int, int]]
 _Decoded = tuple[list[_Floats], _Ints | None, int]
 _End = tuple[str, int, str]
 
-def log_contents(path: str, bag: bool) -> tuple[list[tuple[str, int, str, str, bytes, str, int]], bool, _End]: ...
+def log_contents(
+    path: str, bag: bool, most: int
+) -> tuple[list[tuple[str, int, str, str, bytes, str, int]], bool, _End]: ...
 def log_messages(
     path: str,
     bag: bool,
@@ -249,6 +251,7 @@ def log_messages(
     cdr: bool,
     wanted: list[int],
     exact: int | None,
+    most: int,
 ) -> tuple[_Decoded, _End]: ...
 def decode_messages(
     data: bytes,

@@ -27,7 +27,7 @@ from sigmatau.fitting.read_off import read_off
 from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality import curve_checks
-from sigmatau.quality.check import LOOKED_AT, Bandwidth, check_fits, examine
+from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, Bandwidth, check_fits, examine
 from sigmatau.quality.curves import curves_of
 from sigmatau.quality.facts import facts_kept, in_threads
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
-
-_LOOKED_AT_BOUNDED = 1 << 20  # samples that are checked of a record that does not fit in memory
 
 
 def _bounded_if_memory_lacks(function: Callable[P, Analysis]) -> Callable[P, Analysis]:
@@ -172,7 +170,7 @@ def analyze(
     findings += told
     moving = resting.verdict == "not_at_rest" and not at_rest
     bounded = {stream.name for stream in record.streams if _in_bounded_memory(stream, long, threads)}
-    looked_at = _LOOKED_AT_BOUNDED if bounded else LOOKED_AT
+    looked_at = LOOKED_AT_BOUNDED if bounded else LOOKED_AT
     if not moving or resting.unit_in_doubt:
         cleaned, checks = examine(
             record, bandwidth=bandwidth, looked_at=looked_at, keep=kept, untouched=bounded, threads=threads

@@ -97,3 +97,13 @@ def test_coarse_values_with_a_resonance():
     assert fitted.verdict == "widened"
     assert "resonance_1.sigma" in names
     assert np.isfinite(covariance).all()
+
+
+def test_no_noise_that_is_seen():
+    """A mean at a level hides less noise than a step: the limit is the noise of a mean halfway between two."""
+    y = np.zeros(3000)
+    y[::50] = 1.0
+    fitted = fit_channel(Record.from_arrays(rate=100, gyro_x=y), "gyro_x")
+    walk, before = allowing_for_rounding(fitted, step=1.0, noise=0.0)["random_walk"], fitted["random_walk"]
+    assert not walk.observed
+    assert walk.upper_limit == pytest.approx((before.high or before.upper_limit) + 0.05, rel=1e-9)

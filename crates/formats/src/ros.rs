@@ -53,11 +53,12 @@ pub struct Messages {
     pub end: End,
 }
 
-/// What is in a file: by its own summary if that is whole, else by going through it.
+/// What is in a file: by its own summary if that is whole, else by going through it. Its chunks unpack to `most` bytes
+/// together, or the walk ends as [`Fault::Expanded`].
 ///
 /// # Errors
 /// If the file cannot be opened or read.
-pub fn contents(path: &Path, kind: LogKind) -> io::Result<Contents> {
+pub fn contents(path: &Path, kind: LogKind, most: u64) -> io::Result<Contents> {
     let file = File::open(path)?;
     let summary = match kind {
         LogKind::Mcap => mcap::summary(&file),
@@ -72,6 +73,7 @@ pub fn contents(path: &Path, kind: LogKind) -> io::Result<Contents> {
     let end = walk(
         path,
         kind,
+        most,
         |container, data, _| {
             let mut found = pieces::Survey::default();
             let fault = container.survey(data, &mut found);
@@ -97,15 +99,22 @@ pub fn contents(path: &Path, kind: LogKind) -> io::Result<Contents> {
     Ok(Contents { channels, declared: false, end })
 }
 
-/// The messages of some channels of a file as columns.
+/// The messages of some channels of a file as columns; `most` as in [`contents`].
 ///
 /// # Errors
 /// If the file cannot be opened or read. Damage is told by [`Messages::end`].
-pub fn messages(path: &Path, kind: LogKind, ids: &[u32], program: &Program) -> io::Result<Messages> {
+pub fn messages(
+    path: &Path,
+    kind: LogKind,
+    ids: &[u32],
+    program: &Program,
+    most: u64,
+) -> io::Result<Messages> {
     let mut columns = program.columns();
     let end = walk(
         path,
         kind,
+        most,
         |container, data, vouched| {
             let mut part = program.columns();
             let fault = container.decode(data, ids, program, &mut part);
@@ -125,6 +134,7 @@ pub fn messages(path: &Path, kind: LogKind, ids: &[u32], program: &Program) -> i
 fn walk<T: Send>(
     path: &Path,
     kind: LogKind,
+    most: u64,
     each: impl Fn(Container, &[u8], bool) -> (T, Option<String>) + Sync,
     merge: impl FnMut(T),
 ) -> io::Result<End> {
@@ -132,5 +142,5 @@ fn walk<T: Send>(
         LogKind::Mcap => Container::Mcap,
         LogKind::Bag => Container::Bag,
     };
-    Walk::open(path, container)?.run(each, merge)
+    Walk::open(path, container, most)?.run(each, merge)
 }

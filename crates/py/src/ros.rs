@@ -19,8 +19,9 @@ pub fn log_contents(
     py: Python<'_>,
     path: PathBuf,
     bag: bool,
+    most: u64,
 ) -> PyResult<(Vec<ChannelFields>, bool, EndFields)> {
-    let found = py.detach(|| ros::contents(&path, kind(bag)))?;
+    let found = py.detach(|| ros::contents(&path, kind(bag), most))?;
     let channels = found.channels.into_iter();
     let fields = channels
         .map(|c| {
@@ -41,9 +42,10 @@ pub fn log_messages(
     cdr: bool,
     wanted: Vec<usize>,
     exact: Option<usize>,
+    most: u64,
 ) -> PyResult<(Decoded<'_>, EndFields)> {
     let program = compiled(&steps, cdr, &wanted, exact)?;
-    let found = py.detach(|| ros::messages(&path, kind(bag), &channels, &program))?;
+    let found = py.detach(|| ros::messages(&path, kind(bag), &channels, &program, most))?;
     Ok((arrays(py, found.columns), end_fields(found.end)))
 }
 
@@ -98,6 +100,7 @@ fn end_fields(end: End) -> EndFields {
         Fault::Damaged => "damaged",
         Fault::Behind => "behind",
         Fault::Filler => "filler",
+        Fault::Expanded => "expanded",
     };
     (kind, end.offset, end.what)
 }

@@ -29,8 +29,8 @@ class LogChannel:
 
 @dataclass(frozen=True, slots=True)
 class LogEnd:
-    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"``, ``"damaged"``, or ``"behind"`` or
-    ``"filler"`` if bytes follow; at which byte, in words.
+    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"``, ``"damaged"``, ``"expanded"`` if it unpacks
+    to more than is allowed, or ``"behind"`` or ``"filler"`` if bytes follow; at which byte, in words.
     """
 
     kind: str
@@ -55,9 +55,9 @@ class Decoded:
     rows: int
 
 
-def log_contents(path: str, kind: LogKind) -> LogContents:
-    """Contents of a log, by its summary or by reading it through; raises OSError."""
-    channels, declared, end = _core.log_contents(path, kind == "rosbag1")
+def log_contents(path: str, kind: LogKind, *, most: int) -> LogContents:
+    """Contents of a log, by its summary or by reading it through; its chunks may unpack to `most` bytes. Raises OSError."""
+    channels, declared, end = _core.log_contents(path, kind == "rosbag1", most)
     return LogContents(tuple(LogChannel(*fields) for fields in channels), declared, LogEnd(*end))
 
 
@@ -70,6 +70,7 @@ def log_messages(
     cdr: bool,
     wanted: Sequence[int],
     exact: int | None,
+    most: int,
 ) -> tuple[Decoded, LogEnd]:
     """Columns of the messages of some channels, up to the first fault of the file; raises OSError.
 
@@ -87,8 +88,12 @@ def log_messages(
         Columns to return, counted from 0.
     exact : int or None
         One of them to return as 64-bit integers, if it holds such.
+    most : int
+        What the chunks of the file may unpack to together. [bytes]
     """
-    decoded, end = _core.log_messages(path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact)
+    decoded, end = _core.log_messages(
+        path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact, most
+    )
     return _decoded(decoded, wanted, exact), LogEnd(*end)
 
 

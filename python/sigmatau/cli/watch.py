@@ -216,6 +216,8 @@ class _Watched:
             found.append(
                 Finding(details=IrregularStamps(interval=1 / self.live.rate, leaps=self.live.leaps), severity="warning")
             )
+        if (change := self.live.rate_change()) is not None:
+            found.append(change)
         measured = self.live.rate_by_stamps()
         if measured is not None and abs(measured / self.live.rate - 1) > _EQUAL_RATES:
             found.append(Finding(details=RateMismatch(used=self.live.rate, other=measured), severity="warning"))

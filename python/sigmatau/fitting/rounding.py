@@ -45,7 +45,9 @@ class Rounding:
 
     @property
     def white(self) -> tuple[float, float]:
-        """Factors of the random walk of the log, if its mean moves: least and most."""
+        """Factors of the random walk of the log, if its mean moves: least and most. Of no noise, any."""
+        if not self.seen > 0:
+            return 0.0, math.inf
         low = float(np.interp(self.least, _SIGMAS, _rounded(0.0), left=0.0, right=self.seen))
         high = float(np.interp(self.most, _SIGMAS, _rounded(0.5), right=self.seen))
         return min(low / self.seen, 1.0), max(high / self.seen, 1.0)
@@ -101,6 +103,11 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         more = min(most, high * slope / (1 - slope)) if slope < 1 else most
         return max(low - min(most, low * slope), 0.0), high + more
 
+    def white_most(high: float) -> float:
+        """Of no noise that is seen, that of a mean halfway between two levels."""
+        most = rounding.white[1]
+        return high * most if most < math.inf else high + step / 2 * math.sqrt(fitted.tau0)
+
     def term(name: str, one: FittedTerm) -> FittedTerm:
         found = widened_term(name, one)
         return limit_of(found) if found.observed and (found.low or 0.0) * (found.high or 0.0) <= 0 else found
@@ -109,14 +116,14 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         if one.low is None or one.high is None:
             return one if one.upper_limit is None else replace(one, upper_limit=limit(name, one.upper_limit))
         if name == "random_walk":
-            return replace(one, low=one.low * rounding.white[0], high=one.high * rounding.white[1])
+            return replace(one, low=one.low * rounding.white[0], high=white_most(one.high))
         if name == "rate_ramp":
             return replace(one, low=one.low - errors[name], high=one.high + errors[name])
         low, high = ends(one.low, one.high, errors[name])
         return replace(one, low=low, high=high)
 
     def limit(name: str, high: float) -> float:
-        return high * rounding.white[1] if name == "random_walk" else ends(0.0, high, errors[name])[1]
+        return white_most(high) if name == "random_walk" else ends(0.0, high, errors[name])[1]
 
     def wider(sigma: Interval) -> Interval:
         if sigma.low is None or sigma.high is None:

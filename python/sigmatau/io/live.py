@@ -21,12 +21,16 @@ from numpy.typing import NDArray
 
 from sigmatau._native import formats
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.stamps import RateChange
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import ABSURD, HEAD, Loaded, Table
 from sigmatau.io.read.table_streams import find_rate
+from sigmatau.io.read.time.clock_line import rate_change
+from sigmatau.io.read.time.stamps import rate_changed
 
 _PIECE = 1 << 18  # read at a time [bytes]
 _PAUSE = 0.05  # before a file that has ended is looked at again [s]
@@ -36,6 +40,7 @@ _LONGEST_LINE = 1 << 20  # [bytes]
 
 _PRINTABLE = bytes([*b"\t\n\r\f", *range(32, 256)])
 _MANY_BAD = 16  # lines of a piece, after which it is read line by line
+_MOST_BLOCKS = 4096  # mean intervals that are held
 _GAP = 20  # sample intervals, as in `sigmatau.io.read.time.stamps`
 
 
@@ -114,6 +119,9 @@ class Live:
     _choice: Choice | None = None
     _intervals: tuple[int, float] = (0, 0.0)
     _last_stamp: float | None = None
+    _blocks: list[float] = field(default_factory=list)  # mean intervals of so many lines each [s]
+    _block: int = 16
+    _pending: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -124,6 +132,17 @@ class Live:
         """By the intervals between the stamps of lines that follow each other, if they have a unit; gaps left out. [Hz]"""
         count, total = self._intervals
         return count / total if count > 1 and total > 0 else None
+
+    def rate_change(self) -> Finding | None:
+        """A finding of an abrupt change of the rate by the stamps."""
+        blocks = np.array(self._blocks)
+        change = rate_change(blocks)
+        if change is None:
+            return None
+        at, before, after = change
+        details = RateChange(before=1 / before, after=1 / after, grid=self.rate)
+        times = self._block * np.cumsum(blocks)
+        return rate_changed(at=float(times[at - 1]), end=float(times[-1]), details=details, empty=False)
 
     def push(self, piece: bytes, *, last: bool = False) -> NDArray[np.float64]:
         """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes. `last`
@@ -253,10 +272,23 @@ class Live:
             even = (intervals >= 0) & (intervals * self.rate <= _GAP)
             self.leaps += int(np.count_nonzero(~even))
             count, total = self._intervals
+            self._note_blocks(intervals[even])
             self._intervals = count + int(np.count_nonzero(even)), total + float(intervals[even].sum())
             last = None
         if stretches:
             self._last_stamp = float(stretches[-1][-1]) * second
+
+    def _note_blocks(self, intervals: NDArray[np.float64]) -> None:
+        """Mean intervals of blocks, of twice as many lines when there are too many blocks."""
+        held = np.concatenate((self._pending, intervals))
+        whole = len(held) // self._block * self._block
+        self._blocks += held[:whole].reshape(-1, self._block).mean(axis=1).tolist()
+        self._pending = held[whole:]
+        while len(self._blocks) > _MOST_BLOCKS:
+            if len(self._blocks) % 2:
+                self._pending = np.concatenate((np.full(self._block, self._blocks.pop()), self._pending))
+            self._blocks = np.array(self._blocks).reshape(-1, 2).mean(axis=1).tolist()
+            self._block *= 2
 
 
 def _lines(piece: bytes) -> list[bytes]:

@@ -43,6 +43,9 @@ LEAST_SAMPLES = 64
 LOOKED_AT = 1 << 24
 """Samples of a stream that are checked: 36 hours at 128 Hz, some hundred megabytes for each channel."""
 
+LOOKED_AT_BOUNDED = 1 << 20
+"""Samples that are checked of a record that does not fit in memory."""
+
 
 def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
     """Faults of a record that samples and spectra show, and their effects on the coefficients.

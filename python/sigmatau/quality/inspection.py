@@ -18,7 +18,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
 from sigmatau.quality import curve_checks
-from sigmatau.quality.check import Bandwidth, check_fits, examine
+from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, Bandwidth, check_fits, examine
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import by_channel, without_consequences
 from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start
@@ -80,16 +80,31 @@ def inspect(
     record, told = at_rest_only(record, resting, assumed=False)
     if resting.verdict == "not_at_rest":
         return replace(found, record=record, checks=(*left, *constant, *told))
-    still, checks = examine(record, bandwidth=bandwidth, keep=kept)
+    bounded = [s.name for s in record.streams if s.mask is None and not memory.fits(s, None)]
+    try:
+        still, checks = _examined(record, bandwidth, kept, bounded)
+    except MemoryError:
+        if bounded:
+            raise
+        bounded = [s.name for s in record.streams]
+        still, checks = _examined(record, bandwidth, kept, bounded)
     checked = [*left, *constant, *told, *checks]
-    return replace(found, record=record, checks=tuple(_against_fits(still, checked)))
+    return replace(found, record=record, checks=tuple(_against_fits(still, checked, bounded)))
 
 
-def _against_fits(record: Record, found: Sequence[Finding]) -> list[Finding]:
+def _examined(
+    record: Record, bandwidth: Bandwidth | None, keep: Sequence[str], bounded: Sequence[str]
+) -> tuple[Record, tuple[Finding, ...]]:
+    """As `sigmatau.analyze` examines it: of a record that does not fit in memory, a part."""
+    looked_at = LOOKED_AT_BOUNDED if bounded else LOOKED_AT
+    return examine(record, bandwidth=bandwidth, looked_at=looked_at, keep=keep, untouched=bounded)
+
+
+def _against_fits(record: Record, found: Sequence[Finding], bounded: Sequence[str]) -> list[Finding]:
     """The findings, with those that need a fit, as `sigmatau.analyze` has them."""
     streams = [stream for stream in record.streams if stream.quantity != "temperature"]
     number = sum(stream.grid.n * len(stream.channels) for stream in streams)
-    if number > FITTED or not all(memory.fits(stream, None) for stream in streams):
+    if number > FITTED or bounded or not all(memory.fits(stream, None) for stream in streams):
         return [*found, Finding(details=CheckedWithoutFit(samples=number), severity="info")]
     fits: dict[str, NoiseFit] = {}
     for stream in streams:

@@ -124,7 +124,8 @@ class Columns:
         """Rates of one channel in SI, samples `start` to `stop`, NaN where they are missing; shape (stop - start,)."""
         t = self.transforms[channel]
         more = 1 if t.kind == "accumulated" else 0
-        x = np.asarray(self.raw[channel][start : stop + more], dtype=np.float64)
+        with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
+            x = np.asarray(self.raw[channel][start : stop + more], dtype=np.float64)
         if t.kind == "accumulated":
             x = np.diff(x)  # an offset would cancel here
         elif t.offset:

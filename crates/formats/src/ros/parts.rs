@@ -58,6 +58,8 @@ pub enum Fault {
     Behind,
     /// The log is whole, and zeros or 0xff lie behind it.
     Filler,
+    /// Its chunks unpack to more than is allowed.
+    Expanded,
 }
 
 /// How a walk through a file ended.

@@ -76,11 +76,13 @@ impl Container {
 pub struct Walk {
     source: Source,
     container: Container,
+    /// What its chunks may still unpack to together. [bytes]
+    left: u64,
 }
 
 impl Walk {
-    pub fn open(path: &Path, container: Container) -> io::Result<Self> {
-        Ok(Self { source: Source::open(path)?, container })
+    pub fn open(path: &Path, container: Container, most: u64) -> io::Result<Self> {
+        Ok(Self { source: Source::open(path)?, container, left: most })
     }
 
     /// Goes through the file: `each` works on unpacked records, side by side, and is told whether a checksum vouches for
@@ -100,8 +102,14 @@ impl Walk {
         }
         loop {
             let (batch, last) = self.batch()?;
-            let done: Vec<_> = batch.into_par_iter().map(|piece| work(piece, container, &each)).collect();
-            for (made, end) in done {
+            let left = self.left;
+            let done: Vec<_> =
+                batch.into_par_iter().map(|piece| work(piece, left, container, &each)).collect();
+            for (made, size, end) in done {
+                let Some(left) = self.left.checked_sub(size as u64) else {
+                    return Ok(End::new(Fault::Expanded, 0, "its chunks unpack to more than is allowed"));
+                };
+                self.left = left;
                 // What stands before a fault is used, and nothing behind it.
                 merge(made);
                 if let Some(end) = end {
@@ -158,25 +166,26 @@ impl Walk {
 
 fn work<T>(
     piece: Piece,
+    left: u64,
     container: Container,
     each: &(impl Fn(Container, &[u8], bool) -> (T, Option<String>) + Sync),
-) -> (T, Option<End>) {
+) -> (T, usize, Option<End>) {
     let Piece { offset, packed, compression, size, crc, cut } = piece;
-    let (data, mut fault) = unpack(packed, compression, size);
-    let complete = data.len() == size;
+    let (data, mut fault) = unpack(packed, compression, size, left);
+    let (unpacked, complete) = (data.len(), data.len() == size);
     if complete && crc.is_some_and(|crc| crc != crc32fast::hash(&data)) {
         fault = Some("the checksum of a chunk is wrong".to_owned());
     }
     if cut && !(complete && fault.is_some()) {
         // The records before the break are whole; no checksum vouches for a part.
         let (made, _) = each(container, data.get(..size.min(data.len())).unwrap_or_default(), false);
-        return (made, Some(End::new(Fault::BrokenOff, offset, "the file ends within a chunk")));
+        return (made, unpacked, Some(End::new(Fault::BrokenOff, offset, "the file ends within a chunk")));
     }
     if let Some(what) = fault {
         // Nothing of a chunk that is known to be wrong.
         let (made, _) = each(container, &[], true);
-        return (made, Some(End::new(Fault::Damaged, offset, what)));
+        return (made, unpacked, Some(End::new(Fault::Damaged, offset, what)));
     }
     let (made, fault) = each(container, &data, crc.is_some());
-    (made, fault.map(|what| End::new(Fault::Damaged, offset, what)))
+    (made, unpacked, fault.map(|what| End::new(Fault::Damaged, offset, what)))
 }

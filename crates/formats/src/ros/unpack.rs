@@ -28,8 +28,15 @@ impl Compression {
     }
 }
 
-/// The bytes of a chunk of `size` bytes, and what was wrong with them; what was unpacked before a fault is kept.
-pub fn unpack(packed: Vec<u8>, compression: Compression, size: usize) -> (Vec<u8>, Option<String>) {
+/// The bytes of a chunk of `size` bytes, and what was wrong with them; what was unpacked before a fault is kept. Of a chunk
+/// of more than `most` bytes, one byte more than that.
+pub fn unpack(
+    packed: Vec<u8>,
+    compression: Compression,
+    size: usize,
+    most: u64,
+) -> (Vec<u8>, Option<String>) {
+    let most = usize::try_from(most).map_or(size, |most| size.min(most));
     let mut data = Vec::new();
     let done = match compression {
         Compression::None => {
@@ -37,9 +44,9 @@ pub fn unpack(packed: Vec<u8>, compression: Compression, size: usize) -> (Vec<u8
             Ok(())
         }
         Compression::Zstd => zstd::stream::read::Decoder::with_buffer(packed.as_slice())
-            .and_then(|reader| drain(reader, size, &mut data)),
-        Compression::Lz4 => drain(lz4_flex::frame::FrameDecoder::new(packed.as_slice()), size, &mut data),
-        Compression::Bzip2 => drain(bzip2::bufread::MultiBzDecoder::new(packed.as_slice()), size, &mut data),
+            .and_then(|reader| drain(reader, most, &mut data)),
+        Compression::Lz4 => drain(lz4_flex::frame::FrameDecoder::new(packed.as_slice()), most, &mut data),
+        Compression::Bzip2 => drain(bzip2::bufread::MultiBzDecoder::new(packed.as_slice()), most, &mut data),
     };
     let fault = match done {
         Err(error) => Some(format!("a chunk cannot be decompressed ({error})")),

@@ -41,6 +41,16 @@ class RateDrift(Details, code="rate_drift"):
 
 
 @frozen
+class RateChange(Details, code="rate_change"):
+    """The sampling rate changes abruptly, once and for good."""
+
+    before: float  # [Hz]
+    after: float
+    grid: float  # rate in use [Hz]
+    place: str = ""  # the row behind the change, as the file counts it; empty in a live log
+
+
+@frozen
 class ClockOff(Details, code="clock_off"):
     """Lines and filter corners have a common factor to those of other records of the unit; the size is the factor."""
 

@@ -64,6 +64,14 @@ def _rate_drift(finding: Finding, found: kinds.RateDrift) -> Words:
     )
 
 
+def _rate_change(finding: Finding, found: kinds.RateChange) -> Words:
+    return Words(
+        f"the sampling rate changes from {found.before:.4g} to {found.after:.4g} Hz at t ="
+        f" {clock(finding.spans[0][0])}{found.place and f' ({found.place})'}; all of it is analysed at {found.grid:.6g} Hz",
+        "Split the log there, and analyse the parts separately",
+    )
+
+
 def _gaps(finding: Finding, found: kinds.Gaps) -> Words:
     lost = _count(finding)
     if found.even_rate is not None:
@@ -189,6 +197,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.RateMismatch: _rate_mismatch,
     kinds.ClockOff: _clock_off,
     kinds.RateDrift: _rate_drift,
+    kinds.RateChange: _rate_change,
     kinds.Gaps: _gaps,
     kinds.LongPauses: _long_pauses,
     kinds.IrregularStamps: _irregular_stamps,

@@ -333,7 +333,8 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
 def gravity_on_gyro(gyro: Sequence[NDArray[Any]], accel: Sequence[NDArray[Any]]) -> tuple[float, float] | None:
     """Sizes of the means of the two sensors, if gravity is on the gyro and not on the accelerometer; in units of the log."""
     step = max(len(gyro[0]) // _ROWS_TESTED, 1)
-    triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor]) for sensor in (gyro, accel)]
+    with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
+        triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor]) for sensor in (gyro, accel)]
     finite = [three[:, np.isfinite(three).all(axis=0)] for three in triples]
     if min(three.shape[1] for three in finite) < _MIN_ROWS or not _is_gravity(finite[0]) or _is_gravity(finite[1]):
         return None

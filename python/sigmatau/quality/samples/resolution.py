@@ -219,7 +219,8 @@ def _rounding(stream: Stream, channel: str) -> float:
     if raw.dtype.kind != "f" or len(raw) == 0:
         return 0.0
     step = max(len(raw) // 4096, 1)
-    some = np.asarray(raw[::step], dtype=float)
+    with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
+        some = np.asarray(raw[::step], dtype=float)
     if stream.mask is not None:  # what is taken for missing may be any number
         gone = stream.mask[::step, k]
         some = some[: len(gone)][~gone]

@@ -9,6 +9,7 @@ from typing import Any
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Place
+from sigmatau.io.read.formats.arrow_messages import next_unpacked
 from sigmatau.io.read.formats.arrow_table import BatchError, columns_of, table_of
 from sigmatau.io.read.formats.damage import behind, fault, first_line, library_faults, places_of, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
@@ -51,7 +52,10 @@ def _ipc(path: Path, head: Head) -> Table:
 
     def opened(source: Any, options: Any = None) -> Any:  # noqa: ANN401
         source.seek(len(_FILE) if is_file else 0)  # a file is a stream between two marks, followed by a directory
-        return ipc.open_stream(source, options=options)
+        try:
+            return ipc.open_stream(source, options=options)
+        except MemoryError:  # its declared length is not limited
+            raise DataError("is damaged: its schema needs more memory than there is; copy or record it again") from None
 
     with pa.OSFile(str(path)) as source, opened(source) as stream:
         schema = stream.schema
@@ -61,9 +65,11 @@ def _ipc(path: Path, head: Head) -> Table:
         indices = [schema.get_field_index(name) for name in fields]
         options = ipc.IpcReadOptions(included_fields=indices)
         with pa.OSFile(str(path)) as source, opened(source, options) as stream:
-            number, rows, stored = 0, 0, path.stat().st_size
+            number, unpacked, stored = 0, 0, path.stat().st_size
             while True:
                 place = Place("batch", number + 1)
+                unpacked += next_unpacked(path, source.tell())
+                refuse_expansion(stored, unpacked, "the table")
                 try:
                     batch = stream.read_next_batch()
                 except StopIteration:
@@ -73,8 +79,6 @@ def _ipc(path: Path, head: Head) -> Table:
                     raise BatchError(place, "it needs more memory than there is, or is damaged") from None
                 except Exception as error:
                     raise BatchError(place, first_line(error)) from None
-                rows += batch.num_rows
-                refuse_expansion(stored, rows * _NUMBER * len(fields), "the table")
                 yield place, batch
                 number += 1
 

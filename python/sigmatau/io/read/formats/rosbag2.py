@@ -17,6 +17,7 @@ from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats import damage, roslog, split
+from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.messages import IMU_ROS2, Layout
 from sigmatau.io.read.table import Head, Loaded, Table
 
@@ -199,6 +200,7 @@ class _Reader:
                 (self.topic.id,),
             )
             fault, last, intact = "", None, None
+            stored, unpacked = self.path.stat().st_size, 0
             while not fault:
                 blobs: list[bytes] = []
                 times: list[int] = []
@@ -218,6 +220,9 @@ class _Reader:
                         if blob != 0:
                             if self.compressed and isinstance(blob, bytes):
                                 blob = logs.unpacked(blob)
+                                unpacked += len(blob or b"")
+                                if unpacked > largest_expansion(stored):
+                                    refuse_expansion(stored, None)
                             if not (isinstance(blob, bytes) and isinstance(stamp, int) and abs(stamp) < 1 << 63):
                                 fault = f"message {number} of all topics is not valid"
                                 break

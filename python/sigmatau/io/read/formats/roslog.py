@@ -10,7 +10,7 @@ from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place
-from sigmatau.io.read.formats.damage import behind
+from sigmatau.io.read.formats.damage import behind, largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.messages import Layout, layout_of
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 
@@ -29,8 +29,8 @@ def sniff(head: bytes, path: Path) -> bool:
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """A table for each topic, or type of a topic: numbers by the paths of their fields, times in nanoseconds."""
     kind: logs.LogKind = "mcap" if head.data.startswith(_MCAP) else "rosbag1"
-    contents = logs.log_contents(str(path), kind)
-    end = contents.end
+    contents = logs.log_contents(str(path), kind, most=largest_expansion(path.stat().st_size))
+    end = _within(path, contents.end)
     where = f"{end.what} (byte {end.offset})"
     if not contents.channels:
         if end.kind:
@@ -127,6 +127,13 @@ def findings_of(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: i
     return (Finding(details=details, severity="warning" if end.kind == "no_end" else "error"),)
 
 
+def _within(path: Path, end: logs.LogEnd) -> logs.LogEnd:
+    """The end; raises `DataError` if the chunks unpack to more than is allowed."""
+    if end.kind == "expanded":
+        refuse_expansion(path.stat().st_size, None)
+    return end
+
+
 def _load(
     path: Path,
     kind: logs.LogKind,
@@ -139,7 +146,11 @@ def _load(
     exact: int | None,
 ) -> Loaded:
     """The columns of a topic."""
-    found, end = logs.log_messages(str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact)
+    most = largest_expansion(path.stat().st_size)
+    found, end = logs.log_messages(
+        str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, most=most
+    )
+    _within(path, end)
     if not found.rows and end.kind:
         raise DataError(
             f"{end.what} (byte {end.offset}): no message of {topic} could be read; copy or record the file again"

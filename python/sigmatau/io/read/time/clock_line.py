@@ -9,10 +9,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import median
+
 BLOCK = 64  # Stamps whose phase on the grid is averaged
 _JITTER_BLOCKS = 512  # blocks from which the jitter is computed
 _PARTS = 10  # equal parts of a record whose rates are compared
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
+_LEAST_CHANGE = 1.05  # times the rate: an abrupt change
+_LEAST_SIDE = 16  # intervals before and after it
+_EXCEPTIONS = 0.03  # share of the intervals of the shorter side that may be on the wrong one
 _LEAST_INDEPENDENT = 3.0  # independent stamps in a part: two of them determine a line without scatter
 
 
@@ -63,6 +68,26 @@ def about_line(
     more = float(middle @ rest) / float(middle @ middle)
     rest -= more * middle
     return rest, first + more, middle
+
+
+def rate_change(intervals: NDArray[np.float64]) -> tuple[int, float, float] | None:
+    """The first interval after an abrupt change of the sampling rate, and the intervals before and after; None unless they
+    change once and for good, as after a new setting of the sensor. Lost samples and bunches do not.
+    """
+    n = len(intervals)
+    ends = max(n // 100, _LEAST_SIDE)
+    before, after = (median(some[:: max(ends // 4096, 1)]) for some in (intervals[:ends], intervals[-ends:]))
+    if not (min(before, after) > 0 and max(before, after) > _LEAST_CHANGE * min(before, after)):
+        return None
+    later = (intervals < math.sqrt(before) * math.sqrt(after)) == (after < before)
+    ahead = np.cumsum(np.where(later, -1, 1))
+    at = int(np.argmax(ahead)) + 1
+    wrong = np.count_nonzero(later[:at]) + np.count_nonzero(~later[at:])
+    if min(at, n - at) < _LEAST_SIDE or wrong > _EXCEPTIONS * min(at, n - at):
+        return None
+    near = (median(intervals[max(at - BLOCK, 0) : at]) / before, median(intervals[at : at + BLOCK]) / after)
+    most = (max(before, after) / min(before, after)) ** 0.25
+    return (at, before, after) if all(1 / most < one < most for one in near) else None
 
 
 def _by_blocks(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -22,11 +22,12 @@ from sigmatau.findings.kinds.stamps import (
     ImplausibleRate,
     IrregularStamps,
     LongPauses,
+    RateChange,
     RateDrift,
     RateMismatch,
     RateNotNominal,
 )
-from sigmatau.io.read.time.clock_line import GridFit
+from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
@@ -143,9 +144,8 @@ def fit(
             *used.findings,
             *(_implausible_rate(1.0 / tau0) if known else ()),
             *_pauses(found, used, second, place),
-            *_gaps(found, second, place),
             *_resolution_or_host(found, used, second, step),
-            *_rate_drift(found, tau0),
+            *(_rate_change(found, used, second, place) or (*_gaps(found, second, place), *_rate_drift(found, tau0))),
             *(_rate_not_nominal(1.0 / tau0, found) if known and rate is None else ()),
         ),
     )
@@ -290,6 +290,37 @@ def _is_single_precision(used: Rows, step: float) -> bool:
     """Whether the step of the clock is the resolution of single-precision numbers as large as the stamps."""
     last = float(np.abs(used.stamps[-1]))
     return step >= 1 and last < float(np.finfo(np.float32).max) and float(np.spacing(np.float32(last))) == step
+
+
+def _rate_change(found: GridFit, used: Rows, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
+    """A finding of an abrupt change of the rate, with those of the gaps if there are longer ones than it makes."""
+    change = rate_change(used.intervals)
+    if change is None or found.pieces != 1:
+        return ()
+    at, before, after = change
+    told = rate_changed(
+        at=float(used.stamps[at] - used.stamps[0]) * second,
+        end=float(used.stamps[-1] - used.stamps[0]) * second,
+        details=RateChange(
+            before=1 / (before * second),
+            after=1 / (after * second),
+            grid=1 / (found.interval * second),
+            place=place(at),
+        ),
+        empty=found.places is not None,
+    )
+    longest = 1 if found.places is None else int(np.diff(found.places).max())
+    more = () if longest <= round(max(before, after) / found.interval) else _gaps(found, second, place)
+    return (told, *more)
+
+
+def rate_changed(*, at: float, end: float, details: RateChange, empty: bool) -> Finding:
+    """A finding of a change of the rate at the time `at` of a log that ends at `end` [s]. Where places are left `empty`, the
+    coefficients allow for it; else they are those of a mixture.
+    """
+    most = max(details.before, details.after) / min(details.before, details.after)
+    factors = () if empty else (("random_walk", math.sqrt(most)),)
+    return Finding(details=details, severity="warning", spans=((at, end),), size=most, factors=factors)
 
 
 def _rate_drift(found: GridFit, tau0: float, *, least: float = _DRIFT_INFO) -> tuple[Finding, ...]:

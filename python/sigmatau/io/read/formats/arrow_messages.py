@@ -1,0 +1,99 @@
+"""Sizes that the messages of an Arrow stream declare: the library takes memory for them before it unpacks."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+_SCHEMA, _DICTIONARY, _BATCH = 1, 2, 3  # kinds of messages
+_CONTINUED = 0xFFFFFFFF
+_LONGEST_HEAD = 1 << 24  # [bytes]
+
+
+def next_unpacked(path: Path, at: int) -> int:
+    """Bytes that the next batch and the dictionaries before it unpack to by their own words; up to what makes no sense,
+    which the library refuses. `at`: where the first of these messages begins. [bytes]
+    """
+    total = 0
+    with path.open("rb") as file:
+        file.seek(at)
+        try:
+            while True:
+                kind, size = _message(file)
+                total += size
+                if kind not in (_SCHEMA, _DICTIONARY):
+                    return total
+        except (struct.error, EOFError, OverflowError, OSError):
+            return total
+
+
+def _message(file: BinaryIO) -> tuple[int, int]:
+    """Kind of the next message and the size that its buffers unpack to; the file is then at its end."""
+    (length,) = struct.unpack("<I", file.read(4))
+    if length == _CONTINUED:
+        (length,) = struct.unpack("<I", file.read(4))
+    if not 0 < length <= _LONGEST_HEAD:
+        raise EOFError
+    head = _Table(head := file.read(length), struct.unpack_from("<I", head)[0])
+    kind, body = head.number(1, "<B"), head.number(3, "<q")
+    start = file.tell()
+    size = 0
+    batch = head.table(2) if kind in (_DICTIONARY, _BATCH) else None
+    if kind == _DICTIONARY and batch is not None:
+        batch = batch.table(1)
+    if batch is not None:
+        compressed = batch.place(3) is not None
+        for offset, stored in batch.pairs(2):
+            size += _declared(file, start + offset, stored) if compressed else max(stored, 0)
+    file.seek(start + max(body, 0))
+    return kind, size
+
+
+def _declared(file: BinaryIO, at: int, stored: int) -> int:
+    """Size of a compressed buffer by the number before it; -1 there means that it is not compressed."""
+    if stored < 8 or at < 0:
+        return 0
+    file.seek(at)
+    (size,) = struct.unpack("<q", file.read(8))
+    return stored if size < 0 else size
+
+
+class _Table:
+    """A table of FlatBuffers; raises `struct.error` where it leaves its bytes."""
+
+    def __init__(self, data: bytes, at: int) -> None:
+        self.data, self.at = data, at
+        self.offsets = at - self._read("<i", at)
+
+    def place(self, field: int) -> int | None:
+        """Where a field is; None if it is left out."""
+        slot = 4 + 2 * field
+        if slot + 2 > self._read("<H", self.offsets):
+            return None
+        offset = self._read("<H", self.offsets + slot)
+        return self.at + offset if offset else None
+
+    def number(self, field: int, form: str) -> int:
+        """A number; 0 if it is left out."""
+        at = self.place(field)
+        return 0 if at is None else self._read(form, at)
+
+    def table(self, field: int) -> _Table | None:
+        at = self.place(field)
+        return None if at is None else _Table(self.data, at + self._read("<I", at))
+
+    def pairs(self, field: int) -> Iterator[tuple[int, int]]:
+        """A vector of two numbers each."""
+        at = self.place(field)
+        if at is not None:
+            at += self._read("<I", at)
+            for k in range(self._read("<I", at)):
+                yield self._read("<q", at + 4 + 16 * k), self._read("<q", at + 12 + 16 * k)
+
+    def _read(self, form: str, at: int) -> int:
+        if at < 0:
+            raise struct.error
+        value: int = struct.unpack_from(form, self.data, at)[0]
+        return value

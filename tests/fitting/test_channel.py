@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from known import seed_of
 from sigmatau import DataError, OptionError, Record, fit_channel
@@ -42,3 +43,40 @@ def test_many_regressors_of_any_size_leave_white_noise_adequate():
         off += [one.value / ((one.high - one.low) / 2 / 1.96) for one in fitted.regressors.values()]
     assert widened <= 2  # 0.2 % are expected; before, 3 of 20
     assert np.std(off) == pytest.approx(1, abs=3 / np.sqrt(2 * len(off)))
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("processes", 3.0),
+        ("processes", "abc"),
+        ("processes", [-1.0]),
+        ("processes", list(np.geomspace(0.1, 100, 50))),
+        ("regressors", [np.arange(2000.0)]),
+        ("regressors", {"text": ["a"] * 2000}),
+        ("regressors", {"complex": np.arange(2000) * 1j}),
+        ("regressors", {"huge": np.arange(2000) * 1e300}),
+        ("regressors", {"short": np.arange(1000.0)}),
+        ("regressors", {"nan": np.full(2000, np.nan)}),
+        ("regressors", {f"curve {k}": np.cos(k * np.arange(2000.0)) for k in range(1, 40)}),
+    ],
+    ids=lambda one: str(one)[:20].partition("\n")[0],
+)
+def test_what_the_likelihood_cannot_use_is_refused(option, value):
+    x = np.random.default_rng(seed_of("likelihood")).standard_normal(2000)
+    record = Record.from_arrays(rate=100, gyro_x=x, unit={"gyro": "rad/s"})
+    with pytest.raises(OptionError, match=f"`{option}`"):
+        fit_channel(record, "gyro_x", **{option: value})
+
+
+@pytest.mark.parametrize("time", [0.3, 1.0])
+def test_white_noise_behind_a_slow_filter_alone(time):
+    """Its density is that of a Gauss-Markov process: a random walk by either reading is inside what is stated."""
+    decay, held = np.exp(-0.01 / time), 0
+    for k in range(8):
+        white = np.random.default_rng(seed_of(f"slow filter {time} {k}")).standard_normal(2**17)
+        x = lfilter([1 - decay], [1, -decay], 1e-3 * white)
+        fitted = fit_channel(Record.from_arrays(rate=100, gyro_x=x, unit={"gyro": "rad/s"}), "gyro_x")["random_walk"]
+        high = fitted.high if fitted.observed else fitted.upper_limit
+        held += (fitted.low or 0.0) <= 1e-4 <= high
+    assert held >= 6

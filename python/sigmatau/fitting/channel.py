@@ -106,6 +106,10 @@ def fit_channel(
         for option, given_one in (("processes", processes), ("regressors", regressors)):
             if given_one:
                 raise OptionError("{option} are of the likelihood: least squares has none", option=option)
+    if regressors is not None and not isinstance(regressors, Mapping):
+        raise OptionError(
+            f"{{option}} must be a mapping of names to curves, not {regressors!r:.80}", option="regressors"
+        )
     stream = record.stream_of(channel)
     if method == "likelihood" and usable(stream, channel):
         given = dict(regressors or {})

@@ -41,6 +41,8 @@ _MOST_LINES = 100  # that are kept, the strongest: a record that repeats itself 
 # a measured one
 _SAME, _SAME_ERRORS = 0.02, 0.5
 _MEAN_OF_SINE_4 = 0.375  # mean of sin⁴ over an oscillation
+_MOST_PROCESSES, _MOST_REGRESSORS = 8, 20
+_LEAST_CURVE, _LARGEST_CURVE = 1e-150, 1e150  # sizes of regressors whose squares stay in range
 _LONGEST_SHARE = 3  # of the record: its length over the longest averaging time
 
 
@@ -112,12 +114,32 @@ def _refuse(
     level: float,
 ) -> None:
     check_level(level)
-    if any(not 0 < time < math.inf for time in processes or ()):
-        raise OptionError(f"{{option}} must be positive times in s, not {processes!r}", option="processes")
+    times = _numbers(() if processes is None else processes)
+    if times is None or times.ndim != 1 or len(times) > _MOST_PROCESSES or not ((times > 0) & (times < math.inf)).all():
+        raise OptionError(
+            f"{{option}} must be up to {_MOST_PROCESSES} positive times in s, not {processes!r:.80}", option="processes"
+        )
+    if len(regressors or {}) > _MOST_REGRESSORS:
+        raise OptionError(
+            f"{{option}} must be at most {_MOST_REGRESSORS} curves, not {len(regressors or {})}", option="regressors"
+        )
     for name, curve in (regressors or {}).items():
-        values = np.asarray(curve, dtype=float)
-        if values.shape != (n,) or not np.isfinite(values).all() or not np.ptp(values) > 0:
-            raise OptionError(f"{{option}} {name!r} must be {n} finite numbers that change", option="regressors")
+        values = _numbers(curve)
+        if (
+            values is None
+            or values.shape != (n,)
+            or not (np.ptp(values) > _LEAST_CURVE and np.abs(values).max() < _LARGEST_CURVE)
+        ):
+            raise OptionError(f"{{option}} {name!r} must be {n} finite real numbers that change", option="regressors")
+
+
+def _numbers(values: object) -> Floats | None:
+    """Real numbers; None if they are not."""
+    try:
+        found = np.asarray(values)
+        return None if found.dtype.kind not in "biuf" else found.astype(np.float64)
+    except (TypeError, ValueError):
+        return None
 
 
 def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:

@@ -1,7 +1,7 @@
 //! The whole way from a summary to coefficients with intervals.
 
 use crate::likelihood::adequacy::adequacy;
-use crate::likelihood::band::{Attempt, allowed, best_attempt, of_terms};
+use crate::likelihood::band::{Attempt, SLOWEST_FILTER, allowed, best_attempt, hides_white_noise, of_terms};
 use crate::likelihood::bins::{Bins, TERMS, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::drifts::{Drifts, GIVEN_AT, drift, regressors, with_drifts};
@@ -68,7 +68,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         heavy_tails(&mut terms[j], record);
     }
     // The values are those of the reduced model, as are those of the terms: together they are the model of the record.
-    let processes = limited
+    let processes: Vec<Process> = limited
         .model
         .processes()
         .zip(reduced.model.processes())
@@ -86,6 +86,16 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             Process { part, variance, shape }
         })
         .collect();
+    // White noise behind a filter of first order is such a process: then N² = 2σ²T.
+    if let Some(j) = plain.model.index(Part::RandomWalk).filter(|_| hides_white_noise(&plain)) {
+        for process in &processes {
+            if let Part::GaussMarkov { time } = process.part {
+                if time <= SLOWEST_FILTER {
+                    terms[j].high = terms[j].high.max(2.0 * process.variance.high * time);
+                }
+            }
+        }
+    }
     let (information, _) = reduced.information(&limited_bins);
     let covariance = information.pseudo_inverse();
     let count = covariance.order;

@@ -26,7 +26,7 @@ const MOST_HALVINGS: u32 = 10;
 const USUAL_SHARE: f64 = 16.0;
 
 /// Correlation time up to which a process without white noise beside it may be white noise behind a filter. [s]
-const SLOWEST_FILTER: f64 = 2.0;
+pub(crate) const SLOWEST_FILTER: f64 = 2.0;
 
 /// White noise over the level of such a process below which there is none beside it.
 const NO_WHITE: f64 = 0.1;
@@ -100,7 +100,7 @@ pub(crate) fn best_attempt<'a>(
 }
 
 /// Whether a fast process stands for white noise behind a filter: nothing else of the white noise is seen.
-fn hides_white_noise(fit: &Fit) -> bool {
+pub(crate) fn hides_white_noise(fit: &Fit) -> bool {
     fit.model.index(Part::RandomWalk).is_some_and(|j| fit.model.theta[j] < NO_WHITE * fast_level(fit))
 }
 

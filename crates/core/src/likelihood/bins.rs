@@ -389,6 +389,18 @@ impl<'a> Bins<'a> {
             self.mode_means(column, |point| blocks.density(part, point));
         }
         fine_densities(part, &self.fine_points, self.record.tau0, &mut column.high);
+        if part == Part::Quantization {
+            for (slot, point) in column.high.iter_mut().zip(&self.fine_points) {
+                *slot += self.of_mirror(point.frequency);
+            }
+        }
+    }
+
+    /// Mean density that the mirror at both ends adds to quantization noise: the rates on either side of an end share the
+    /// value of the angle there, which no longer cancels.
+    pub(crate) fn of_mirror(&self, frequency: f64) -> f64 {
+        8.0 * (PI * frequency * self.record.tau0).cos().powi(2)
+            / (self.record.tau0 * self.record.samples as f64)
     }
 
     fn mode_means(&self, column: &mut Column, density: impl Fn(&ModePoint) -> f64) {

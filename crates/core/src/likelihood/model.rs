@@ -566,7 +566,11 @@ impl Model {
             if self.filter.is_empty() { 1.0 } else { self.response_at(f, bins.spacing as f64 * record.tau0) };
         let of = |(&part, &theta): (&Part, &f64)| {
             let density = theta * point.density(part, record.tau0);
-            if part == Part::Quantization { density } else { density * response }
+            match part {
+                Part::Quantization if record.masked.is_none() => density + theta * bins.of_mirror(f),
+                Part::Quantization => density,
+                _ => density * response,
+            }
         };
         self.parts.iter().zip(&self.theta).map(of).sum()
     }

@@ -216,13 +216,13 @@ class Analysis(Tabular):
     def _moving(self) -> bool:
         return self.rest is not None and self.rest.verdict == "not_at_rest"
 
-    def overview(self, *, width: int = 80) -> str:
+    def overview(self, *, width: int = 80, legend: bool = True) -> str:
         """The record in a line, and the main coefficients of each axis in a row with how far to trust them, as the command
-        line prints them.
+        line prints them. `legend`: whether a line says what the trust means.
         """
         if self.read_off and not self.fits:
             return self.summary()
-        table = [overview(self.fits, self.findings, width=width)] if self.fits else []
+        table = [overview(self.fits, self.findings, width=width, legend=legend)] if self.fits else []
         return "\n".join([self.headline(), *table])
 
     def summary(self) -> str:

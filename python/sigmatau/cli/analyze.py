@@ -242,7 +242,7 @@ def _one(
     else:
         told = wrapped(causes(analysis.findings, room=_MOST_LINES))
         if with_table:
-            _table(screen(analysis, below=len(told) + 1))
+            _table(screen(analysis, below=len(told) + 1, legend=not quiet))
         for line in told:
             say(line, quiet=quiet)
     code = exit_code(analysis.findings)

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 SCHEMA = 2
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
 
+_FIRST_COLUMNS = ("channel", "term", "value", "low", "high", "unit", "observed", "trust")
+
 
 def failed_result(path: str | Path, message: str, *, exit_code: int) -> dict[str, Any]:
     """The JSON form of an analysis that failed: why, and no channels."""
@@ -262,7 +264,8 @@ class Analysis(Tabular):
         if self.read_off and not self.fits:
             return TablesByChannel(self.read_off).columns()
         columns = self.fits.columns()
-        return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}
+        columns["trust"] = [trust(self.fits[name], self.findings, name) for name in columns["channel"]]
+        return {name: columns[name] for name in dict.fromkeys((*_FIRST_COLUMNS, *columns))}
 
     def _repr_html_(self) -> str:
         import html

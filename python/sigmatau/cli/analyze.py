@@ -122,7 +122,7 @@ def analyze_command(
         Draw the deviations over the record (dynamic Allan deviation): .png, .svg or .pdf; for several logs, a folder for one
         .png each. The JSON contains them too.
     style
-        Style of figures: screen, or paper, for a column of a two-column paper.
+        Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
         Write the result as JSON; - writes it to standard output instead of the table; for several logs, a folder. If the
         analysis fails, the JSON says why.

@@ -51,6 +51,7 @@ def analysis():
 
 def test_tables(analysis):
     rows = analysis.to_dataframe()
+    assert list(rows)[:8] == ["channel", "term", "value", "low", "high", "unit", "observed", "trust"]
     assert list(rows["channel"].unique()) == ["gyro_x", "gyro_y", "gyro_z", "accel_x"]
     walk = rows[(rows["channel"] == "gyro_y") & (rows["term"] == "random_walk")].iloc[0]
     fitted = analysis["gyro_y"]["random_walk"]
@@ -140,7 +141,7 @@ class TestFigures:
 
         axes = Figure().subplots(1, 2)
         assert analysis.plot(ax=axes) is axes[0].figure
-        assert [ax.get_title() for ax in axes] == ["Gyroscopes", "Accelerometers"]
+        assert [ax.get_title() for ax in axes] == ["Gyroscopes", "Accelerometer"]
         one = Figure().subplots()
         assert analysis.curves["gyro_x"].plot(one).axes == [one]
         with pytest.raises(OptionError, match="`ax` must be 2 axes, one a panel, not 1"):
@@ -149,8 +150,12 @@ class TestFigures:
     def test_lines_and_values_of_the_terms(self, analysis):
         (ax,) = analysis.plot("gyro_x").axes
         value = analysis["gyro_x"].texts("random_walk")[-1]
-        assert f"N = {value[0]} {value[2]}" in [text.get_text() for text in ax.texts]
+        assert ax.get_title() == "Gyroscope"
+        assert "N" in [text.get_text() for text in ax.texts]
+        assert ax.get_legend().get_texts()[0].get_text().startswith(f"gyro_x: N = {value[0]} {value[2]}")
         gyros, _ = analysis.plot().axes[:2]
+        curves = [line for line in gyros.lines if line.get_label().startswith("gyro_")]
+        assert len({line.get_marker() for line in curves}) == len(curves) > 1
         assert any(text.get_text().startswith(f"gyro_x: N = {value[0]}") for text in gyros.get_legend().get_texts())
 
     def test_a_style_for_a_column_of_a_paper(self, analysis):

@@ -57,7 +57,7 @@ def test_the_fitted_model_is_drawn_through_the_curve(record):
     low, _ = analysis.curves["volts"].interval()
     vertices = band.get_paths()[0].vertices[:, 1]
     assert vertices.min() == pytest.approx(min(low), rel=1e-6)
-    assert "χ²" in " ".join(t.get_text() for t in ax.get_legend().get_texts())
+    assert "95 % confidence" in " ".join(t.get_text() for t in ax.get_legend().get_texts())
 
 
 def test_a_model_without_intervals_is_dotted(record):

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 SCHEMA = 2
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
 
+_FIRST_COLUMNS = ("channel", "term", "value", "low", "high", "unit", "observed", "trust")
+
 
 def failed_result(path: str | Path, message: str, *, exit_code: int) -> dict[str, Any]:
     """The JSON form of an analysis that failed: why, and no channels."""
@@ -216,13 +218,13 @@ class Analysis(Tabular):
     def _moving(self) -> bool:
         return self.rest is not None and self.rest.verdict == "not_at_rest"
 
-    def overview(self, *, width: int = 80) -> str:
+    def overview(self, *, width: int = 80, legend: bool = True) -> str:
         """The record in a line, and the main coefficients of each axis in a row with how far to trust them, as the command
-        line prints them.
+        line prints them. `legend`: whether a line says what the trust means.
         """
         if self.read_off and not self.fits:
             return self.summary()
-        table = [overview(self.fits, self.findings, width=width)] if self.fits else []
+        table = [overview(self.fits, self.findings, width=width, legend=legend)] if self.fits else []
         return "\n".join([self.headline(), *table])
 
     def summary(self) -> str:
@@ -262,7 +264,8 @@ class Analysis(Tabular):
         if self.read_off and not self.fits:
             return TablesByChannel(self.read_off).columns()
         columns = self.fits.columns()
-        return columns | {"trust": [trust(self.fits[name], self.findings, name) for name in columns["channel"]]}
+        columns["trust"] = [trust(self.fits[name], self.findings, name) for name in columns["channel"]]
+        return {name: columns[name] for name in dict.fromkeys((*_FIRST_COLUMNS, *columns))}
 
     def _repr_html_(self) -> str:
         import html

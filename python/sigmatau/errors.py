@@ -72,7 +72,8 @@ def argument(name: str, value: object = None, *, key: str | None = None) -> str:
     return f"{{@{name}{of}{text}}}"
 
 
-_TYPED = re.compile(r"--([a-z][a-z-]*)((?: [a-z]\w*=[^\s,;)]+(?: --\1(?= [a-z]\w*=))?)+|=\w+| HZ\b)?")
+_PAIR = r"[a-z]\w*=[^\s,;)]+"
+_TYPED = re.compile(rf"--([a-z][a-z-]*)((?: {_PAIR}(?:,{_PAIR})*(?: --\1(?= [a-z]\w*=))?)+|=\w+| HZ\b)?")
 
 
 def as_arguments(message: str) -> str:
@@ -82,7 +83,7 @@ def as_arguments(message: str) -> str:
         name, value = match[1].replace("-", "_"), (match[2] or "").strip()
         if "=" not in value.lstrip("="):
             return f"`{name}={value.lstrip('=')}`" if value else f"`{name}`"
-        pairs = [part.partition("=")[::2] for part in value.split() if "=" in part]
+        pairs = [part.partition("=")[::2] for part in value.replace(",", " ").split() if "=" in part]
         quoted = (f'"{key}": {text if _NUMBER.fullmatch(text) else chr(34) + text + chr(34)}' for key, text in pairs)
         return f"`{name}={{{', '.join(quoted)}}}`"
 

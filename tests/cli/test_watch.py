@@ -405,6 +405,7 @@ class TestMotion:
         assert all("fit" not in one for one in result["channels"].values())
         code, said, _ = self.watch(tmp_path, lambda t: t >= 0, capsys, "--at-rest")
         assert (code, "analysed as noise" in said.err, "angle random walk" in said.out) == (0, True, True)
+        assert said.err.endswith(f"quick look: sigmatau analyze {tmp_path / 'log.csv'} gives the numbers to use\n")
 
     def test_the_longest_stretch_at_rest_is_analysed(self, tmp_path, capsys):
         """Motion from 20 s to 40 s; the rest is as in a log that begins later."""

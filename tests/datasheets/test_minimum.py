@@ -11,7 +11,7 @@ from known import seed_of
 from sigmatau import NoiseModel, allan, compare_with, fit, simulate
 from sigmatau.datasheets.measured import NOTHING, measured
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.processes import GaussMarkov, Sinusoid
+from sigmatau.model.processes import GaussMarkov, Resonance, Sinusoid
 from sigmatau.noise.terms import BIAS_LEVEL
 
 
@@ -118,6 +118,18 @@ class TestMinimumOfAllThatTheModelHas:
         assert measured(model, "minimum").value == pytest.approx(BIAS_LEVEL * 1e-3, rel=1e-5)
         assert judge(model, minimum(BIAS_LEVEL * 0.8e-3)).status == "out"
         assert judge(model, minimum(BIAS_LEVEL * 1.2e-3)).status == "within"
+
+    def test_a_resonance_is_part_of_the_minimum(self):
+        """A small one leaves it, with its verdict; one as large as the minimum leaves it undecided."""
+        ends = {term: (value / 1.01, value * 1.01) for term, value in WALKS.items()}
+        more = {"terms": WALKS, "intervals": ends, "limits": {"bias_instability": 1e-9}}
+        small, large = (Resonance(sigma=sigma, frequency=0.005, width=0.001) for sigma in (1e-9, FLOOR))
+        with_small = ChannelModel(**more, resonance=(small,))
+        assert measured(with_small, "minimum").value == pytest.approx(FLOOR, rel=1e-6)
+        assert [judge(with_small, minimum(x * FLOOR)).status for x in (0.9, 1.1)] == ["out", "within"]
+        judged = judge(ChannelModel(**more, resonance=(large,)), minimum(1.1 * FLOOR))
+        assert judged.status == "undecided"
+        assert "a resonance" in judged.reason
 
     def test_one_that_makes_the_minimum_has_no_known_error(self):
         """The model has no interval of a process: what it adds proves neither that a unit is out nor that it is within."""

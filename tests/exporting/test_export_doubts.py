@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from known import seed_of
 from sigmatau import DataError, NoiseModel, OptionError, Record, analyze
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export, prepare, prepare_all
+from sigmatau.exporting.origin import trust_of
 from sigmatau.exporting.source import Source, read_source
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.model.channel import ChannelModel
@@ -283,3 +285,24 @@ def test_a_spectrum_without_a_corner():
     details = {"shape": "uneven", "order": None, "corner": None, "low": None, "high": None}
     content["findings"] = [{"code": "low_pass_filter", "severity": "info", "channels": ["gyro_x"], "details": details}]
     assert Source.of_result(content).corners == {}
+
+
+def test_axes_that_are_not_to_be_used_are_named_in_file_and_finding():
+    """Accelerations in g taken as m/s² twice over: the mean tells, and every coefficient is wrong by 9.8."""
+    rng = np.random.default_rng(seed_of("poor trust"))
+    gyro, *accel = rng.normal(size=(4, 20_000)) * np.array([1e-3, 1e-2, 1e-2, 1e-2])[:, None]
+    axes = {"accel_x": accel[0], "accel_y": accel[1], "accel_z": accel[2] + 9.80665**2}
+    analysis = analyze(Record.from_arrays(rate=100, gyro_x=gyro, **axes))
+    assert [one["trust"] for one in analysis.to_dict()["channels"].values()] == ["good", *["poor"] * 3]
+    prepared = prepare(analysis, to="kalibr")
+    assert "# trust: gyro good, accel poor\n" in prepared.content
+    (finding,) = (one for one in prepared.findings if one.code == "poor_trust")
+    assert (finding.severity, finding.channels) == ("warning", tuple(axes))
+    good = prepare(replace(analysis.to_source(), poor=()), to="kalibr")
+    assert "poor_trust" not in [one.code for one in good.findings]
+
+
+def test_trust_of_axes_that_differ():
+    channels = {name: {"trust": word} for name, word in zip(("gyro_x", "gyro_y"), ("good", "partial"), strict=True)}
+    assert trust_of(channels) == ["trust: gyro_x good, gyro_y partial"]
+    assert trust_of({"gyro_x": {}}) == []

@@ -103,8 +103,11 @@ def test_the_command(records, tmp_path, capsys):
     assert main(["export", "--inflate", *files]) == 0
     row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("gyro_x"))
     assert " x 3" in row
+    assert main(["export", "--inflate", *reversed(files)]) == 0
+    assert "times smaller with motors on: are the files swapped?" in capsys.readouterr().err
     assert main(["export", "--inflate", *files, "--to", "ieee952"]) == 0
-    out = capsys.readouterr().out
+    out, err = capsys.readouterr()
+    assert "swapped" not in err
     assert "inflated: the sensor of rest.json beside motors" in out
     assert "gyro_x over the record at rest: random walk x 3" in out
 

@@ -128,3 +128,27 @@ def test_causes_are_one_line_a_kind_worst_first():
     assert causes(findings[2:3]) == ["· 1 more: rate not nominal; see --verbose"]
     assert causes(findings, most=1)[1:] == ["· 3 more: rate not nominal; see --verbose"]
     assert causes([]) == []
+
+
+def test_warnings_of_one_kind_are_apart_from_what_is_only_told():
+    warning = Finding(
+        details=RateNotNominal(rate=99.0, nominal=100.0), severity="warning", channels=("accel_y",), size=1.0
+    )
+    told = replace(warning, severity="info", channels=("gyro_x",), size=9.0, left_out=3)
+    first, second = causes([warning, told])
+    assert first.startswith("! accel y: ")
+    assert second.startswith("· gyro x: ")
+
+
+def test_every_axis_with_a_warning_is_named():
+    """Of more kinds than there are lines, one that alone names an axis, in place of the last whose axes have others."""
+    rate, other = RateNotNominal(rate=99.0, nominal=100.0), RateMismatch(used=99.0, other=100.0)
+    third = RateMismatch(used=98.0, other=100.0)
+    findings = [
+        Finding(details=rate, severity="warning", channels=("gyro_x",)),
+        Finding(details=other, severity="error", channels=("gyro_x",)),
+        Finding(details=other, severity="warning", channels=("gyro_y",)),
+    ]
+    assert [line.split(":")[0] for line in causes(findings, most=2)] == ["!! gyro x", "! gyro y", "· 1 more"]
+    findings[2] = Finding(details=third, severity="warning", channels=("gyro_x",))
+    assert [line.split(":")[0] for line in causes(findings, most=2)] == ["!! gyro x", "! gyro x", "· 1 more"]

@@ -95,7 +95,7 @@ def test_xsens(tmp_path, end):
     body = [(65500 + i, 50 * i, *ACCEL[i], *GYRO[i], 23.5, "00000007") for i in range(N)]
     path.write_bytes(lines(XSENS.replace("\n", end), body, "\t", end).encode())
     check(read(path, rate=200, unit=SI))
-    with pytest.raises(OptionError, match="--unit gyro=deg/s --unit accel=g"):
+    with pytest.raises(OptionError, match="--unit gyro=deg/s,accel=g"):
         read(path, rate=200)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import sigmatau as st
 from sigmatau.cli import main
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError, OptionError, as_arguments
 
 
 @pytest.fixture
@@ -75,3 +75,17 @@ def test_command(csv, tmp_path, capsys):
     assert main(["inspect", str(csv)]) == 4
     assert main(["inspect", str(csv), "--json", str(csv)]) == 2
     assert main(["inspect", str(tmp_path / "none")]) == 1
+
+
+def test_options_are_typed_or_arguments(tmp_path, capsys, monkeypatch):
+    """As they are typed on the command line, as arguments in Python."""
+    monkeypatch.setattr("sigmatau.errors.as_arguments", as_arguments)
+    bare, named = tmp_path / "c.npy", tmp_path / "b.csv"
+    np.save(bare, np.ones((30, 7)))
+    named.write_text("gx,gy,gz,ax,ay,az\n" + "1,2,3,4,5,6\n" * 40)
+    assert main(["inspect", str(bare)]) == 0
+    assert "--channels time=1,gyro=2:4,accel=5:7" in capsys.readouterr().out
+    assert '`channels={"time": 1, "gyro": "2:4", "accel": "5:7"}`' in repr(st.inspect(bare))
+    assert main(["inspect", str(named)]) == 0
+    assert "give e.g. --unit gyro=deg/s,accel=g --rate HZ" in capsys.readouterr().out
+    assert 'give e.g. `unit={"gyro": "deg/s", "accel": "g"}` `rate=HZ`' in repr(st.inspect(named))

@@ -138,7 +138,7 @@ OPTIONS = {
         "time [s],gyro_x,accel_y\n" + "".join(f"{i},1,1\n" for i in range(9)),
         options(),
         "unit",
-        ["gyro_x, accel_y", "--unit gyro=deg/s --unit accel=g", "deg/h", "mGal"],
+        ["gyro_x, accel_y", "--unit gyro=deg/s,accel=g", "deg/h", "mGal"],
     ),
     "unit of increments": (
         "time [s],gyro_x\n" + "".join(f"{i},1\n" for i in range(9)),

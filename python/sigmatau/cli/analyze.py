@@ -122,7 +122,7 @@ def analyze_command(
         Draw the deviations over the record (dynamic Allan deviation): .png, .svg or .pdf; for several logs, a folder for one
         .png each. The JSON contains them too.
     style
-        Style of figures: screen, or paper, for a column of a two-column paper.
+        Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
         Write the result as JSON; - writes it to standard output instead of the table; for several logs, a folder. If the
         analysis fails, the JSON says why.
@@ -242,7 +242,7 @@ def _one(
     else:
         told = wrapped(causes(analysis.findings, room=_MOST_LINES))
         if with_table:
-            _table(screen(analysis, below=len(told) + 1))
+            _table(screen(analysis, below=len(told) + 1, legend=not quiet))
         for line in told:
             say(line, quiet=quiet)
     code = exit_code(analysis.findings)

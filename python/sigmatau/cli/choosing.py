@@ -45,7 +45,8 @@ class Choosing:
     name
         Other fields of a target: topic=/imu0, gravity=9.81.
     strict
-        Refuse a coefficient that was not observed or stated, instead of writing its upper limit or one that is matched.
+        Refuse a coefficient that was not observed or stated on every axis, instead of writing its upper limit or one that
+        is matched.
     """
 
     axes: Literal["worst", "mean", "each"] = "worst"

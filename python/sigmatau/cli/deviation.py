@@ -60,7 +60,7 @@ def deviation_command(
     plot
         Draw all axes: .png, .svg or .pdf.
     style
-        Style of figures: screen, or paper, for a column of a two-column paper.
+        Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
         Write the result as JSON; - writes it to standard output instead of the table.
     threads

@@ -71,7 +71,10 @@ def export_command(
     if (source is None) == (from_datasheet is None):
         raise OptionError("give a model file or a result, or --from-datasheet NAME, or --list", option="source")
     if inflate is not None and source is not None and to is None:
-        sys.stdout.write(f"{inflation(read_source(inflate), read_source(source))!r}\n")
+        found = inflation(read_source(inflate), read_source(source))
+        sys.stdout.write(f"{found!r}\n")
+        if found.doubt():
+            say(f"warning: {found.doubt()}", quiet=quiet)
         return 0
     if to is None:
         raise OptionError(f"--to is missing; targets: {', '.join(NAMES)}", option="to")
@@ -109,6 +112,8 @@ def _of_source(
         say(line, quiet=quiet)
     if inflate is not None:
         factors = inflation(read_source(inflate), found)
+        if factors.doubt():
+            say(f"warning: {factors.doubt()}", quiet=quiet)
         found = replace(
             found, head=(*found.head, f"inflated: the sensor of {inflate.name} beside motors", *factors.head())
         )

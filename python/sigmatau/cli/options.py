@@ -236,15 +236,15 @@ def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: b
     return good
 
 
-def screen(analysis: Analysis, *, below: int) -> str:
+def screen(analysis: Analysis, *, below: int, legend: bool = True) -> str:
     """The overview for the width of the terminal, with the curves in dots if the terminal shows them and has room for them.
 
-    `below`: lines that follow.
+    `below`: lines that follow. `legend`: see `Analysis.overview`.
     """
     size = shutil.get_terminal_size()
     if not sys.stdout.isatty():
-        return analysis.overview()
-    text = analysis.overview(width=size.columns)
+        return analysis.overview(legend=legend)
+    text = analysis.overview(width=size.columns, legend=legend)
     panels: dict[str, dict[str, DeviationCurve]] = {}
     for channel, curve in analysis.curves.items():
         panels.setdefault(f"{curve.quantity} {curve.unit}", {})[channel] = curve

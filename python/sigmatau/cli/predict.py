@@ -64,7 +64,7 @@ def predict_command(
     plot
         Draw the errors against time up to the last time of --after: .png, .svg or .pdf.
     style
-        Style of figures: screen, or paper, for a column of a two-column paper.
+        Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
         Print JSON instead of text.
     quiet

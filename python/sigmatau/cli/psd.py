@@ -74,7 +74,7 @@ def psd_command(
     plot
         Draw all axes: .png, .svg or .pdf.
     style
-        Style of figures: screen, or paper, for a column of a two-column paper.
+        Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
         Write the two-sided densities in thirds of an octave as JSON; - writes it to standard output.
     quiet

@@ -140,6 +140,9 @@ def watch_command(
     if json is not None:
         write_json(analysis.to_dict(), json)
     sys.stdout.write(f"{analysis.summary()}\n")
+    sys.stdout.flush()
+    whole = "FILE" if source == "-" else source
+    say(f"this is a quick look: sigmatau analyze {whole} gives the numbers to use", quiet=quiet)
     if broken is not None:
         raise broken
     return exit_code(analysis.findings)

@@ -149,7 +149,7 @@ class DeviationCurve(Tabular):
         """Description of the intervals that `interval` returns."""
         if self.edf is None:
             return "eq. (26), one standard error"
-        return "95 % by χ², degrees of freedom of the fitted noise"
+        return "95 % confidence"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""

@@ -18,7 +18,7 @@ from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import with_head
 from sigmatau.exporting.values import Numbers, Target
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate
+from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate, PoorTrust
 from sigmatau.findings.wording import words
 from sigmatau.io.atomic import atomic
 from sigmatau.model.noise_model import NoiseModel
@@ -259,16 +259,17 @@ def _not_chosen(
 
 
 def _doubts(wanted: Target, source: Source) -> list[Finding]:
-    """One finding for all channels whose fit is not adequate."""
+    """A finding for all channels whose fit is not adequate, and one for the others that are not to be used."""
     every = wanted.every_axis or wanted.name == "model"
-    found = [
-        name
+    written = {
+        name: channel
         for name, channel in source.model.channels.items()
-        if not channel.adequate and (every or stream_name(name) in ("gyro", "accel"))
-    ]
-    if not found:
-        return []
-    return [Finding(severity="warning", channels=tuple(found), details=NotAdequate())]
+        if every or stream_name(name) in ("gyro", "accel")
+    }
+    unfit = tuple(name for name, channel in written.items() if not channel.adequate)
+    poor = tuple(name for name in written if name in source.poor and name not in unfit)
+    doubts = ((unfit, NotAdequate()), (poor, PoorTrust()))
+    return [Finding(severity="warning", channels=names, details=details) for names, details in doubts if names]
 
 
 def _other_rate(source: Source, choices: Choices) -> Finding | None:

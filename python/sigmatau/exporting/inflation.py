@@ -12,6 +12,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import Printed, two_digits
 
+_SMALLER = 0.9  # factor of a random walk that chance and temperature do not explain
 _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 
 
@@ -54,6 +55,19 @@ class Inflation(Printed):
                 label = "sample" if one.term == "sample" else TERMS[one.term].label("signal")
                 by_channel.setdefault(one.channel, []).append(f"{label} {one.text}")
         return tuple(f"{channel} over the record at rest: {', '.join(found)}" for channel, found in by_channel.items())
+
+    def doubt(self) -> str:
+        """A warning if the noise at short times is clearly smaller in the second record; else empty."""
+        smaller = [
+            one
+            for one in self.factors
+            if one.term == "random_walk" and one.value is not None and (one.high or one.value) < _SMALLER
+        ]
+        if not smaller:
+            return ""
+        least = min(smaller, key=lambda one: one.value or 1.0)
+        times = two_digits(1 / (least.value or 1.0))
+        return f"{least.channel}: N is {times} times smaller with motors on: are the files swapped?"
 
     def __repr__(self) -> str:
         rows: list[tuple[str, ...]] = [("", "", "at rest", "running", "", "factor")]

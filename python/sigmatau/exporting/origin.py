@@ -54,7 +54,20 @@ def head_of(content: Mapping[str, Any], channels: Iterable[str]) -> tuple[str, .
         touches = not concerned or any(name in found and stream_name(name) in ("gyro", "accel") for name in concerned)
         if finding.get("severity", "info") != "info" and touches:
             kinds.setdefault(finding["code"], []).append(finding)
-    return (*lines, *map(_line, list(kinds.values())[:_MOST]))
+    return (*lines, *trust_of(found), *map(_line, list(kinds.values())[:_MOST]))
+
+
+def trust_of(channels: Mapping[str, Any]) -> list[str]:
+    """``trust: gyro good, accel_x poor``: a sensor whose axes are alike in one; none of a result without it."""
+    sensors: dict[str, dict[str, str]] = {}
+    for name, channel in channels.items():
+        if "trust" in channel:
+            sensors.setdefault(stream_name(name), {})[name] = channel["trust"]
+    parts = (
+        {sensor: next(iter(own.values()))} if len(set(own.values())) == 1 else own for sensor, own in sensors.items()
+    )
+    told = [f"{name} {word}" for part in parts for name, word in part.items()]
+    return [f"trust: {', '.join(told)}"] if told else []
 
 
 def _line(alike: list[Mapping[str, Any]]) -> str:

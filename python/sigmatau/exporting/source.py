@@ -51,6 +51,7 @@ class Source(Printed):
     samples: Mapping[str, Sample] = field(default_factory=dict)  # Measured variance of a sample, by channel
     # Fields of the file beside the noise parameters, such as a topic
     names: Mapping[str, str] = field(default_factory=dict)
+    poor: tuple[str, ...] = ()  # Channels whose coefficients the analysis says not to use
     head: tuple[str, ...] = ()  # What the head of a file says of the source, a line each
 
     @classmethod
@@ -74,10 +75,11 @@ class Source(Printed):
                 _check_rate(content["channels"][name]["sample_rate_hz"])
                 if (sample := _sample(content["channels"][name]["curve"])) is not None:
                     samples[name] = sample
+            poor = tuple(name for name in plain.model.channels if content["channels"][name].get("trust") == "poor")
             head, names = head_of(content, plain.model.channels), topic_of(content)
         except (LookupError, TypeError, AttributeError, ValueError) as error:
             raise DataError(f"not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
-        return replace(plain, corners=corners, samples=samples, head=head, names=names)
+        return replace(plain, corners=corners, samples=samples, poor=poor, head=head, names=names)
 
     def of(self, channels: Iterable[str]) -> Source:
         """The same with some of the channels."""

@@ -186,7 +186,7 @@ class Numbers:
 
     def _of_sensor(self, sensor: str, term: str) -> Number:
         """One number for a sensor. If nothing was chosen, axes count that have the coefficient, or an upper limit of it; if
-        that is not allowed, or not known, those that have it.
+        that is not known, those that have it, unless `strict` refuses.
         """
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
@@ -199,8 +199,10 @@ class Numbers:
         if wanted is not None:
             return self._one({name: self._of(name, term) for name in names})
         known = [name for name in names if term in self.model.channels[name] or self._limit(name, term) is not None]
-        number = self._one({name: self._of(name, term) for name in known or names})
         missing = [name for name in names if name not in known]
+        if missing and self.choices.strict:
+            raise self._not_chosen(sensor, term)
+        number = self._one({name: self._of(name, term) for name in known or names})
         more = f"; not observed for {', '.join(missing)}" if missing else ""
         return replace(number, words=number.words + more)
 
@@ -253,7 +255,7 @@ class Numbers:
         some = len(lacking) < len(every)
         who = ", ".join(lacking) if some else KINDS[sensor]
         more = self._choices_of(sensor, term, limit=bool(known))
-        more += [f"{given('axes', 'worst')} (the value of the others for all)"] * some
+        more += [f"{given('axes', 'worst')} (the value of the others for all)"] * (some and not self.choices.strict)
         return NotChosenError(
             f"{who}: no {TERMS[term].label(model.quantity)} observed{known}, this target needs one: choose"
             f" {' or '.join(more)}",

@@ -24,7 +24,9 @@ _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
 _EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one, if the value stays clear of 0
 
 
-def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, width: int = 80) -> str:
+def overview(
+    fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, width: int = 80, legend: bool = True
+) -> str:
     """Random walk, bias instability and rate random walk of each channel in the field's units, and `trust`.
 
     Parameters
@@ -33,9 +35,10 @@ def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, 
         By channel.
     findings : iterable of Finding
         Findings of the record.
-
     width : int
         Of the terminal. Where the table is wider, its numbers are shorter: at most 60 columns for names of 7 characters.
+    legend : bool
+        Whether a line below the table says what the trust means.
 
     Returns
     -------
@@ -47,7 +50,7 @@ def overview(fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, 
     text = _aligned(rows)
     if max(map(len, text.splitlines())) > width:
         text = _aligned(overview_rows(fits, findings, short=True))
-    meant = [f"{word}: {_MEANING[word]}" for word in _MEANING if any(row[-1] == word for row in rows)]
+    meant = [f"{word}: {_MEANING[word]}" for word in _MEANING if legend and any(row[-1] == word for row in rows)]
     return "\n".join([text, *(["; ".join(meant)] if meant else [])])
 
 

@@ -172,7 +172,8 @@ def _sinh_less(a: complex) -> complex:
 
 def exponential_less(x: _Complex) -> _Complex:
     """The difference e^(−x) − 1 + x."""
-    found = np.exp(-x) - 1 + x
+    x = np.asarray(x)
+    found = np.asarray(np.exp(-x) - 1 + x)
     near = np.abs(x) < _SERIES_BELOW
     small = x[near]
     term = total = small**2 / 2
@@ -180,4 +181,4 @@ def exponential_less(x: _Complex) -> _Complex:
         term = -term * small / k
         total = total + term
     found[near] = total
-    return np.asarray(found)
+    return found

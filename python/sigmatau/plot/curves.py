@@ -30,6 +30,7 @@ _SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # terms of a l
 
 # A line for each of very many averaging times makes a slow figure and a large file, and looks the same.
 _DRAWN_PER_OCTAVE = 256
+_MARKERS = "os^DvPX*"  # by channel
 _MOST_MARKERS = 300
 
 
@@ -95,7 +96,9 @@ class CoefficientLike(Protocol):
     def tau_max(self) -> float: ...
 
 
-def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = None, colour: str = COLOURS[0]) -> Axes:
+def draw_curve(
+    curve: CurveLike, *, ax: Axes | None = None, unit: str | None = None, colour: str = COLOURS[0], marker: str = "o"
+) -> Axes:
     """Draw one curve with its band, see `DeviationCurve.interval`.
 
     Parameters
@@ -104,11 +107,12 @@ def draw_curve(curve: CurveLike, *, ax: Axes | None = None, unit: str | None = N
     ax : matplotlib axes, optional
     unit : str, optional
         Default: deg/h for gyros, µg for accelerometers, its own for other signals.
-    colour : str
+    colour, marker : str
     """
     factor, text = curve_unit(curve, unit)
     ax = new_figure(7, 5).subplots() if ax is None else ax
-    _draw(ax, curve.channel, curve.tau, curve.adev / factor, tuple(edge / factor for edge in curve.interval()), colour)
+    edges = tuple(edge / factor for edge in curve.interval())
+    _draw(ax, curve.channel, curve.tau, curve.adev / factor, edges, colour, marker)
     ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
     return ax
 
@@ -120,12 +124,13 @@ def draw_deviation(
     unit: str | None = None,
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     colour: str = COLOURS[0],
+    marker: str = "o",
 ) -> Axes:
     """Draw one deviation of `sigmatau.deviation`, with its band if it has one; units as in `draw_curve`."""
     factor, text = curve_unit(curve, unit)
     ax = new_figure(7, 5).subplots() if ax is None else ax
     edges = None if band is None else tuple(edge / factor for edge in band)
-    _draw(ax, curve.channel, curve.tau, curve.deviation / factor, edges, colour)
+    _draw(ax, curve.channel, curve.tau, curve.deviation / factor, edges, colour, marker)
     ax.set_ylabel(f"{curve.label} [{text}]")
     return ax
 
@@ -139,11 +144,11 @@ def draw_deviations(
     """Draw the deviations of all channels, one panel per quantity and unit."""
     figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()}, ax)
     for ax, key, channels in panels:
-        for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
-            draw_deviation(curves[channel], ax=ax, band=bands.get(channel), colour=colour)
-        ax.set_title(TITLES.get(key, key))
+        for channel, (colour, marker) in zip(channels, _cycle(len(channels)), strict=True):
+            draw_deviation(curves[channel], ax=ax, band=bands.get(channel), colour=colour, marker=marker)
+        ax.set_title(_title(key, channels))
         if any(channel in bands for channel in channels):
-            ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % by χ²")
+            ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % confidence")
         legend(ax)
     return figure
 
@@ -155,10 +160,11 @@ def _draw(
     deviation: NDArray[np.float64],
     band: tuple[NDArray[np.float64], ...] | None,
     colour: str,
+    marker: str,
 ) -> None:
     shown = _told_apart(tau)
     shown = shown[deviation[shown] > 0]
-    marker = "o" if len(shown) <= _MOST_MARKERS else ""
+    marker = marker if len(shown) <= _MOST_MARKERS else ""
     tau, deviation = tau[shown], deviation[shown]
     if band is not None:
         low, high = (edge[shown] for edge in band)
@@ -189,15 +195,15 @@ def draw_analysis(
 ) -> Figure:
     """Draw all channels, one panel per quantity and unit, with their fitted models or the lines that were read off.
 
-    The legend has the coefficients of each channel; in a panel with one channel, lines of its terms have them.
+    The legend has the coefficients of each channel; in a panel with one channel, its terms have lines.
     """
     figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()}, ax)
     for ax, key, channels in panels:
         named: list[tuple[float, float]] = []
         lines: dict[str, Line2D] = {}
-        for channel, colour in zip(channels, _cycle(len(channels)), strict=True):
+        for channel, (colour, marker) in zip(channels, _cycle(len(channels)), strict=True):
             curve = curves[channel]
-            draw_curve(curve, ax=ax, colour=colour)
+            draw_curve(curve, ax=ax, colour=colour, marker=marker)
             if fits:
                 lines[channel] = ax.lines[-1]
                 _draw_model(ax, curve, fits[channel], colour)
@@ -206,7 +212,7 @@ def draw_analysis(
                 continue
             for name, coefficient in read_off.get(channel, {}).items():
                 _draw_line(ax, curve, name, coefficient, colour, named)
-        ax.set_title(TITLES.get(key, key))
+        ax.set_title(_title(key, channels))
         what = "fitted model, dotted where it was not fitted" if fits else "line read off, ● where it is read"
         if fits or read_off:
             ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label=what)
@@ -234,25 +240,27 @@ def _value_text(fitted: FitLike, name: str) -> str:
 
 
 def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:
-    """Draw a line of each term of the model, with its value where its share of the variance is largest."""
+    """Draw a line of each term of the model, named beside it where it is far from the curve."""
     factor, _ = curve_unit(curve, None)
     total, limits = fitted.avar(m=curve.m), ax.get_ylim()
     for name, value in fitted.observed.items():
         part = np.sqrt(avar(name, value, m=curve.m, tau0=float(curve.tau[0] / curve.m[0]))) / factor
-        at = int(np.argmax(part**2 / total))
         ax.plot(curve.tau, part, color="0.45", linewidth=0.8, zorder=1.5)
-        where = (float(curve.tau[at]), float(part[at]))
-        left = at > len(curve.tau) // 2
+        inside = (part > (1.3 if TERMS[name].slope else 1.1) * limits[0]) & (part < limits[1])
+        if not inside.any():
+            continue
+        at = int(np.argmin(np.where(inside, part**2 / total, np.inf)))
+        side = round(math.copysign(1, TERMS[name].slope)) if TERMS[name].slope else 0  # the one away from the curve
         ax.annotate(
-            _value_text(fitted, name),
-            where,
-            xytext=(-4, -10) if left else (8, 3),
+            TERMS[name].symbols[0],
+            (float(curve.tau[at]), float(part[at])),
+            xytext=(4 * side, 0 if side else 2),
             textcoords="offset points",
             fontsize=small(),
             color="0.25",
-            ha="right" if left else "left",
+            ha=("center", "left", "right")[side],
+            va="center" if side else "bottom",
             zorder=5,
-            bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.75},
         )
     ax.set_ylim(limits)
 
@@ -362,5 +370,12 @@ def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[floa
     return found.factor, found.text
 
 
-def _cycle(n: int) -> list[str]:
-    return [COLOURS[k % len(COLOURS)] for k in range(n)]
+def _cycle(n: int) -> list[tuple[str, str]]:
+    """Colours and markers, which differ in grey too."""
+    return [(COLOURS[k % len(COLOURS)], _MARKERS[k % len(_MARKERS)]) for k in range(n)]
+
+
+def _title(key: str, channels: Sequence[str]) -> str:
+    """``"Gyroscopes"``, or ``"Gyroscope"`` of one."""
+    title = TITLES.get(key, key)
+    return title.removesuffix("s") if key in TITLES and len(channels) == 1 else title

@@ -167,7 +167,7 @@ def draw_spectra(
             left_out = (without or {}).get(channel, ())
             draw_spectrum(spectra[channel], ax=ax, expected=expected.get(channel), colour=colour, without=left_out)
         ax.set_title(TITLES.get(quantity, quantity))
-        ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % by χ²")
+        ax.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % confidence")
         ax.plot(
             [],
             [],

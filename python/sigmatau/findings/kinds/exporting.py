@@ -57,6 +57,11 @@ class NotAdequate(Details, code="not_adequate"):
 
 
 @frozen
+class PoorTrust(Details, code="poor_trust"):
+    """Coefficients in the file are wrong by half or more, as a finding of the analysis says."""
+
+
+@frozen
 class OtherRate(Details, code="other_rate"):
     """The file is for another sampling rate than that of the record."""
 

@@ -81,7 +81,7 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
     ----------
     findings : iterable of Finding
     most : int
-        Kinds that are told; a last line counts and names the others.
+        Kinds that are told, of which warnings name as many axes as they can; a last line counts and names the others.
     rest : str
         Where the other findings are.
     room : int
@@ -94,11 +94,11 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
     from sigmatau.findings.finding import by_severity
 
     findings = tuple(findings)
-    kinds: dict[str, list[Finding]] = {}
+    kinds: dict[tuple[str, str], list[Finding]] = {}
     for one in by_severity(findings):
         if one.severity != "info" or one.left_out:
-            kinds.setdefault(one.code, []).append(one)
-    told = list(kinds.values())[:most]
+            kinds.setdefault((one.severity, one.code), []).append(one)
+    told = _naming_all(list(kinds.values()), most)
     lines = [_cause(alike) for alike in told]
     for k, alike in enumerate(told if room else ()):
         action = _worst(alike).action if alike[0].severity == "warning" else ""
@@ -111,6 +111,26 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
     if others := [one for one in findings if one not in named]:
         lines.append(_others(others, rest))
     return lines
+
+
+def _naming_all(kinds: Sequence[list[Finding]], most: int) -> list[list[Finding]]:
+    """The first kinds; a later warning about an axis that none of them names replaces the last that it can be spared for."""
+    told = list(kinds[:most])
+    for alike in kinds[most:]:
+        if alike[0].severity == "info" or _channels([alike]) <= _channels(told):
+            continue
+        for k in reversed(range(len(told))):
+            rest = [*told[:k], *told[k + 1 :]]
+            own = _channels([told[k]])
+            if told[k][0].severity == "info" or (told[k][0].severity == "warning" and own and own <= _channels(rest)):
+                told = [*rest, alike]
+                break
+    return told
+
+
+def _channels(kinds: Iterable[Iterable[Finding]]) -> set[str]:
+    """The axes that errors and warnings name."""
+    return {channel for alike in kinds for one in alike if one.severity != "info" for channel in one.channels}
 
 
 def _others(findings: Sequence[Finding], rest: str) -> str:

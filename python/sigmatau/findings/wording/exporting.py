@@ -64,6 +64,10 @@ def _not_adequate(_: Finding, __: kinds.NotAdequate) -> Words:
     )
 
 
+def _poor_trust(_: Finding, __: kinds.PoorTrust) -> Words:
+    return Words("trust poor: do not use the numbers of these axes", "See the warnings in the head of the file")
+
+
 def _other_rate(_: Finding, of: kinds.OtherRate) -> Words:
     return Words(f"written for {of.rate:.4g} Hz; the sampling rate of the record is {of.record_rate:.4g} Hz")
 
@@ -115,6 +119,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.MinimumAsWalk: _minimum_as_walk,
     kinds.LimitWritten: _limit_written,
     kinds.NotAdequate: _not_adequate,
+    kinds.PoorTrust: _poor_trust,
     kinds.OtherRate: _other_rate,
     kinds.SlowNoiseLeftOut: _slow_noise_left_out,
 }

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from sigmatau import errors
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, by_severity
@@ -45,7 +46,7 @@ class TableInfo:
     notes: tuple[str, ...] = ()  # Properties of the table, and conversions on reading
     findings: tuple[Finding, ...] = ()
     chosen: bool = False  # Whether the table is read by default
-    wanting: str = ""  # Options that are needed to analyse it, in words; empty if none
+    wanting: str = ""  # Options that are needed to analyse it, in words, as they are typed; empty if none
 
     def to_dict(self) -> dict[str, Any]:
         columns = [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns]
@@ -73,10 +74,11 @@ class Inspection(Printed):
         return {"sigmatau": __version__} | plain(self, "path format wanting tables findings=checks")
 
     def __repr__(self) -> str:
-        return lines_text([*self.contents(), *map(str, self.findings), *self.wants()])
+        lines = (*self.contents(), *map(str, self.findings), *self.wants())
+        return lines_text([errors.as_arguments(line) for line in lines])
 
     def contents(self) -> list[str]:
-        """Lines that describe the tables."""
+        """Lines that describe the tables, with options as they are typed."""
         lines = [f"{self.path}: {self.format}"]
         for table in self.tables:
             lines += _lines(table, several=len(self.tables) > 1)
@@ -124,7 +126,7 @@ def inspect(
         except OptionError as error:
             if options.topic:
                 raise
-            chosen, wanting = [], str(error)
+            chosen, wanting = [], error.for_command_line()
         found, parts = [], []
         for table in tables:
             wanted = any(table is one for one in chosen)
@@ -151,7 +153,7 @@ def _looked_into(
     try:
         made = part(table, assemble.of_table(table, tables, options))
     except OptionError as error:
-        return _counted(table, replace(info, wanting=str(error))), None
+        return _counted(table, replace(info, wanting=error.for_command_line())), None
     except DataError as error:
         return _unusable(info, error), None
     grid = made.streams[0].grid

@@ -165,7 +165,7 @@ def _same(one: str, other: str) -> bool:
 def _ask_for_units(missing: list[str], kind: InputKind, *, no_rate: str) -> OptionError:
     streams = list(dict.fromkeys(map(stream_name, missing)))
     examples = {"gyro": "deg/s", "accel": "g"} if kind == "rate" else {"gyro": "rad", "accel": "m/s"}
-    example = " ".join(f"--unit {s}={examples.get(s, '1')}" for s in streams)
+    example = "--unit " + ",".join(f"{s}={examples.get(s, '1')}" for s in streams)
     known = [si if kind == "rate" else units.integral(si) for s, si in SI.items() if s in streams]
     table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
     listed = f" (known: {table})" if table else " (any word; 1 for none)"

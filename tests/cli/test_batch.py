@@ -60,6 +60,18 @@ class TestSummary:
         assert out.count("read off") == 2
         assert " ± " in out
 
+    def test_what_is_only_told_needs_verbose(self, tmp_path, capsys):
+        """A spike that is left out."""
+        for name in "ab":
+            path = write(tmp_path / f"{name}.csv", name)
+            lines = path.read_text().splitlines()
+            path.write_text("\n".join([*lines[:1001], "10.000000,50", *lines[1002:], ""]))
+        logs = (tmp_path / "a.csv", tmp_path / "b.csv")
+        _, _, short = run("analyze", *logs, capsys=capsys)
+        _, _, whole = run("analyze", *logs, "--verbose", capsys=capsys)
+        assert "info: " in whole
+        assert short.splitlines() == [line for line in whole.splitlines() if "info: " not in line]
+
     def test_length_rate_and_damage(self, tmp_path, capsys):
         for name, seed in (("a.csv", "a"), ("b.csv", "b")):
             write(tmp_path / name, seed)

@@ -173,7 +173,7 @@ def analyze_command(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
             option="export",
         )
-    return _many(logs, reading, settings, outputs, jobs=jobs, quiet=quiet)
+    return _many(logs, reading, settings, outputs, jobs=jobs, verbose=verbose, quiet=quiet)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -284,6 +284,7 @@ def _many(
     outputs: Outputs,
     *,
     jobs: int | None,
+    verbose: bool,
     quiet: bool,
 ) -> int:
     if jobs is not None and jobs < 1:
@@ -321,7 +322,7 @@ def _many(
             done(len(outcomes) / len(logs))
     for log in logs:
         for finding in outcomes[log].findings:
-            say(f"{log}: {finding}", quiet=quiet)
+            say(f"{log}: {finding}", quiet=quiet or (finding.severity == "info" and not verbose))
         if outcomes[log].error:
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
     for name, finding in clocks({str(log): outcomes[log].marks for log in logs}).items():

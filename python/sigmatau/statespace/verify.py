@@ -17,6 +17,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import real
+from sigmatau.noise import terms
 from sigmatau.noise.uncertainty import chi2_factors
 from sigmatau.results import ByChannel, Printed, plain, seconds
 from sigmatau.statespace.avar_scatter import check_noise, check_phases, covariance_of_model
@@ -184,7 +185,8 @@ def verify(
     The misfit uses the octaves from `tau_min` to a third of the record. Each variance is converted to the
     normal deviate u of equal probability, by its χ² with 2·AVAR²/Var degrees of freedom. C is the correlation of the
     variances, so that uᵀC⁻¹u equals rᵀV⁻¹r for many degrees of freedom. For few degrees of freedom rᵀV⁻¹r has p < 0.2 %
-    in 1.1 to 1.4 % of records, uᵀC⁻¹u in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K).
+    in 1.1 to 1.4 % of records, uᵀC⁻¹u in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K). C holds
+    the error of the few states that stand for flicker noise, at most `flicker_error`: it is not a misfit of the model.
 
     V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.avar_scatter`) except for a sinusoid.
     For a sinusoid, V includes its product with the noise at its frequency, taken as equal at all averaging times, and the
@@ -282,7 +284,10 @@ def _verify_channel(
     u = _deviates(chosen.avar[used] / expected[used], edf[used])
     correlation = covariance[np.ix_(used, used)]
     sd = np.sqrt(np.diag(correlation))
-    misfit = float(u @ np.linalg.solve(correlation / np.outer(sd, sd), u))
+    # What the linear model's few states leave of flicker noise is no misfit of the model.
+    flicker = terms.avar("bias_instability", model.terms.get("bias_instability", 0.0), m=sizes[used], tau0=curve.tau0)
+    approximated = (2 * system.flicker_error * flicker / expected[used]) ** 2 * edf[used] / 2
+    misfit = float(u @ np.linalg.solve(correlation / np.outer(sd, sd) + np.diag(approximated), u))
     if not math.isfinite(misfit):
         raise DataError(
             f"the misfit of {curve.channel} is no number: the model's noise is too small beside the rest of it, variances"

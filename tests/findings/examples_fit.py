@@ -60,6 +60,7 @@ EXAMPLES = [
         )
     ),
     of_gyro(Widened(frequency=0.0033, ratio=1.34, allowed=0.2), "warning", size=0.03),
+    of_gyro(Widened(frequency=0.2, ratio=0.8, allowed=0.2, lines=100), "warning", size=0.03),
     of_gyro(NoAdequateModel(reasons=(OFF,)), "warning"),
     of_gyro(OutOfRange(largest=3.1e130, rate_unit="rad/s"), "error"),
     of_gyro(OutOfRange(largest=2e-83, rate_unit="rad/s"), "error"),

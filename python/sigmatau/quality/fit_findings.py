@@ -159,6 +159,7 @@ def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
         frequency=worst[0] if band is None else band.frequency,
         ratio=1.0 if band is None else band.ratio,
         allowed=worst[1],
+        lines=len(fitted.sinusoid),
     )
     size = None
     if walk is not None and walk.value and walk.low is not None and walk.high is not None:

@@ -122,6 +122,7 @@ class Widened(Details, code="widened"):
     frequency: float  # where the model is worst [Hz]
     ratio: float  # measured density over that of the model there
     allowed: float  # largest standard deviation of the logarithm of the density that the intervals allow for
+    lines: int = 0  # spectral lines of the model
 
 
 @frozen

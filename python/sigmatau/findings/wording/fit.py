@@ -112,11 +112,15 @@ def _no_adequate_model(finding: Finding, details: kinds.NoAdequateModel) -> Word
     return Words(f"no model fits: {reason_text(details.reasons[0])}", action)
 
 
+_MANY_LINES = 10  # from which they are more likely than all else what a model lacks
+
+
 def _widened(finding: Finding, details: kinds.Widened) -> Words:
-    return Words(
-        f"the density near {details.frequency:.2g} Hz is {_off(details.ratio)} the best model; intervals are wider",
-        "Look for a cause near this frequency, or take the intervals as they are",
-    )
+    off = f"the density near {details.frequency:.2g} Hz is {_off(details.ratio)} the best model; intervals are wider"
+    if details.lines >= _MANY_LINES:
+        action = "Look for a vibration or a supply with these frequencies, and record again without it"
+        return Words(f"{details.lines} spectral lines, and {off}", action)
+    return Words(off, "Look for a cause near this frequency, or take the intervals as they are")
 
 
 def _short_times_left_out(finding: Finding, details: kinds.ShortTimesLeftOut) -> Words:

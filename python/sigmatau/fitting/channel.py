@@ -68,9 +68,10 @@ def fit_channel(
     terms : sequence of str, optional
         Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all.
     processes : sequence of float, optional
-        Correlation times at which to start Gauss-Markov processes; no other process or resonance is then added. [s]
+        Correlation times at which to start Gauss-Markov processes, at most 8; no other process or resonance is then
+        added. [s]
     regressors : mapping of str to array_like, shape (n,), optional
-        Curves at the samples that the mean may follow, by name: a supply voltage, another thermometer.
+        Curves at the samples that the mean may follow, at most 20, by name: a supply voltage, another thermometer.
     level : float
         Confidence level of intervals and limits.
 
@@ -83,6 +84,8 @@ def fit_channel(
     OptionError
         For an unknown method or term, processes or regressors of least squares, a correlation time that is not positive, a
         regressor of another length, that is not finite or never changes, or a level outside 0.5 … 0.999.
+    DataError
+        For a channel that never changes.
     KeyError
         For an unknown channel.
 

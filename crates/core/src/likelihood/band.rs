@@ -22,7 +22,6 @@ const HOPELESS: f64 = 1e-4;
 
 /// Times that the band is halved, and after which it is so only to find white noise behind a filter.
 const MOST_HALVINGS: u32 = 10;
-
 const USUAL_SHARE: f64 = 16.0;
 
 /// Correlation time up to which a process without white noise beside it may be white noise behind a filter. [s]
@@ -45,7 +44,8 @@ pub(crate) struct Attempt<'a> {
     pub highest: Option<f64>,
 }
 
-/// The model of the whole band; or, if none is adequate, of the widest band that has one.
+/// The model of the whole band if it is good, else of the widest band that has a good one and shows its white noise. If there
+/// is none: of the widest band that is good but for hidden white noise, or adequate; of the best if it is not hopeless.
 pub(crate) fn best_attempt<'a>(
     record: &'a Summary,
     mask: &[bool],

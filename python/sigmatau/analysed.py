@@ -7,6 +7,9 @@ from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sigmatau._version import __version__
 from sigmatau.errors import OptionError, as_arguments
 from sigmatau.estimators.allan import Curves
@@ -83,6 +86,9 @@ class Analysis(Tabular):
         Where the sampling rate comes from: ``"given"``, ``"time stamps"`` …
     rest : Rest or None
         Whether the sensor is at rest: without that there are curves, and no coefficients. None for curves alone.
+    used : mapping of str to ndarray, shape (n_spans, 2)
+        By channel, beginnings and ends of the stretches that were analysed, from the beginning of the record. Samples
+        between them are missing, or were left out. Empty for curves alone. [s]
     """
 
     source: Provenance
@@ -94,6 +100,7 @@ class Analysis(Tabular):
     stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
     rest: Rest | None = None
     rate_source: str = ""
+    used: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """The stable JSON form, schema 2: plain values, no NaN."""

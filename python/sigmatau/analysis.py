@@ -41,6 +41,7 @@ from sigmatau.record import memory
 from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
+from sigmatau.record.used import used_spans
 from sigmatau.results import ByChannel
 
 if TYPE_CHECKING:
@@ -221,6 +222,7 @@ def analyze(
         stability=ByChannel(maps),
         rest=resting,
         rate_source=record.streams[0].grid.source,
+        used={channel: used_spans(record, channel) for channel in curves},
     )
 
 

@@ -273,6 +273,18 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             total += resonance_psd(one.sigma.value, one.frequency.value, one.width.value, f)
         return total
 
+    def psd(self, f: ArrayLike) -> NDArray[np.float64]:
+        """Two-sided density of the fitted model at frequencies in Hz, up to half the rate, behind its filter; without lines,
+        the ramp and the warm-up, which have no density. [(rate unit)²/Hz]
+        """
+        frequency = np.atleast_1d(np.asarray(f, dtype=np.float64))
+        total = self.filtered_psd(frequency)
+        if self.response is not None:
+            total = total * self.response.power(frequency)
+        if "quantization" in self.model:
+            total = total + terms.psd("quantization", self.model["quantization"], frequency, tau0=self.tau0)
+        return total
+
     @property
     def quantified(self) -> bool:
         """Whether the coefficients have intervals."""

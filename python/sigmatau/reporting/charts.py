@@ -1,0 +1,233 @@
+"""The numbers that the charts of a report draw: plain values for JSON, short enough for a page that is sent by mail.
+
+Curves and densities have five digits. Long series are `packed`: sixteen bits a number between the smallest and the largest.
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sigmatau._native import kernels
+from sigmatau.analysed import Analysis
+from sigmatau.arrays import Floats
+from sigmatau.errors import RecordTooShortError
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.estimators.stability import dynamic_allan
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.noise import terms
+from sigmatau.noise.resonance import unfolded_avar
+from sigmatau.noise.terms import TERMS
+from sigmatau.quality.facts import in_threads
+from sigmatau.record.record import Record, stream_name
+from sigmatau.record.streams import Stream
+from sigmatau.record.used import span_samples
+from sigmatau.reporting.envelope import envelope
+from sigmatau.spectrum.estimate import psd
+from sigmatau.units import find
+
+_DIGITS = 5
+_MOST_TAUS = 240  # averaging times of a curve that are drawn
+_PER_OCTAVE = 24  # densities that are drawn
+_BINS, _LEAST_BINS, _FULL_CHANNELS = 2000, 300, 12  # of a time series; channels up to which each has the most
+_WINDOWS = 20  # in the record, of a map
+_STEPS_PER_WINDOW = 4
+_LONGEST = 1 << 24  # samples of a stream that its densities and its map are made of
+_LOST = 0xFFFF  # packed NaN
+
+UNITS: Mapping[str, tuple[str, ...]] = {
+    "angular_rate": ("deg/h", "deg/s", "mdeg/s", "rad/s"),
+    "acceleration": ("ug", "mg", "m/s^2", "mGal"),
+}
+"""Units that a chart offers, the first one at first."""
+
+TITLES = {"angular_rate": "Gyroscope", "acceleration": "Accelerometer"}
+
+
+def charts_of(analysis: Analysis, record: Record | None, used: Record | None) -> dict[str, Any]:
+    """Sensors with their units and channels, and what is drawn of each channel.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    record : Record or None
+        As it was given to the analysis, for the time series.
+    used : Record or None
+        What was analysed of it, for densities and maps.
+    """
+    sensors: dict[str, dict[str, Any]] = {}
+    for channel, curve in analysis.curves.items():
+        name = stream_name(channel)
+        if name not in sensors:
+            units = [find(unit) for unit in UNITS.get(curve.quantity, ())]
+            sensors[name] = {
+                "name": name,
+                "title": TITLES.get(curve.quantity, name),
+                "units": [{"text": one.text, "factor": one.factor} for one in units]
+                or [{"text": curve.unit, "factor": 1.0}],
+                "channels": [],
+            }
+        sensors[name]["channels"].append(channel)
+    names = tuple(analysis.curves)
+    bins = max(_LEAST_BINS, min(_BINS, _BINS * _FULL_CHANNELS // len(names)))
+    channels: dict[str, dict[str, Any]] = {
+        name: {"deviation": _deviation(curve, analysis.fits.get(name))} for name, curve in analysis.curves.items()
+    }
+    if record is not None and used is not None:
+        samples = in_threads(lambda name: _of_samples(analysis, record, used, name, bins), names)
+        for name in names:
+            channels[name] |= samples[name]
+    return {"sensors": list(sensors.values()), "channels": channels}
+
+
+def _of_samples(analysis: Analysis, record: Record, used: Record, channel: str, bins: int) -> dict[str, Any]:
+    """Density, time series and map of a channel; without those that it is too short for."""
+    whole, part = record.stream_of(channel), used.stream_of(channel).only(channel)
+    if part.grid.n > _LONGEST:
+        part = part.cut(0, _LONGEST)
+    found: dict[str, Any] = {"series": _series(whole, channel, analysis.used[channel], bins)}
+    if (density := _density(part, channel, analysis.fits.get(channel))) is not None:
+        found["density"] = density
+    if (map_ := _map(part, channel)) is not None:
+        found["map"] = map_
+    return found
+
+
+def _deviation(curve: DeviationCurve, fitted: NoiseFit | None) -> dict[str, Any]:
+    """A curve with its interval, its model and the parts of that."""
+    shown = _thinned(curve.tau)
+    shown = shown[curve.adev[shown] > 0]
+    low, high = curve.interval()
+    found: dict[str, Any] = {
+        "tau": digits(curve.tau[shown]),
+        "adev": digits(curve.adev[shown]),
+        "low": digits(low[shown]),
+        "high": digits(high[shown]),
+        "interval": curve.interval_text,
+    }
+    if fitted is None or not (fitted.model or fitted.gauss_markov) or fitted.tau_min is None:
+        return found
+    m = curve.m[shown]
+    with np.errstate(invalid="ignore"):
+        found["model"] = digits(np.sqrt(fitted.avar(m=m)))
+        found["parts"] = {name: digits(np.sqrt(part)) for name, part in _parts(fitted, m).items()}
+    found["from"], found["to"] = fitted.tau_min, fitted.tau_max
+    return found
+
+
+def _parts(fitted: NoiseFit, m: NDArray[np.int64]) -> dict[str, Floats]:
+    """Allan variances of what a model is made of, by label."""
+    tau0 = fitted.tau0
+    parts = {
+        f"{TERMS[name].label(fitted.quantity)} {TERMS[name].symbols[0]}": terms.avar(name, value, m=m, tau0=tau0)
+        for name, value in fitted.model.items()
+    }
+    for one in fitted.gauss_markov:
+        sigma, time = one.sigma.value, one.time.value
+        parts[f"Gauss-Markov process, {time:.3g} s"] = kernels.gauss_markov_avar(sigma, time, m, tau0)
+    for band in fitted.resonance:
+        centre, width = band.frequency.value, band.width.value
+        parts[f"resonance, {centre:.3g} Hz"] = unfolded_avar(band.sigma.value, centre, width, m, tau0)
+    return parts
+
+
+def _thinned(tau: Floats) -> NDArray[np.intp]:
+    """Indices of at most `_MOST_TAUS` averaging times, evenly spread over the decades."""
+    if len(tau) <= _MOST_TAUS:
+        return np.arange(len(tau))
+    wanted = np.geomspace(tau[0], tau[-1], _MOST_TAUS)
+    return np.unique(np.searchsorted(tau, wanted * (1 - 1e-9)).clip(0, len(tau) - 1))
+
+
+def _density(stream: Stream, channel: str, fitted: NoiseFit | None) -> dict[str, Any] | None:
+    """Densities from sine tapers of the whole record below those of segments; None for a record that is too short."""
+    try:
+        (short,) = psd(stream).values()
+        (long,) = psd(stream, method="multitaper", f_max=max(short.trusted, 5.0 / stream.grid.duration)).values()
+    except RecordTooShortError:
+        return None
+    kept = []
+    for spectrum, first, last in ((long, long.trusted, short.trusted), (short, short.trusted, math.inf)):
+        binned = spectrum.binned(per_octave=_PER_OCTAVE)
+        chosen = (binned.frequency >= first) & (binned.frequency < last) & (binned.density > 0)
+        kept.append([column[chosen] for column in (binned.frequency, binned.density, *binned.interval())])
+    frequency, density, low, high = (np.concatenate(columns) for columns in zip(*kept, strict=True))
+    found: dict[str, Any] = {
+        "frequency": digits(frequency),
+        "density": digits(density),
+        "low": digits(low),
+        "high": digits(high),
+    }
+    if fitted is not None and fitted.quantified:
+        found["model"] = digits(fitted.psd(frequency))
+        found["lines"] = [line.frequency.value for line in fitted.sinusoid]
+        if fitted.highest is not None:
+            found["highest"] = fitted.highest
+    return found
+
+
+def _series(stream: Stream, channel: str, used: Floats, bins: int) -> dict[str, Any]:
+    """Smallest and largest sample of each stretch of the whole record, and where it was not analysed."""
+    n, tau0 = stream.grid.n, stream.grid.tau0
+    low, high, edges = envelope(stream, channel, bins)
+    inside = span_samples(used, stream)
+    outside = np.stack([np.append(0, inside[:, 1]), np.append(inside[:, 0], n)], axis=1)
+    outside = outside[outside[:, 1] > outside[:, 0]]
+    # Spans nearer than a bin look like one.
+    joined: list[list[int]] = []
+    for start, stop in outside.tolist():
+        if joined and start - joined[-1][1] < n / bins:
+            joined[-1][1] = stop
+        else:
+            joined.append([start, stop])
+    return {
+        "duration": n * tau0,
+        "bins": len(edges) - 1,
+        "low": packed(low),
+        "high": packed(high),
+        "outside": [[float(f"{x * tau0:.9g}") for x in span] for span in joined],
+    }
+
+
+def _map(stream: Stream, channel: str) -> dict[str, Any] | None:
+    """The dynamic Allan deviation; None for a record that is too short for a window."""
+    window = stream.grid.duration / _WINDOWS
+    try:
+        found = dynamic_allan(stream, channel, window=window, step=window / _STEPS_PER_WINDOW, threads=1)
+    except (RecordTooShortError, ValueError):
+        return None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logarithm = np.log10(np.where(found.adev > 0, found.adev, np.nan))
+    if not np.isfinite(logarithm).any():
+        return None
+    return {
+        "times": digits(found.times + stream.grid.lead),
+        "tau": digits(found.tau),
+        "window": found.window,
+        "log10": packed(logarithm.ravel()),
+    }
+
+
+def digits(values: ArrayLike) -> list[float | None]:
+    """Numbers with five digits, None for what is not finite."""
+    return [
+        float(f"{x:.{_DIGITS}g}") if math.isfinite(x) else None for x in np.asarray(values, dtype=np.float64).tolist()
+    ]
+
+
+def packed(values: Floats) -> dict[str, Any]:
+    """Numbers as base64 of unsigned sixteen-bit integers, 0 to 65534 from the smallest to the largest; 65535 is NaN."""
+    there = np.isfinite(values)
+    low, high = (float(values[there].min()), float(values[there].max())) if there.any() else (0.0, 0.0)
+    span = high / 2 - low / 2  # half of it: the difference of two doubles may overflow
+    scaled = np.full(len(values), _LOST, dtype="<u2")
+    if span > 0:
+        scaled[there] = np.round((values[there] / 2 - low / 2) / span * (_LOST - 1)).astype("<u2")
+    else:
+        scaled[there] = 0
+    return {"low": low, "high": high, "data": base64.b64encode(scaled.tobytes()).decode("ascii")}

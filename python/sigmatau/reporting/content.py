@@ -1,0 +1,248 @@
+"""What a report says: the texts of an analysis, and the numbers that its charts draw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from typing import Any
+
+from sigmatau._version import __version__
+from sigmatau.analysed import Analysis
+from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.export import prepare
+from sigmatau.exporting.targets import NAMES
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.wording.phrases import short_axes
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.overview import overview_rows, trust
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS
+from sigmatau.record.record import Record
+from sigmatau.record.used import only_used
+from sigmatau.reporting.charts import charts_of
+from sigmatau.results import duration_text, printable, seconds, two_digits
+
+_LARGEST_FILE = 20_000  # characters of a filter's file that is shown
+_MOST_SPANS = 20  # that a finding lists
+
+
+@frozen
+class Coefficients:
+    """The table of one channel."""
+
+    channel: str
+    verdict: str  # what describes the channel, and its p-value
+    trust: str  # "good", "partial", "poor"; empty without a fit
+    rows: tuple[tuple[str, str, str, str], ...]  # term, value or limit, interval or reason, unit
+    notes: tuple[str, ...]
+
+
+@frozen
+class Told:
+    """One finding in words."""
+
+    severity: str
+    axes: str
+    message: str
+    action: str
+    where: str  # stretches of the record
+
+
+@frozen
+class FilterFile:
+    """The values for one filter or simulator."""
+
+    target: str
+    text: str
+
+
+@frozen
+class Content:
+    """A report without its form."""
+
+    title: str
+    headline: str
+    verdict: str  # of the record: "at_rest" …
+    date: str
+    made_by: str
+    overview: tuple[tuple[str, ...], ...]  # head and rows, see `sigmatau.fitting.overview.overview_rows`
+    findings: tuple[Told, ...]
+    coefficients: tuple[Coefficients, ...]
+    legend: str  # what the numbers are
+    done: tuple[tuple[str, str], ...]
+    files: tuple[FilterFile, ...]
+    no_files: str  # why there are none
+    charts: Mapping[str, Any]  # plain values, see `sigmatau.reporting.charts`
+
+
+def content_of(
+    analysis: Analysis, record: Record | None, *, command: str | None = None, date: datetime | None = None
+) -> Content:
+    """Collect what a report says.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    record : Record or None
+        As it was given to the analysis; without it the report has no densities, no time series and no map.
+    command : str, optional
+        The command line that made the report.
+    date : datetime, optional
+        Of the report. Default: now.
+    """
+    moment = datetime.now(tz=UTC) if date is None else date
+    used = None if record is None or not analysis.used else only_used(record, analysis.used)
+    files, no_files = _files(analysis)
+    return Content(
+        title=printable(_title(analysis)),
+        headline=analysis.headline().removeprefix(f"{printable(_title(analysis))}: "),
+        verdict="" if analysis.rest is None else analysis.rest.verdict,
+        date=moment.strftime("%Y-%m-%d %H:%M UTC" if moment.tzinfo is UTC else "%Y-%m-%d %H:%M"),
+        made_by=f"sigmatau {__version__}",
+        overview=tuple(overview_rows(analysis.fits, analysis.findings)) if analysis.fits else (),
+        findings=tuple(_told(one) for one in analysis.findings),
+        coefficients=tuple(_coefficients(analysis, channel) for channel in analysis.curves),
+        legend=analysis.legend(),
+        done=tuple((name, printable(text)) for name, text in _done(analysis, command) if text),
+        files=files,
+        no_files=no_files,
+        charts=charts_of(analysis, record, used),
+    )
+
+
+def _title(analysis: Analysis) -> str:
+    path = analysis.source.path
+    return "Record in memory" if path is None else path.replace("\\", "/").rstrip("/").rpartition("/")[2] or path
+
+
+def _told(finding: Finding) -> Told:
+    spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MOST_SPANS]]
+    more = len(finding.spans) - _MOST_SPANS
+    return Told(
+        severity=finding.severity,
+        axes=printable(short_axes(finding.channels)) if finding.channels else "",
+        message=printable(finding.message),
+        action=printable(finding.action),
+        where=", ".join(spans) + (f" and {more} more" if more > 0 else ""),
+    )
+
+
+def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
+    name = printable(channel)
+    fitted = analysis.fits.get(channel)
+    if fitted is not None:
+        return Coefficients(
+            channel=name,
+            verdict=fitted.headline(),
+            trust=trust(fitted, analysis.findings, channel),
+            rows=tuple(_fitted_rows(fitted)),
+            notes=tuple(map(printable, [*([fitted.reason] if fitted.reason else []), *fitted.notes()])),
+        )
+    rows = []
+    read = analysis.read_off.get(channel, {})
+    for term, one in read.items():
+        quantity = analysis.curves[channel].quantity
+        text, factor = _unit_of(term, quantity, analysis.curves[channel].unit)
+        value, error = one.value / factor, one.error / factor
+        rows.append((TERMS[term].label(quantity), f"{value:.4g}", f"± {two_digits(error)} (1 σ)", text))
+    verdict = "read off the curve, as in the paper" if read else "no coefficients"
+    return Coefficients(channel=name, verdict=verdict, trust="", rows=tuple(rows), notes=())
+
+
+def _unit_of(term: str, quantity: str, unit: str) -> tuple[str, float]:
+    from sigmatau.noise.terms import display_units
+
+    return display_units(term, quantity, unit)[-1]
+
+
+def _fitted_rows(fitted: NoiseFit) -> list[tuple[str, str, str, str]]:
+    rows = []
+    for name, term in fitted.items():
+        value, interval, unit = fitted.texts(name)[-1]
+        if term.value is None:
+            interval = fitted.why_not(name) if fitted.quantified else ""
+        rows.append((TERMS[name].label(fitted.quantity), value or "unknown", interval, unit if value else ""))
+    return rows
+
+
+def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
+    """What was done: names and texts; an empty text is left out."""
+    import platform
+
+    import numpy
+
+    source = analysis.source
+    fits = list(analysis.fits.values())
+    methods = dict.fromkeys(one.method for one in fits) or ({"read-off": None} if analysis.read_off else {})
+    return [
+        ("File", source.path or ""),
+        ("SHA-256", source.sha256 or ""),
+        ("Format", source.format),
+        ("Rows", str(source.rows) if source.rows else ""),
+        ("Topics", ", ".join(source.topics)),
+        ("Conversions", "; ".join(source.conversions)),
+        ("Columns not used", ", ".join(source.ignored)),
+        *((f"Samples, {name}", text.partition(": ")[2]) for name, text in analysis.grids.items()),
+        *(_analysed(analysis)),
+        ("Curves", _curves_text(analysis)),
+        ("Coefficients", ", ".join(_METHODS.get(one, one) for one in methods)),
+        ("Confidence level", f"{100 * fits[0].level:g} %" if fits else ""),
+        ("Command", command or ""),
+        ("Versions", f"sigmatau {__version__}, Python {platform.python_version()}, NumPy {numpy.__version__}"),
+    ]
+
+
+_METHODS = {
+    "likelihood": "likelihood of the spectrum, with all that it shows in the model",
+    "gls": "generalised least squares on the Allan variances",
+    "read-off": "read off the curve, as in the paper",
+}
+
+
+def _analysed(analysis: Analysis) -> list[tuple[str, str]]:
+    """The part of the record that was analysed, and how much of it is missing or left out; a row a sensor."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for channel, spans in analysis.used.items():
+        first, last = float(spans[0, 0]), float(spans[-1, 1])
+        lost = 1 - float((spans[:, 1] - spans[:, 0]).sum()) / max(last - first, 1e-300)
+        text = f"{seconds(first)} s to {seconds(last)} s ({duration_text(last - first)})"
+        text += f", {two_digits(100 * lost)} % of it missing or left out" if lost > 1e-9 else ""
+        groups.setdefault((text,), []).append(channel)
+    return [("Analysed", f"{text}: {short_axes(channels)}") for (text,), channels in groups.items()]
+
+
+def _curves_text(analysis: Analysis) -> str:
+    curves = list(analysis.curves.values())
+    overlap = "overlapping" if curves[0].overlap == "full" else "disjoint"
+    counting = "" if curves[0].counting == "standard" else ", N−2n terms as in the paper's eq. (6)"
+    return f"Allan deviation of {overlap} clusters{counting}; intervals: {curves[0].interval_text}"
+
+
+def _files(analysis: Analysis) -> tuple[tuple[FilterFile, ...], str]:
+    """The files for filters and simulators that need no further choice, and why there are none."""
+    if not analysis.fits:
+        return (), "There are no coefficients to write."
+    found, refused = [], ""
+    try:
+        source = analysis.to_source()
+    except DataError as error:
+        return (), f"No filter values: {error}."
+    for name in NAMES:
+        try:
+            text = prepare(source, to=name).content
+        except (DataError, OptionError) as error:
+            refused = refused or f"No filter values: {error}."
+            continue
+        if isinstance(text, str) and len(text) <= _LARGEST_FILE:
+            found.append(FilterFile(target=name, text=text))
+    return tuple(found), "" if found else refused
+
+
+def channels_by_sensor(curves: Mapping[str, Any]) -> dict[str, Sequence[str]]:
+    """Names of channels by sensor, in the record's order."""
+    from sigmatau.record.record import stream_name
+
+    found: dict[str, list[str]] = {}
+    for channel in curves:
+        found.setdefault(stream_name(channel), []).append(channel)
+    return dict(found)

@@ -1,0 +1,239 @@
+"""The report as one HTML file that opens offline: text as HTML, charts drawn by the scripts in ``assets``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+from importlib import resources
+
+from sigmatau.reporting.content import Coefficients, Content, Told
+from sigmatau.reporting.markup import Markup, data, element, joined, name, script, style
+
+_SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
+_VERDICTS = {
+    "at_rest": ("At rest", "good"),
+    "partly_at_rest": ("At rest in part", "partial"),
+    "not_at_rest": ("Not at rest", "poor"),
+    "assumed": ("Taken as at rest", "partial"),
+}
+_TRUST = {
+    "good": "Intervals hold as they are.",
+    "partial": "Usable with what the warnings say.",
+    "poor": "Do not use.",
+}
+_SEVERITIES = {"error": "Error", "warning": "Warning", "info": "Note"}
+
+
+def page(content: Content) -> str:
+    """The report as HTML."""
+    sections = [
+        _section("summary", "Summary", _summary(content)),
+        *_charts(content),
+        _section("coefficients", "Coefficients", _coefficients(content)),
+        _section("files", "Filter values", _files(content)),
+        _section("done", "What was done", _done(content)),
+    ]
+    links = [element("a", title, href=f"#{id_}") for id_, title, _ in sections]
+    head = element(
+        "head",
+        element("meta", charset="utf-8"),
+        element("meta", http_equiv="Content-Security-Policy", content=_POLICY),
+        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        element("meta", name="color-scheme", content="light dark"),
+        element("meta", name="generator", content=content.made_by),
+        element("title", f"{content.title} – noise report"),
+        style(_asset("uplot/uPlot.min.css") + _asset("report.css")),
+    )
+    body = element(
+        "body",
+        element("a", "Skip to the results", href="#summary", class_="skip"),
+        _head(content),
+        element("nav", links, aria_label="Sections"),
+        element(
+            "main",
+            element("noscript", element("p", "The charts need JavaScript; all numbers are in the tables.")),
+            (body for _, _, body in sections),
+        ),
+        element("footer", f"Made by {content.made_by} on {content.date}. This file needs no network."),
+        data(content.charts, id_="charts"),
+        script(_scripts()),
+    )
+    return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
+
+
+@cache
+def _asset(path: str) -> str:
+    return resources.files(__package__).joinpath("assets", *path.split("/")).read_text(encoding="utf-8")
+
+
+@cache
+def _scripts() -> str:
+    """uPlot, then our modules, which share one scope."""
+    own = "\n".join(_asset(f"{module}.js") for module in _SCRIPTS)
+    return f'{_asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{own}\n}})();'
+
+
+Section = tuple[str, str, Markup]
+
+
+def _section(id_: str, title: str, *children: str | Iterable[str]) -> Section:
+    return id_, title, element("section", element("h2", title), *children, id=id_)
+
+
+def _head(content: Content) -> Markup:
+    word, mark = _VERDICTS.get(content.verdict, ("", ""))
+    chip = [element("span", word, class_=f"chip {mark}")] if word else []
+    theme = element("button", "Dark", type="button", id="theme", class_="quiet", hidden=True)
+    return element(
+        "header",
+        element("p", "Noise of an inertial sensor at rest", class_="kind"),
+        element("h1", name(content.title)),
+        element("p", element("span", content.headline), chip, class_="headline"),
+        theme,
+    )
+
+
+def _summary(content: Content) -> Markup:
+    return joined(_overview(content), _findings(content.findings))
+
+
+def _overview(content: Content) -> Markup:
+    if not content.overview:
+        said = "no fit: see Coefficients" if content.verdict != "not_at_rest" else "the sensor is not at rest"
+        return element("p", f"No coefficients: {said}.", class_="none")
+    head, *rows = content.overview
+    cells = [element("th", text, scope="col") for text in ("Axis", *head[1:-1], "Trust")]
+    groups: list[Markup] = []
+    for row in rows:
+        if row[0].startswith("[") and not row[-1]:  # units of a sensor, and the length of its record
+            units = (element("th", text, scope="col") for text in row[1:-1])
+            length = row[0].strip("[]")
+            groups.append(element("tr", element("th", length, scope="col"), units, element("th", ""), class_="units"))
+            continue
+        values = (element("td", text, class_="value") for text in row[1:-1])
+        trust = element("td", element("span", row[-1], class_=f"chip {row[-1]}", title=_TRUST.get(row[-1], "")))
+        groups.append(element("tr", element("th", name(row[0]), scope="row"), values, trust))
+    used = [word for word in _TRUST if any(row[-1] == word for row in rows)]
+    legend = " ".join(f"{word.capitalize()}: {_TRUST[word][0].lower()}{_TRUST[word][1:]}" for word in used)
+    table = element("table", element("thead", element("tr", cells)), element("tbody", groups), class_="overview")
+    return joined(_scrolled(table), element("p", legend, class_="legend"))
+
+
+def _scrolled(table: Markup) -> Markup:
+    return element("div", table, class_="scrolled", tabindex="0", role="region", aria_label="Table")
+
+
+def _findings(findings: Sequence[Told]) -> Markup:
+    if not findings:
+        return element("p", "Nothing was found wrong with the record.", class_="none")
+    grave = [one for one in findings if one.severity != "info"]
+    notes = [one for one in findings if one.severity == "info"]
+    lists = [element("ul", map(_finding, grave), class_="findings")] if grave else []
+    if not grave:
+        lists.append(element("p", "No warnings.", class_="none"))
+    if notes:
+        title = element("summary", f"{len(notes)} note{'s' if len(notes) > 1 else ''} on the record")
+        few = len(notes) <= 3
+        lists.append(element("details", title, element("ul", map(_finding, notes), class_="findings"), open=few))
+    return joined(element("h3", "Findings"), lists)
+
+
+def _finding(one: Told) -> Markup:
+    axes = [element("strong", name(one.axes)), " "] if one.axes else []
+    action = [" ", element("em", f"{one.action}.")] if one.action else []
+    where = [element("span", f"At {one.where}.", class_="where")] if one.where else []
+    mark = element("span", _SEVERITIES[one.severity], class_=f"chip {one.severity}")
+    return element("li", mark, element("span", axes, f"{one.message}.", action, where))
+
+
+_CHARTS = (
+    (
+        "deviation",
+        "Allan deviation",
+        "Measured curves with their intervals, and the fitted model, dashed where it was fitted and dotted elsewhere.",
+    ),
+    (
+        "density",
+        "Power spectral density",
+        "Two-sided. Dashed: the fitted model, behind its filter. Triangles: fitted lines.",
+    ),
+    (
+        "residuals",
+        "Residuals",
+        "Measured Allan deviation over that of the model, with its interval. A model that holds stays near 1.",
+    ),
+    (
+        "series",
+        "Time series",
+        "Every stretch of the whole record from its smallest to its largest sample. Shaded: not analysed, because it is"
+        " missing or was left out.",
+    ),
+    (
+        "map",
+        "Stability",
+        "Dynamic Allan deviation: the deviation in a sliding window over its median of all windows. Noise that does not"
+        " change has no pattern.",
+    ),
+)
+
+
+def _charts(content: Content) -> list[Section]:
+    shown = []
+    channels = content.charts["channels"].values()
+    for id_, title, about in _CHARTS:
+        key = "deviation" if id_ == "residuals" else id_
+        if not any(key in channel and (id_ != "residuals" or "model" in channel[key]) for channel in channels):
+            continue
+        place = element("div", class_="charts", data_chart=id_)
+        shown.append(_section(id_, title, element("p", about, class_="about"), place))
+    return shown
+
+
+def _coefficients(content: Content) -> Markup:
+    tables = (_of_channel(one) for one in content.coefficients)
+    return joined(element("div", tables, class_="channels"), element("p", content.legend, class_="legend"))
+
+
+def _of_channel(one: Coefficients) -> Markup:
+    rows = (
+        element(
+            "tr",
+            element("th", term, scope="row"),
+            element("td", value, class_="value"),
+            element("td", unit),
+            element("td", interval, class_="interval"),
+        )
+        for term, value, interval, unit in one.rows
+    )
+    chip = [element("span", one.trust, class_=f"chip {one.trust}")] if one.trust else []
+    notes = [element("ul", (element("li", note) for note in one.notes), class_="notes")] if one.notes else []
+    return element(
+        "article",
+        element("h3", name(one.channel), " ", chip),
+        element("p", one.verdict, class_="verdict"),
+        [_scrolled(element("table", element("tbody", rows)))] if one.rows else [],
+        notes,
+    )
+
+
+def _files(content: Content) -> Markup:
+    if not content.files:
+        return element("p", content.no_files, class_="none")
+    about = "Of three axes, the worst is written. sigmatau export has more choices."
+    files = (
+        element(
+            "details",
+            element("summary", one.target),
+            element("button", "Copy", type="button", class_="copy quiet", hidden=True),
+            element("pre", one.text, tabindex="0"),
+            open=k == 0,
+        )
+        for k, one in enumerate(content.files)
+    )
+    return joined(element("p", about, class_="about"), element("div", files, class_="files"))
+
+
+def _done(content: Content) -> Markup:
+    rows = (element("div", element("dt", key), element("dd", name(text))) for key, text in content.done)
+    return element("dl", rows)

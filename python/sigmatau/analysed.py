@@ -207,8 +207,10 @@ class Analysis(Tabular):
 
         return Source.of_result(self.to_dict())
 
-    def headline(self) -> str:
-        """The record in a line: its file, axes, rate and where that comes from, length, and whether it is at rest."""
+    def headline(self, *, name: bool = True, rest: bool = True) -> str:
+        """The record in a line: its file if it has a `name`, axes, rate and where that comes from, length, and whether it is
+        at `rest`.
+        """
         curves = list(self.curves.values())
         rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
         source = f" ({self.rate_source.partition(' in ')[0].partition(',')[0]})" if self.rate_source else ""
@@ -216,10 +218,10 @@ class Analysis(Tabular):
             f"{len(curves)} {'axis' if len(curves) == 1 else 'axes'} at {' and '.join(rates)} Hz{source}",
             duration_text(max(curve.n * curve.tau0 for curve in curves)),
         ]
-        if self.rest is not None:
+        if rest and self.rest is not None:
             words.append(_RESTING["assumed" if self._moving and self.fits else self.rest.verdict])
-        name = "" if self.source.path is None else f"{Path(self.source.path).name}: "
-        return printable(name + ", ".join(words))
+        file = "" if self.source.path is None or not name else f"{Path(self.source.path).name}: "
+        return printable(file + ", ".join(words))
 
     @property
     def _moving(self) -> bool:

@@ -33,7 +33,7 @@ from sigmatau.units import find
 
 _DIGITS = 5
 _MOST_TAUS = 240  # averaging times of a curve that are drawn
-_PER_OCTAVE = 24  # densities that are drawn
+_PER_OCTAVE, _PER_LOW_OCTAVE = 24, 8  # densities that are drawn: of many segments, and of a few tapers
 _BINS, _LEAST_BINS, _FULL_CHANNELS = 2000, 300, 12  # of a time series; channels up to which each has the most
 _WINDOWS = 20  # in the record, of a map
 _STEPS_PER_WINDOW = 4
@@ -152,8 +152,9 @@ def _density(stream: Stream, channel: str, fitted: NoiseFit | None) -> dict[str,
     except RecordTooShortError:
         return None
     kept = []
-    for spectrum, first, last in ((long, long.trusted, short.trusted), (short, short.trusted, math.inf)):
-        binned = spectrum.binned(per_octave=_PER_OCTAVE)
+    parts = ((long, _PER_LOW_OCTAVE, long.trusted, short.trusted), (short, _PER_OCTAVE, short.trusted, math.inf))
+    for spectrum, per_octave, first, last in parts:
+        binned = spectrum.binned(per_octave=per_octave)
         chosen = (binned.frequency >= first) & (binned.frequency < last) & (binned.density > 0)
         kept.append([column[chosen] for column in (binned.frequency, binned.density, *binned.interval())])
     frequency, density, low, high = (np.concatenate(columns) for columns in zip(*kept, strict=True))

@@ -95,8 +95,8 @@ def content_of(
     files, no_files = _files(analysis)
     return Content(
         title=printable(_title(analysis)),
-        headline=analysis.headline().removeprefix(f"{printable(_title(analysis))}: "),
-        verdict="" if analysis.rest is None else analysis.rest.verdict,
+        headline=analysis.headline(name=False, rest=False),
+        verdict=_verdict(analysis),
         date=moment.strftime("%Y-%m-%d %H:%M UTC" if moment.tzinfo is UTC else "%Y-%m-%d %H:%M"),
         made_by=f"sigmatau {__version__}",
         overview=tuple(overview_rows(analysis.fits, analysis.findings)) if analysis.fits else (),
@@ -113,6 +113,13 @@ def content_of(
 def _title(analysis: Analysis) -> str:
     path = analysis.source.path
     return "Record in memory" if path is None else path.replace("\\", "/").rstrip("/").rpartition("/")[2] or path
+
+
+def _verdict(analysis: Analysis) -> str:
+    if analysis.rest is None:
+        return ""
+    moving = analysis.rest.verdict == "not_at_rest"
+    return "assumed" if moving and analysis.fits else analysis.rest.verdict
 
 
 def _told(finding: Finding) -> Told:

@@ -7,7 +7,7 @@ from functools import cache
 from importlib import resources
 
 from sigmatau.reporting.content import Coefficients, Content, Told
-from sigmatau.reporting.markup import Markup, data, element, joined, name, script, style
+from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, script, style, unit
 
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
@@ -107,8 +107,8 @@ def _overview(content: Content) -> Markup:
     groups: list[Markup] = []
     for row in rows:
         if row[0].startswith("[") and not row[-1]:  # units of a sensor, and the length of its record
-            units = (element("th", text, scope="col") for text in row[1:-1])
-            length = row[0].strip("[]")
+            units = (element("th", unit(text), scope="col") for text in row[1:-1])
+            length = f"over {row[0].strip('[]')}"
             groups.append(element("tr", element("th", length, scope="col"), units, element("th", ""), class_="units"))
             continue
         values = (element("td", text, class_="value") for text in row[1:-1])
@@ -192,7 +192,7 @@ def _charts(content: Content) -> list[Section]:
 
 def _coefficients(content: Content) -> Markup:
     tables = (_of_channel(one) for one in content.coefficients)
-    return joined(element("div", tables, class_="channels"), element("p", content.legend, class_="legend"))
+    return joined(element("div", tables, class_="channels"), element("p", prose(content.legend), class_="legend"))
 
 
 def _of_channel(one: Coefficients) -> Markup:
@@ -201,10 +201,10 @@ def _of_channel(one: Coefficients) -> Markup:
             "tr",
             element("th", term, scope="row"),
             element("td", value, class_="value"),
-            element("td", unit),
+            element("td", unit(symbol), class_="value"),
             element("td", interval, class_="interval"),
         )
-        for term, value, interval, unit in one.rows
+        for term, value, interval, symbol in one.rows
     )
     chip = [element("span", one.trust, class_=f"chip {one.trust}")] if one.trust else []
     notes = [element("ul", (element("li", note) for note in one.notes), class_="notes")] if one.notes else []

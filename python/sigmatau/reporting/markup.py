@@ -16,7 +16,7 @@ class Markup(str):
 _VOID = ("meta", "link", "br", "hr", "input")
 
 
-def element(name: str, *children: str | Iterable[str], **attributes: str | bool) -> Markup:
+def element(name: str, /, *children: str | Iterable[str], **attributes: str | bool) -> Markup:
     """An element. Text among its children is escaped; of the names of attributes, ``class_`` is ``class``, ``data_x`` is
     ``data-x``. An attribute that is False is absent.
 
@@ -39,6 +39,17 @@ def joined(*children: str | Iterable[str]) -> Markup:
     """Children one after the other, text among them escaped."""
     parts = (part for child in children for part in ([child] if isinstance(child, str) else child))
     return Markup("".join(part if isinstance(part, Markup) else html.escape(part) for part in parts))
+
+
+def unit(text: str) -> Markup:
+    """A unit with its exponent raised: ``m/s/h^{3/2}``."""
+    base, raised, exponent = text.partition("^{")
+    return joined(base, element("sup", exponent.removesuffix("}"))) if raised else joined(text)
+
+
+def prose(text: str) -> Markup:
+    """Text in which what stands between backticks is code."""
+    return joined(element("code", part) if k % 2 else part for k, part in enumerate(text.split("`")))
 
 
 def name(text: str) -> Markup:

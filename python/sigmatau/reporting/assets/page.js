@@ -1,0 +1,27 @@
+// Elements, colours and the data of the page.
+
+const content = JSON.parse(document.getElementById("charts").textContent);
+
+/** An element: make("button", {type: "button", onclick: f}, "Text", child). Text is never read as HTML. */
+function make(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
+    else if (key in made && key !== "list") made[key] = value;
+    else made.setAttribute(key, value);
+  }
+  made.append(...children);
+  return made;
+}
+
+/** A colour of the style sheet: colour("axis-0"). */
+function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
+/** The colour of a channel among all of its sensor; beyond six, hues evenly spread. */
+function channelColour(k, count) {
+  if (count <= 6) return colour(`axis-${k}`);
+  const dark = getComputedStyle(document.documentElement).colorScheme === "dark";
+  return `hsl(${Math.round((360 * k) / count)} 65% ${dark ? 65 : 36}%)`;
+}

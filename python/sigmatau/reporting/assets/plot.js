@@ -1,0 +1,260 @@
+// One plot from a description, by uPlot.
+//
+// A description has axes `x` and `y` ({label, log, range}), and what is drawn:
+//   lines   [{name, x, y, low, high, colour, dash, width, points, read}]  low and high make a band; read: in the readout
+//   spans   [[from, to]] of x that are shaded
+//   marks   [{x, colour, text}] triangles on the x axis
+//   guides  true: lines of the slopes -1, -1/2, 1/2, 1 through the point that is read
+//   cells   {x, y, values, colour, text} a map; x and y are edges, values by rows of x
+//   height  in pixels
+
+const plots = new Set();
+
+function draw(place, described) {
+  const columns = described.lines.map((line) => tableOf(line));
+  const data = columns.length ? uPlot.join(columns) : [[described.x.range[0], described.x.range[1]]];
+  const series = [{}], bands = [];
+  for (const line of described.lines) {
+    if (line.y) series.push(styled(line, line.width ?? 1.6, line.points));
+    if (line.low) {
+      bands.push({ series: [series.length + 1, series.length], fill: () => faded(line.colour(), line.y ? 0.18 : 0.75) });
+      const edge = line.y ? 0 : 0.8;
+      series.push(styled(line, edge), styled(line, edge));
+    }
+  }
+  const options = {
+    width: Math.max(place.clientWidth, 200),
+    height: described.height,
+    legend: { show: false },
+    padding: [8, 12, 0, 0],
+    scales: { x: scaleOf(described, "x"), y: scaleOf(described, "y") },
+    axes: [axisOf(described, "x"), axisOf(described, "y")],
+    series, bands,
+    cursor: { drag: { x: true, y: true, uni: 30, setScale: true }, points: { show: false }, y: !described.cells },
+    hooks: {
+      drawClear: [(u) => under(u, described)],
+      draw: [(u) => over(u, described)],
+      setCursor: [(u) => described.onread?.(u.cursor.left < 0 ? null : nearest(u, described))],
+    },
+  };
+  const u = new uPlot(options, data, place);
+  const made = { u, place, described, reset: () => reset(u, described) };
+  keyboard(made);
+  plots.add(made);
+  new ResizeObserver(() => u.width !== place.clientWidth && place.clientWidth && u.setSize({ width: place.clientWidth, height: described.height })).observe(place);
+  u.over.addEventListener("dblclick", (event) => { event.stopImmediatePropagation(); made.reset(); }, true);
+  return made;
+}
+
+function tableOf(line) {
+  const table = [line.x];
+  if (line.y) table.push(line.y);
+  if (line.low) table.push(line.low, line.high);
+  return table;
+}
+
+function styled(line, width, points = false) {
+  return {
+    label: line.name, stroke: () => line.colour(), width, dash: line.dash, spanGaps: line.gaps !== true,
+    points: points ? { show: true, size: 4.5, fill: () => line.colour(), width: 0 } : { show: false },
+  };
+}
+
+/** A colour with a share of opacity; canvases of older browsers know no color-mix. */
+function faded(css, alpha) {
+  if (css.startsWith("hsl")) return css.replace(")", ` / ${alpha})`);
+  return css + Math.round(alpha * 255).toString(16).padStart(2, "0");
+}
+
+/** Values of a description along an axis, for its range. */
+function valuesOf(described, axis) {
+  const found = [];
+  for (const line of described.lines) {
+    if (axis === "x") found.push(line.x);
+    else if (line.framed !== false) for (const edge of [line.y, line.low, line.high]) if (edge) found.push(edge);
+  }
+  return found.flat();
+}
+
+function fullRange(described, axis) {
+  return described[axis].range ?? rangeOf(valuesOf(described, axis), described[axis].log);
+}
+
+function scaleOf(described, axis) {
+  const [low, high] = fullRange(described, axis);
+  const log = described[axis].log;
+  return { time: false, distr: log ? 3 : 1, log: 10, auto: false, min: low, max: high, range: (_, a, b) => [a ?? low, b ?? high] };
+}
+
+function axisOf(described, axis) {
+  const { label, log } = described[axis];
+  const ticks = (u, _, low, high) => (log ? logTicks(low, high) : linearTicks(low, high, axis === "x" ? 6 : yTicks(described)));
+  return {
+    label: label || undefined, labelSize: label ? 24 : 0, labelGap: 0, size: axis === "x" ? 34 : (u, values) => 18 + 7.2 * Math.max(3, ...(values ?? []).map((v) => v.length)),
+    font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
+    stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("line"), width: 1, size: 5 },
+    splits: ticks, filter: (_, splits) => splits, values: (_, splits) => tickTexts(splits, log),
+  };
+}
+
+function yTicks({ height }) {
+  return Math.max(3, Math.round(height / 50));
+}
+
+function reset(u, described) {
+  u.batch(() => {
+    for (const axis of ["x", "y"]) {
+      const [min, max] = fullRange(described, axis);
+      u.setScale(axis, { min, max });
+    }
+  });
+}
+
+/** What lies under the lines: shaded spans, and the cells of a map. */
+function under(u, { spans, cells }) {
+  const { ctx, bbox } = u;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  if (spans) {
+    ctx.fillStyle = colour("outside");
+    for (const [from, to] of spans) {
+      const left = u.valToPos(from, "x", true), right = u.valToPos(to, "x", true);
+      ctx.fillRect(left, bbox.top, Math.max(right - left, devicePixelRatio), bbox.height);
+    }
+  }
+  if (cells) {
+    eachCell(cells, (x0, x1, y0, y1, value) => {
+      const left = u.valToPos(x0, "x", true), right = u.valToPos(x1, "x", true);
+      const top = u.valToPos(y1, "y", true), bottom = u.valToPos(y0, "y", true);
+      ctx.fillStyle = cells.colour(value);
+      ctx.fillRect(Math.floor(left), Math.floor(top), Math.ceil(right) - Math.floor(left), Math.ceil(bottom) - Math.floor(top));
+    });
+  }
+  ctx.restore();
+}
+
+function eachCell(cells, visit) {
+  const rows = cells.y.length - 1;
+  for (let i = 0; i + 1 < cells.x.length; i++)
+    for (let j = 0; j < rows; j++) {
+      const value = cells.values[i * rows + j];
+      if (value !== null) visit(cells.x[i], cells.x[i + 1], cells.y[j], cells.y[j + 1], value);
+    }
+}
+
+/** What lies over the lines: marks on the x axis, and guides of the slopes. */
+function over(u, described) {
+  const { ctx, bbox } = u;
+  ctx.save();
+  for (const mark of described.marks ?? []) {
+    const x = u.valToPos(mark.x, "x", true), size = 5 * devicePixelRatio, bottom = bbox.top + bbox.height;
+    if (x < bbox.left || x > bbox.left + bbox.width) continue;
+    ctx.fillStyle = mark.colour();
+    ctx.beginPath();
+    ctx.moveTo(x, bottom - 2 * size);
+    ctx.lineTo(x - size, bottom);
+    ctx.lineTo(x + size, bottom);
+    ctx.fill();
+  }
+  for (const guide of guidesOf(u, described)) {
+    ctx.strokeStyle = ctx.fillStyle = colour("guide");
+    ctx.lineWidth = devicePixelRatio;
+    ctx.setLineDash([2 * devicePixelRatio, 4 * devicePixelRatio]);
+    ctx.beginPath();
+    ctx.moveTo(u.valToPos(guide.x[0], "x", true), u.valToPos(guide.y[0], "y", true));
+    ctx.lineTo(u.valToPos(guide.x[1], "x", true), u.valToPos(guide.y[1], "y", true));
+    ctx.stroke();
+    ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textAlign = "right";
+    ctx.fillText(guide.text, u.valToPos(guide.x[1], "x", true) - 3, u.valToPos(guide.y[1], "y", true) - 4);
+  }
+  ctx.restore();
+}
+
+const SLOPES = [[-1, "−1"], [-0.5, "−½"], [0, "0"], [0.5, "+½"], [1, "+1"]];
+
+/** Lines of the slopes of the noise terms through the lowest point of the first curve, over the part that is seen. */
+function guidesOf(u, { guides, lines }) {
+  if (!guides) return [];
+  const line = lines.find((one) => one.read && one.y);
+  if (!line) return [];
+  let at = 0;
+  line.y.forEach((value, k) => { if (value !== null && value < line.y[at]) at = k; });
+  const { x: xs, y: ys } = u.scales, [px, py] = [line.x[at], line.y[at]];
+  return SLOPES.map(([slope, name]) => {
+    let from = xs.min, to = xs.max;
+    const cross = (y) => px * (y / py) ** (1 / slope);
+    if (slope < 0) { from = Math.max(from, cross(ys.max)); to = Math.min(to, cross(ys.min)); }
+    if (slope > 0) { from = Math.max(from, cross(ys.min)); to = Math.min(to, cross(ys.max)); }
+    return { x: [from, to], y: [py * (from / px) ** slope, py * (to / px) ** slope], text: name };
+  }).filter((one) => one.x[1] > one.x[0]);
+}
+
+/** What is read at the cursor: x, and of each line that is read its nearest value with its interval. */
+function nearest(u, described) {
+  const x = u.posToVal(u.cursor.left, "x");
+  if (described.cells) return { x, y: u.posToVal(u.cursor.top, "y"), values: [] };
+  const values = [];
+  let at = x;
+  for (const line of described.lines) {
+    if (!line.read) continue;
+    const k = closest(line.x, x, described.x.log);
+    if (k < 0) continue;
+    at = line.x[k];
+    values.push({ line, k, y: line.y?.[k] ?? null, low: line.low?.[k] ?? null, high: line.high?.[k] ?? null });
+  }
+  return { x: at, values };
+}
+
+function closest(xs, x, log) {
+  let best = -1, least = Infinity;
+  for (let k = 0; k < xs.length; k++) {
+    const off = log ? Math.abs(Math.log(xs[k] / x)) : Math.abs(xs[k] - x);
+    if (off < least) { least = off; best = k; }
+  }
+  return best;
+}
+
+/** Zoom by a factor about the middle of what is seen, or about the point that is read. */
+function zoom({ u, described }, factor) {
+  u.batch(() => {
+    for (const axis of ["x", "y"]) {
+      const log = described[axis].log, to = log ? Math.log : Number, back = log ? Math.exp : Number;
+      const { min, max } = u.scales[axis];
+      const place = axis === "x" ? u.cursor.left : u.cursor.top;
+      const centre = place >= 0 ? to(u.posToVal(place, axis)) : (to(min) + to(max)) / 2;
+      u.setScale(axis, { min: back(centre - (centre - to(min)) * factor), max: back(centre + (to(max) - centre) * factor) });
+    }
+  });
+}
+
+/** Arrow keys move the point that is read, + and - zoom, 0 and Escape show all. */
+function keyboard(plot) {
+  const { u, place, described } = plot;
+  place.tabIndex = 0;
+  place.setAttribute("role", "img");
+  place.setAttribute("aria-label", `${described.title}. Arrow keys move the point that is read, plus and minus zoom, 0 shows all.`);
+  place.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const step = event.shiftKey ? 10 : 1;
+    if (event.key === "ArrowLeft") move(plot, -step);
+    else if (event.key === "ArrowRight") move(plot, step);
+    else if (event.key === "+" || event.key === "=") zoom(plot, 1 / 1.5);
+    else if (event.key === "-") zoom(plot, 1.5);
+    else if (event.key === "0" || event.key === "Escape") plot.reset();
+    else return;
+    event.preventDefault();
+  });
+  place.addEventListener("blur", () => u.setCursor({ left: -10, top: -10 }));
+}
+
+function move({ u, described }, steps) {
+  const line = described.lines.find((one) => one.read);
+  const seen = line ? line.x.filter((x) => x >= u.scales.x.min && x <= u.scales.x.max) : [];
+  if (!seen.length) return;
+  const now = u.cursor.left >= 0 ? closest(seen, u.posToVal(u.cursor.left, "x"), described.x.log) : steps > 0 ? -1 : seen.length;
+  const k = Math.min(Math.max(now + steps, 0), seen.length - 1);
+  u.setCursor({ left: u.valToPos(seen[k], "x"), top: u.over.clientHeight / 2 });
+}

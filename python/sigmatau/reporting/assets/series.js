@@ -1,0 +1,31 @@
+// Time series: every stretch from its smallest to its largest sample, and what was not analysed.
+
+const series = {
+  id: "series",
+  title: "Time series",
+  has: (channel) => Boolean(channel.series),
+  height: (sensor, state) => 128 * Math.min(state.seen.size, 12) + 22,
+  options: [{ name: "outside", text: "Not analysed", on: () => true }],
+  describe(sensor, state) {
+    return sensor.channels.filter((name) => content.channels[name].series && state.seen.has(name)).map((name, k, all) => {
+      const { duration, bins, low, high, outside } = content.channels[name].series;
+      const unit = timeUnit(duration), x = Array.from({ length: bins }, (_, k) => ((k + 0.5) * duration) / bins / unit.size);
+      const inUnit = (values) => values.map((value) => (value === null ? null : value / state.unit.factor));
+      return {
+        title: `Time series, ${name}`, height: k + 1 < all.length ? 128 : 150,
+        lines: [{ name: shortName(sensor, name), x, low: inUnit(decoded(low)), high: inUnit(decoded(high)), colour: colourOf(sensor, name), gaps: true, read: true }],
+        spans: state.outside ? outside.map(([from, to]) => [from / unit.size, to / unit.size]) : [],
+        x: { label: k + 1 < all.length ? "" : `time [${unit.text}]`, log: false, range: [0, duration / unit.size] },
+        y: { label: `${shortName(sensor, name).slice(0, 12)} [${state.unit.text}]`, log: false },
+      };
+    });
+  },
+  readout: (point, sensor, state) => [make("b", {}, `t = ${text(point.x, 5)}`), ...readValues(point, state.unit.text)],
+};
+
+const decodedSeries = new Map();
+
+function decoded(packed) {
+  if (!decodedSeries.has(packed)) decodedSeries.set(packed, unpacked(packed));
+  return decodedSeries.get(packed);
+}

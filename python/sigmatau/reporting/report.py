@@ -1,0 +1,81 @@
+"""`report`: the page of an analysis that is handed on."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+from sigmatau.analysed import Analysis
+from sigmatau.errors import OptionError
+from sigmatau.io.atomic import atomic
+from sigmatau.record.record import Record
+
+ENDINGS = (".html", ".pdf")
+"""Extensions of a report."""
+
+
+def report(
+    analysis: Analysis,
+    path: str | Path,
+    *,
+    record: Record | None = None,
+    command: str | None = None,
+    date: datetime | None = None,
+) -> None:
+    """Write the report of an analysis: one file that opens offline, to read, print and hand on.
+
+    It has the coefficients with their intervals, the findings, Allan deviations with the model, power spectral densities,
+    residuals, the time series with what was left out, the dynamic Allan deviation, the values for filters, and what was done.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    path : str or Path
+        ``.html``: with charts to zoom and read, and buttons that save them. ``.pdf``: to print; needs
+        ``pip install 'sigmatau[pdf]'``.
+    record : Record, optional
+        As it was given to `analyze`. Without it the report has no densities, no time series and no dynamic Allan deviation.
+    command : str, optional
+        How the report was made, to be told in it.
+    date : datetime, optional
+        Date of the report. Default: now.
+
+    Raises
+    ------
+    OptionError
+        For another extension, or a record that is not that of the analysis.
+    DataError
+        If the file cannot be written.
+    ImportError
+        For a PDF without typst or matplotlib.
+
+    See Also
+    --------
+    Analysis.plot : a figure alone.
+    Analysis.to_dict : the numbers for programs.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = st.simulate(model, duration=600, rate=100, rng=1)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     st.report(st.analyze(record), f"{folder}/report.html", record=record)
+    """
+    file = Path(path)
+    if file.suffix.lower() not in ENDINGS:
+        raise OptionError(f"{{option}} {file.name!r}: the name must end in {' or '.join(ENDINGS)}", option="path")
+    from sigmatau.reporting.content import content_of
+
+    content = content_of(analysis, record, command=command, date=date)
+    if file.suffix.lower() == ".html":
+        from sigmatau.reporting.html import page
+
+        made = page(content).encode()
+    else:
+        from sigmatau.reporting.pdf import document
+
+        made = document(analysis, record, content)
+    with atomic(file) as temporary:
+        temporary.write_bytes(made)

@@ -28,6 +28,7 @@ from .quality.check import check
 from .quality.inspection import inspect
 from .record.record import Record
 from .record.streams import Stream
+from .reporting.report import report
 from .simulation.imperfections import Imperfections
 from .simulation.in_memory import simulate
 from .simulation.to_file import simulate_to
@@ -89,6 +90,7 @@ __all__ = [
     "psd",
     "read",
     "read_off",
+    "report",
     "simulate",
     "simulate_to",
     "state_space",

@@ -27,6 +27,7 @@ from sigmatau.cli.options import (
     check_folder,
     check_output,
     check_style,
+    command_line,
     drawing,
     finding_lines,
     read_log,
@@ -46,6 +47,8 @@ from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.quality.clocks import clocks
 from sigmatau.record.record import stream_name
+from sigmatau.reporting.report import ENDINGS
+from sigmatau.reporting.report import report as write_report
 
 _MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
 
@@ -68,6 +71,7 @@ def analyze_command(
     keep: Annotated[list[str] | None, Parameter(negative=())] = None,
     at_rest: Annotated[bool, Parameter(negative=())] = False,
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
+    report: Path | None = None,
     plot: Path | None = None,
     stability: Path | None = None,
     style: Literal["screen", "paper"] = "screen",
@@ -116,6 +120,9 @@ def analyze_command(
     bandwidth
         Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then
         reports the random walk that aliasing adds.
+    report
+        Write one page with curves, coefficients, findings and what was done: .html opens offline, .pdf is to print; for
+        several logs, a folder for one .html each.
     plot
         Draw all axes: .png, .svg or .pdf; for several logs, a folder for one .png each.
     stability
@@ -160,9 +167,9 @@ def analyze_command(
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
     check_style(style, plot, stability)
-    outputs = Outputs(plot=plot, stability=stability, json=json, csv=csv, style=style)
+    outputs = Outputs(report=report, plot=plot, stability=stability, json=json, csv=csv, style=style)
     # A shell pattern may match a single log.
-    folders = [place for place in (*logs, plot, stability, json, csv) if place is not None and place.is_dir()]
+    folders = [place for place in (*logs, report, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(
         not files_of(place) for place in folders
     )  # a ROS 2 bag is a folder and one log
@@ -180,6 +187,7 @@ def analyze_command(
 class Outputs:
     """Output files, or output folders for several logs."""
 
+    report: Path | None
     plot: Path | None
     stability: Path | None
     json: Path | None
@@ -190,12 +198,13 @@ class Outputs:
     def files(self) -> dict[str, Path | None]:
         """Output paths by option; None for standard output."""
         json = None if str(self.json) == "-" else self.json
-        return {"plot": self.plot, "stability": self.stability, "json": json, "csv": self.csv}
+        return {"report": self.report, "plot": self.plot, "stability": self.stability, "json": json, "csv": self.csv}
 
     @property
     def endings(self) -> dict[str, tuple[str, ...]]:
         """Extensions by option; any if there is none."""
-        return {"plot": FIGURE_ENDINGS, "stability": FIGURE_ENDINGS, "json": (), "csv": (".csv",)}
+        figures = {"plot": FIGURE_ENDINGS, "stability": FIGURE_ENDINGS}
+        return {"report": ENDINGS, **figures, "json": (), "csv": (".csv",)}
 
 
 def _one(
@@ -219,13 +228,16 @@ def _one(
     with _failures_written(log, outputs.json):
         record = read_log(log, reading, quiet=quiet)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
-        if outputs.json is not None:
+        if outputs.json is not None or outputs.report is not None:
             with suppress(RuntimeError):  # without memory for a thread, it is computed when it is written
                 checksum.start()
         with working("computing Allan variances, fitting", quiet=quiet):
             analysis = analyze(record, **settings)
         if checksum.ident is not None:
             checksum.join()
+    if outputs.report is not None:
+        with working(f"writing {outputs.report}", quiet=quiet):
+            write_report(analysis, outputs.report, record=record, command=command_line())
     if outputs.plot is not None:
         with drawing(outputs.plot, outputs.style, quiet=quiet):
             write_figure(analysis.plot(style=outputs.style), outputs.plot)
@@ -291,6 +303,7 @@ def _many(
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     logs, left_out = batch.gather(places)
     for option, folder in (
+        ("report", outputs.report),
         ("plot", outputs.plot),
         ("stability", outputs.stability),
         ("json", outputs.json),
@@ -307,7 +320,8 @@ def _many(
     names = dict(zip(logs, batch.names(logs), strict=True))
     for name in names.values():
         pictures = (folder / f"{name}.png" for folder in (outputs.plot, outputs.stability) if folder is not None)
-        expect(*pictures, csv=None if outputs.csv is None else outputs.csv / f"{name}.csv")
+        reports = [] if outputs.report is None else [outputs.report / f"{name}.html"]
+        expect(*pictures, *reports, csv=None if outputs.csv is None else outputs.csv / f"{name}.csv")
     work = partial(
         _in_a_process, names=names, reading=reading, settings=settings,
         outputs=outputs,
@@ -335,7 +349,10 @@ def _many(
 def _in_a_process(
     log: Path, *, names: dict[Path, str], reading: Reading | None, settings: dict[str, Any], outputs: Outputs
 ) -> Analysis:
-    analysis = analyze(read_log(log, reading, quiet=True), **settings)
+    record = read_log(log, reading, quiet=True)
+    analysis = analyze(record, **settings)
+    if outputs.report is not None:
+        write_report(analysis, outputs.report / f"{names[log]}.html", record=record, command=command_line())
     if outputs.plot is not None:
         write_figure(analysis.plot(style=outputs.style), outputs.plot / f"{names[log]}.png")
     if outputs.stability is not None and analysis.stability:
@@ -352,6 +369,7 @@ def _in_a_process(
 def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
     """What comes next: options that were not given."""
     offers = ["-v"]
+    offers += ["report: --report r.html"] if outputs.report is None else []
     offers += ["picture: --plot p.png"] if outputs.plot is None else []
     offers += ["filter: --export kalibr=imu.yaml"] if analysis.fits and not exports.files else []
     return f"More: {' · '.join(offers)}"

@@ -11,12 +11,13 @@ from cyclopts import Parameter
 
 from sigmatau.analysed import Analysis
 from sigmatau.analysis import analyze
-from sigmatau.cli.options import say, working, write_figure, write_json
+from sigmatau.cli.options import command_line, say, working, write_json
 from sigmatau.errors import DataError
 from sigmatau.io.read import read
 from sigmatau.io.write import write
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.reporting.report import report
 from sigmatau.simulation.in_memory import simulate
 
 _HOURS, _RATE = 2.0, 100.0
@@ -35,7 +36,7 @@ def demo_command(
     Parameters
     ----------
     output
-        Directory for the model, the log, the figure and the JSON.
+        Directory for the model, the log, the JSON and the report.
     seed
         Seed of the noise.
     quiet
@@ -57,12 +58,12 @@ def demo_command(
         record = read(log)
     with working("computing Allan variances, fitting", quiet=quiet):
         analysis = analyze(record)
-    figure, result = output / "allan.png", output / "result.json"
-    with working(f"drawing {figure}", quiet=quiet):
-        write_figure(analysis.plot(), figure)
+    page, result = output / "report.html", output / "result.json"
+    with working(f"writing {page}", quiet=quiet):
+        report(analysis, page, record=record, command=command_line())
     write_json(analysis.to_dict(), result)
     sys.stdout.write(f"{analysis.overview()}\n\n{_beside_truth(analysis, model)}\n")
-    say(f"written: {model_file}, {log}, {figure}, {result}", quiet=quiet)
+    say(f"written: {model_file}, {log}, {result}, {page}", quiet=quiet)
     return 0
 
 

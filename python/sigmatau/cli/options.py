@@ -87,7 +87,7 @@ def check_folder(path: Path | None, option: str) -> None:
     """Create the folder for several results; raise an error for anything but a folder."""
     if path is None:
         return
-    if str(path) == "-" or path.suffix.lower() in (".json", ".png", ".svg", ".pdf") or path.is_file():
+    if str(path) == "-" or path.suffix.lower() in (".json", ".png", ".svg", ".pdf", ".html") or path.is_file():
         raise OptionError(f"--{option} {path}: there are several logs, so this must be a folder", option=option)
     try:
         path.mkdir(exist_ok=True)
@@ -105,6 +105,13 @@ def refuse_same(log: Path, /, **outputs: Path | None) -> None:
             raise OptionError(f"--{option} {path} is the file that is read; name another file", option=option)
         if seen.setdefault(path, option) != option:
             raise OptionError(f"--{seen[path]} and --{option} both name {path}; name two files", option=option)
+
+
+def command_line() -> str:
+    """The command line of this process, as it can be typed again."""
+    import shlex
+
+    return shlex.join(["sigmatau", *sys.argv[1:]])
 
 
 def check_outputs(log: Path, plot: Path | None, json: Path | None) -> None:

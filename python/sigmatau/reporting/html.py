@@ -38,10 +38,10 @@ def page(content: Content) -> str:
     head = element(
         "head",
         element("meta", charset="utf-8"),
+        element("meta", name="generator", content=content.made_by),
         element("meta", http_equiv="Content-Security-Policy", content=_POLICY),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
         element("meta", name="color-scheme", content="light dark"),
-        element("meta", name="generator", content=content.made_by),
         element("title", f"{content.title} – noise report"),
         style(_asset("uplot/uPlot.min.css") + _asset("report.css")),
     )

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from sigmatau.analysed import Analysis
 from sigmatau.errors import OptionError
 from sigmatau.io.atomic import atomic
-from sigmatau.record.record import Record
+
+if TYPE_CHECKING:
+    from sigmatau.analysed import Analysis
+    from sigmatau.record.record import Record
 
 ENDINGS = (".html", ".pdf")
 """Extensions of a report."""

@@ -1,6 +1,7 @@
 """What several tests need: the field data, where there are any."""
 
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -30,3 +31,18 @@ def field_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no field data: {folder} is absent; SIGMATAU_FIELD_DATA names another folder")
     return folder
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Debian's chromium; `make test` installs it."""
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if program is None:
+        assert not os.environ.get("CI"), "chromium is not installed, and CI must not skip the tests of the page"
+        pytest.skip("no chromium: apt-get install chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        made = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        yield made
+        made.close()

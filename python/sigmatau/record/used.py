@@ -14,13 +14,10 @@ from sigmatau.record.streams import Stream
 
 
 def used_spans(record: Record, channel: str) -> Floats:
-    """Beginnings and ends of the stretches without a missing sample, from the beginning of the whole record; shape (n, 2). [s]"""
+    """Beginnings and ends of the stretches without a missing sample, in s from the beginning of the record; shape (n, 2)."""
     stream = record.stream_of(channel)
     tau0, lead = stream.grid.tau0, stream.grid.lead
-    if stream.mask is None:
-        spans = [(0, stream.grid.n)]
-    else:
-        spans = runs(~stream.mask[:, stream.channels.index(channel)])
+    spans = [(0, stream.grid.n)] if stream.mask is None else runs(~stream.mask[:, stream.channels.index(channel)])
     found: Floats = np.asarray(spans, dtype=np.float64).reshape(-1, 2) * tau0 + lead
     found.setflags(write=False)
     return found

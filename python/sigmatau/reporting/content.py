@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
@@ -15,14 +15,16 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording.phrases import short_axes
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.overview import overview_rows, trust
+from sigmatau.fitting.read_off import Coefficient
 from sigmatau.frozen import frozen
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import Record
 from sigmatau.record.used import only_used
 from sigmatau.reporting.charts import charts_of
 from sigmatau.results import duration_text, printable, seconds, two_digits
 
 _LARGEST_FILE = 20_000  # characters of a filter's file that is shown
+_SLOW = ("state-space",)  # approximates flicker noise by states, which takes as long as the rest of a report
 _MOST_SPANS = 20  # that a finding lists
 
 
@@ -146,20 +148,14 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
             notes=tuple(map(printable, [*([fitted.reason] if fitted.reason else []), *fitted.notes()])),
         )
     rows = []
-    read = analysis.read_off.get(channel, {})
+    read: Mapping[str, Coefficient] = analysis.read_off.get(channel, {})
+    quantity, rate_unit = analysis.curves[channel].quantity, analysis.curves[channel].unit
     for term, one in read.items():
-        quantity = analysis.curves[channel].quantity
-        text, factor = _unit_of(term, quantity, analysis.curves[channel].unit)
+        text, factor = display_units(term, quantity, rate_unit)[-1]
         value, error = one.value / factor, one.error / factor
         rows.append((TERMS[term].label(quantity), f"{value:.4g}", f"± {two_digits(error)} (1 σ)", text))
     verdict = "read off the curve, as in the paper" if read else "no coefficients"
     return Coefficients(channel=name, verdict=verdict, trust="", rows=tuple(rows), notes=())
-
-
-def _unit_of(term: str, quantity: str, unit: str) -> tuple[str, float]:
-    from sigmatau.noise.terms import display_units
-
-    return display_units(term, quantity, unit)[-1]
 
 
 def _fitted_rows(fitted: NoiseFit) -> list[tuple[str, str, str, str]]:
@@ -168,7 +164,7 @@ def _fitted_rows(fitted: NoiseFit) -> list[tuple[str, str, str, str]]:
         value, interval, unit = fitted.texts(name)[-1]
         if term.value is None:
             interval = fitted.why_not(name) if fitted.quantified else ""
-        rows.append((TERMS[name].label(fitted.quantity), value or "unknown", interval, unit if value else ""))
+        rows.append((TERMS[name].label(fitted.quantity), value or "–", interval, unit if value else ""))
     return rows
 
 
@@ -176,7 +172,7 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
     """What was done: names and texts; an empty text is left out."""
     import platform
 
-    import numpy
+    import numpy as np
 
     source = analysis.source
     fits = list(analysis.fits.values())
@@ -195,7 +191,7 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
         ("Coefficients", ", ".join(_METHODS.get(one, one) for one in methods)),
         ("Confidence level", f"{100 * fits[0].level:g} %" if fits else ""),
         ("Command", command or ""),
-        ("Versions", f"sigmatau {__version__}, Python {platform.python_version()}, NumPy {numpy.__version__}"),
+        ("Versions", f"sigmatau {__version__}, Python {platform.python_version()}, NumPy {np.__version__}"),
     ]
 
 
@@ -234,7 +230,7 @@ def _files(analysis: Analysis) -> tuple[tuple[FilterFile, ...], str]:
         source = analysis.to_source()
     except DataError as error:
         return (), f"No filter values: {error}."
-    for name in NAMES:
+    for name in (name for name in NAMES if name not in _SLOW):
         try:
             text = prepare(source, to=name).content
         except (DataError, OptionError) as error:
@@ -243,13 +239,3 @@ def _files(analysis: Analysis) -> tuple[tuple[FilterFile, ...], str]:
         if isinstance(text, str) and len(text) <= _LARGEST_FILE:
             found.append(FilterFile(target=name, text=text))
     return tuple(found), "" if found else refused
-
-
-def channels_by_sensor(curves: Mapping[str, Any]) -> dict[str, Sequence[str]]:
-    """Names of channels by sensor, in the record's order."""
-    from sigmatau.record.record import stream_name
-
-    found: dict[str, list[str]] = {}
-    for channel in curves:
-        found.setdefault(stream_name(channel), []).append(channel)
-    return dict(found)

@@ -58,7 +58,7 @@ def name(text: str) -> Markup:
 
 
 def data(content: object, *, id_: str) -> Markup:
-    """Plain values for scripts of the page, which no text in them can end.
+    r"""Plain values for scripts of the page, which no text in them can end.
 
     Examples
     --------

@@ -28,7 +28,7 @@ def report(
     """Write the report of an analysis: one file that opens offline, to read, print and hand on.
 
     It has the coefficients with their intervals, the findings, Allan deviations with the model, power spectral densities,
-    residuals, the time series with what was left out, the dynamic Allan deviation, the values for filters, and what was done.
+    residuals, the time series with what was left out, the dynamic Allan deviation, values for filters, and what was done.
 
     Parameters
     ----------

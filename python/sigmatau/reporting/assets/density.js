@@ -8,8 +8,8 @@ const density = {
   unitText: (unit) => `(${unit})²/Hz`,
   options: [
     { name: "bands", text: "Intervals", on: (sensor) => sensor.channels.length <= 6 },
-    { name: "model", text: "Model", on: () => true },
-    { name: "marks", text: "Lines", on: () => true },
+    { name: "model", text: "Model", on: () => true, needs: hasModel },
+    { name: "marks", text: "Lines", on: () => true, needs: (sensor) => sensor.channels.some((name) => content.channels[name].density?.lines?.length) },
   ],
   describe(sensor, state) {
     const lines = [], marks = [];
@@ -21,7 +21,7 @@ const density = {
       if (state.bands) Object.assign(main, { low: inUnit(found.low), high: inUnit(found.high) });
       lines.push(main);
       if (state.model && found.model)
-        lines.push({ name: "fitted model", legend: sensor.channels[0] === name, x: found.frequency, y: inUnit(found.model), colour: colourOf(sensor, name), width: 1.4, dash: [6, 4], framed: false });
+        lines.push({ name: "fitted model", legend: sensor.channels[0] === name, x: found.frequency, y: inUnit(found.model.map((value, k) => (found.frequency[k] > (found.highest ?? Infinity) ? null : value))), colour: colourOf(sensor, name), width: 1.4, dash: [6, 4], framed: false });
       if (state.marks) for (const line of found.lines ?? []) marks.push({ x: line, colour: colourOf(sensor, name) });
     }
     if (!lines.length) return [];

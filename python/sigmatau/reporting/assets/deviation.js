@@ -1,5 +1,7 @@
 // Allan deviation: curves with intervals, the fitted model, its terms, and lines of the slopes.
 
+const hasModel = (sensor) => sensor.channels.some((name) => content.channels[name].deviation.model);
+
 const deviation = {
   id: "deviation",
   title: "Allan deviation",
@@ -7,8 +9,8 @@ const deviation = {
   height: () => 360,
   options: [
     { name: "bands", text: "Intervals", on: (sensor) => sensor.channels.length <= 6 },
-    { name: "model", text: "Model", on: () => true },
-    { name: "parts", text: "Terms", on: (sensor) => sensor.channels.length === 1 },
+    { name: "model", text: "Model", on: () => true, needs: hasModel },
+    { name: "parts", text: "Terms", on: (sensor) => sensor.channels.length === 1, needs: hasModel },
     { name: "guides", text: "Slopes", on: () => false },
   ],
   describe(sensor, state) {

@@ -116,7 +116,7 @@ function axesControls(made, channels) {
 
 function optionControls(made) {
   const { kind, sensor, state } = made;
-  const boxes = kind.options.map((option) => {
+  const boxes = kind.options.filter((option) => option.needs?.(sensor) ?? true).map((option) => {
     const box = make("input", { type: "checkbox", checked: state[option.name], onchange: () => { state[option.name] = box.checked; made.draw(); } });
     return make("label", {}, box, option.text);
   });

@@ -5,8 +5,8 @@ function unpacked({ low, high, data }) {
   const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
   const view = new DataView(bytes.buffer);
   return Array.from({ length: bytes.length / 2 }, (_, k) => {
-    const share = view.getUint16(2 * k, true);
-    return share === 65535 ? null : low + (high - low) * (share / 65534);
+    const found = view.getUint16(2 * k, true), share = found / 65534;
+    return found === 65535 ? null : low * (1 - share) + high * share;
   });
 }
 
@@ -54,7 +54,7 @@ function tickTexts(ticks, log) {
   const most = log && ticks.some((tick) => tick >= 1e5) ? 1e4 : 1e6;
   if (log || ticks.length < 2) return ticks.map((tick) => text(tick, 3, most));
   const step = Math.abs(ticks[1] - ticks[0]), largest = Math.max(...ticks.map(Math.abs));
-  if (largest >= 1e6 || largest < 1e-3) return ticks.map((tick) => text(tick, 2 + Math.max(0, Math.floor(Math.log10(largest / step)))));
+  if (largest >= 1e8 || largest < 1e-3) return ticks.map((tick) => text(tick, 2 + Math.max(0, Math.floor(Math.log10(largest / step)))));
   const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 12);
   return ticks.map((tick) => tick.toFixed(decimals));
 }

@@ -42,6 +42,8 @@ function draw(place, described) {
   keyboard(made);
   plots.add(made);
   new ResizeObserver(() => u.width !== place.clientWidth && place.clientWidth && u.setSize({ width: place.clientWidth, height: described.height })).observe(place);
+  // A tap has no movement that uPlot follows.
+  u.over.addEventListener("click", (event) => u.setCursor({ left: event.offsetX, top: event.offsetY }));
   u.over.addEventListener("dblclick", (event) => { event.stopImmediatePropagation(); made.reset(); }, true);
   return made;
 }
@@ -98,7 +100,7 @@ function axisOf(described, axis) {
 }
 
 function yTicks({ height }) {
-  return Math.max(3, Math.round(height / 50));
+  return Math.max(4, Math.round(height / 45));
 }
 
 function reset(u, described) {

@@ -24,7 +24,7 @@ const residuals = {
     return [{
       title: `Residuals, ${sensor.title}`, height: 220, lines,
       x: { label: "averaging time τ [s]", log: true, range: ends },
-      y: { label: "measured over model", log: false, range },
+      y: { label: "ratio to the model", log: false, range },
     }];
   },
   readout: (point) => [make("b", {}, `τ = ${text(point.x)} s`), ...readValues(point, "of the model")],

@@ -1,0 +1,183 @@
+"""The page as a file: one, small, without anything from elsewhere, and nothing from a log that is HTML."""
+
+import json
+import re
+from html import unescape
+
+import numpy as np
+import pytest
+from report_records import DATE, HOSTILE, signals, six_axes
+
+import sigmatau as st
+from sigmatau.cli import main
+from sigmatau.errors import DataError, OptionError
+from sigmatau.reporting.markup import data, element, script, style
+
+CSS = re.compile(r"--([a-z0-9-]+): (#[0-9a-f]{3,6})\b")
+
+
+@pytest.fixture(scope="module")
+def record():
+    return six_axes()
+
+
+@pytest.fixture(scope="module")
+def analysis(record):
+    return st.analyze(record)
+
+
+@pytest.fixture(scope="module")
+def page(record, analysis, tmp_path_factory):
+    path = tmp_path_factory.mktemp("report") / "six axes.html"
+    st.report(analysis, path, record=record, command="sigmatau analyze x.csv", date=DATE)
+    return path
+
+
+def test_one_small_file(page):
+    text = page.read_text(encoding="utf-8")
+    assert len(text.encode()) < 500_000
+    assert not re.search(r'(?:src|href)="(?!#|data:)', text)
+    assert "@import" not in text
+    assert not re.search(r"url\((?!data:|#)", text)
+    assert "default-src 'none'" in unescape(text)
+    uplot = text.split("var uPlot=")[0]
+    assert "https://github.com/leeoniya/uPlot" in uplot  # its notice is kept
+
+
+def test_the_same_report_twice_is_the_same_file(page, record, analysis, tmp_path):
+    st.report(analysis, tmp_path / "again.html", record=record, command="sigmatau analyze x.csv", date=DATE)
+    assert (tmp_path / "again.html").read_bytes() == page.read_bytes()
+
+
+def test_numbers_of_the_table_stand_in_the_page(page, analysis):
+    text = page.read_text(encoding="utf-8")
+    for name, fitted in analysis.fits.items():
+        assert f"<bdi>{name}</bdi>" in text
+        value, interval, _ = fitted.texts("random_walk")[-1]
+        assert f">{value}<" in text
+        assert interval in text
+
+
+def test_names_are_text(tmp_path):
+    record = signals(HOSTILE.values())
+    path = tmp_path / "x.html"
+    st.report(st.analyze(record), path, record=record)
+    text = path.read_text(encoding="utf-8")
+    assert "<script>document" not in text
+    assert len(re.findall(r"<script", text)) == len(re.findall(r"</script>", text)) == 2
+    (inside,) = re.findall(r'<script type="application/json" id="charts">(.*?)</script>', text)
+    charts = json.loads(inside)
+    assert set(charts["channels"]) == set(HOSTILE.values())
+
+
+def test_a_long_path_and_control_characters(tmp_path, record):
+    from dataclasses import replace
+
+    analysis = st.analyze(record)
+    source = replace(analysis.source, path="/" + "long/" * 2000 + "a\x1b[31m\u202e<b>.csv")
+    st.report(replace(analysis, source=source), tmp_path / "x.html")
+    text = (tmp_path / "x.html").read_text(encoding="utf-8")
+    assert "\x1b" not in text
+    assert "<b>" not in text
+
+
+def test_sixty_channels(tmp_path):
+    record = st.Record.from_arrays(
+        rate=50.0, **{f"gyro_{k}": np.random.default_rng(k).standard_normal(2000) * 1e-3 for k in range(60)}
+    )
+    st.report(st.analyze(record), tmp_path / "x.html", record=record)
+    assert (tmp_path / "x.html").stat().st_size < 2_000_000
+
+
+def test_elements():
+    assert element("td", "a<b", class_='"x"') == '<td class="&quot;x&quot;">a&lt;b</td>'
+    assert element("input", hidden=True, open=False) == "<input hidden>"
+    assert "</script><" not in data(["</script><script>"], id_="x")
+    with pytest.raises(ValueError, match="JSON compliant"):
+        data([float("nan")], id_="x")
+    for make in (script, style):
+        with pytest.raises(ValueError, match="must not contain"):
+            make("</SCRIPT></style>")
+
+
+def test_other_endings(analysis, tmp_path):
+    with pytest.raises(OptionError, match=r"must end in \.html or \.pdf"):
+        st.report(analysis, tmp_path / "x.docx")
+    with pytest.raises(DataError, match="no directory"):
+        st.report(analysis, tmp_path / "none" / "x.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+def _luminance(colour):
+    colour = colour[1:] if len(colour) == 7 else "".join(2 * c for c in colour[1:])
+    parts = np.array([int(colour[k : k + 2], 16) / 255 for k in (0, 2, 4)])
+    linear = np.where(parts <= 0.03928, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def _contrast(a, b):
+    low, high = sorted((_luminance(a), _luminance(b)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_colours_can_be_read(page):
+    """WCAG 2.1 AA: 4.5 for text, 3 for lines, in both themes; the two definitions of the dark one are the same."""
+    text = page.read_text(encoding="utf-8")
+    light, system, dark = (dict(CSS.findall(part)) for part in re.findall(r":root[^{]*\{(.*?)\}", text, re.DOTALL)[:3])
+    assert system == dark
+    for theme in (light, dark):
+        for ground in ("ground", "raised"):
+            for ink in ("ink", "soft", "link"):
+                assert _contrast(theme[ink], theme[ground]) >= 4.5, (ink, ground)
+            for k in range(6):
+                assert _contrast(theme[f"axis-{k}"], theme[ground]) >= 3, (k, ground)
+        for mark in ("good", "partial", "poor", "info"):
+            assert _contrast(theme[mark], theme[f"{mark}-ground"]) >= 4.5, mark
+
+
+@pytest.fixture
+def log(tmp_path):
+    x = np.random.default_rng(5).standard_normal((3000, 3)) * 1e-3
+    np.savetxt(tmp_path / "a.csv", x, delimiter=",", header="gyro_x,gyro_y,gyro_z", comments="")
+    return tmp_path / "a.csv"
+
+
+OPTIONS = ["--rate", "50", "--unit", "gyro=rad/s"]
+
+
+def test_command(log, tmp_path, capsys):
+    out = tmp_path / "r.html"
+    assert main(["analyze", str(log), *OPTIONS, "--report", str(out)]) == 0
+    text = out.read_text(encoding="utf-8")
+    assert "SHA-256" in text
+    assert "a.csv – noise report" in text
+    assert "--report" not in capsys.readouterr().err  # what was asked for is not offered
+    assert main(["analyze", str(log), *OPTIONS]) == 0
+    assert "--report r.html" in capsys.readouterr().err
+
+
+def test_command_with_several_logs(log, tmp_path):
+    import shutil
+
+    shutil.copy(log, tmp_path / "b.csv")
+    folder = tmp_path / "pages"
+    assert main(["analyze", str(log), str(tmp_path / "b.csv"), *OPTIONS, "--report", str(folder), "--jobs", "2"]) == 0
+    assert sorted(path.name for path in folder.iterdir()) == ["a.csv.html", "b.csv.html"]
+
+
+def test_command_refuses_before_the_work(log, tmp_path, capsys):
+    assert main(["analyze", str(log), *OPTIONS, "--report", str(tmp_path / "r.docx")]) == 2
+    assert ".html, .pdf" in capsys.readouterr().err
+    assert main(["analyze", str(log), *OPTIONS, "--report", str(tmp_path / "no" / "r.html")]) == 1
+    same = str(tmp_path / "r.html")
+    assert main(["analyze", str(log), *OPTIONS, "--report", same, "--csv", same]) == 2
+
+
+def test_a_report_of_an_earlier_run_does_not_stay(log, tmp_path, capsys):
+    """A run that fails leaves no report that looks like its own; and a report in a folder of logs is not a log."""
+    out = tmp_path / "r.html"
+    assert main(["analyze", str(log), *OPTIONS, "--report", str(out)]) == 0
+    log.write_text("gyro_x\n1\n", encoding="utf-8")
+    assert main(["analyze", str(log), *OPTIONS, "--report", str(out)]) == 1
+    assert not out.exists()
+    assert "removed" in capsys.readouterr().err

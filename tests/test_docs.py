@@ -99,7 +99,7 @@ def test_demo(tmp_path, monkeypatch, capsys):
     assert "truth" in out
     assert "written:" in err
     files = sorted(path.name for path in (tmp_path / "demo").iterdir())
-    assert files == ["allan.png", "hg1700.toml", "result.json", "static.csv"]
+    assert files == ["hg1700.toml", "report.html", "result.json", "static.csv"]
 
 
 def test_links():

@@ -19,7 +19,7 @@ _COMMANDS = {
     "analyze": (
         "Analyse a log of a sensor at rest: Allan deviation and noise coefficients of every axis.",
         """\
-sigmatau analyze static.csv --plot static.png
+sigmatau analyze static.csv --report static.html
 sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro=rad/s,accel=g
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s

@@ -7,7 +7,7 @@ from functools import cache
 from importlib import resources
 
 from sigmatau.reporting.content import Coefficients, Content, Told
-from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, script, style, unit
+from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
 
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
@@ -107,7 +107,7 @@ def _overview(content: Content) -> Markup:
     groups: list[Markup] = []
     for row in rows:
         if row[0].startswith("[") and not row[-1]:  # units of a sensor, and the length of its record
-            units = (element("th", unit(text), scope="col") for text in row[1:-1])
+            units = (element("th", raised(text), scope="col") for text in row[1:-1])
             length = f"over {row[0].strip('[]')}"
             groups.append(element("tr", element("th", length, scope="col"), units, element("th", ""), class_="units"))
             continue
@@ -144,7 +144,7 @@ def _finding(one: Told) -> Markup:
     action = [" ", element("em", f"{one.action}.")] if one.action else []
     where = [element("span", f"At {one.where}.", class_="where")] if one.where else []
     mark = element("span", _SEVERITIES[one.severity], class_=f"chip {one.severity}")
-    return element("li", mark, element("span", axes, f"{one.message}.", action, where))
+    return element("li", mark, element("span", axes, raised(f"{one.message}."), action, where))
 
 
 _CHARTS = (
@@ -201,13 +201,13 @@ def _of_channel(one: Coefficients) -> Markup:
             "tr",
             element("th", term, scope="row"),
             element("td", value, class_="value"),
-            element("td", unit(symbol), class_="value"),
+            element("td", raised(symbol), class_="value"),
             element("td", interval, class_="interval"),
         )
         for term, value, interval, symbol in one.rows
     )
     chip = [element("span", one.trust, class_=f"chip {one.trust}")] if one.trust else []
-    notes = [element("ul", (element("li", note) for note in one.notes), class_="notes")] if one.notes else []
+    notes = [element("ul", (element("li", raised(note)) for note in one.notes), class_="notes")] if one.notes else []
     return element(
         "article",
         element("h3", name(one.channel), " ", chip),

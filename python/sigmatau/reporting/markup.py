@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from collections.abc import Iterable
 
 
@@ -13,6 +14,7 @@ class Markup(str):
     __slots__ = ()
 
 
+_EXPONENT = re.compile(r"(?<=[a-zA-Z)])\^(\{[^}]{1,5}\}|-?\d)")
 _VOID = ("meta", "link", "br", "hr", "input")
 
 
@@ -41,10 +43,10 @@ def joined(*children: str | Iterable[str]) -> Markup:
     return Markup("".join(part if isinstance(part, Markup) else html.escape(part) for part in parts))
 
 
-def unit(text: str) -> Markup:
-    """A unit with its exponent raised: ``m/s/h^{3/2}``."""
-    base, raised, exponent = text.partition("^{")
-    return joined(base, element("sup", exponent.removesuffix("}"))) if raised else joined(text)
+def raised(text: str) -> Markup:
+    """Text with the exponents of its units raised: ``m/s/h^{3/2}``, ``m/s^2``."""
+    parts = _EXPONENT.split(text)
+    return joined(element("sup", part.strip("{}")) if k % 2 else part for k, part in enumerate(parts))
 
 
 def prose(text: str) -> Markup:

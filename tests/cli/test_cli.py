@@ -135,7 +135,7 @@ class TestAnalyze:
         assert code == 0
         last = err.splitlines()[-2:]
         assert last[0].endswith("k.yaml: written for kalibr")
-        assert last[1] == "More: -v · picture: --plot p.png"
+        assert last[1] == "More: -v · report: --report r.html"
 
     def test_terms_that_may_be_present(self, log, capsys):
         options = ("analyze", log, "--rate", 100, "--json", "-")
@@ -493,7 +493,7 @@ def test_as_a_module_on_a_terminal_without_unicode(one):
     )  # fmt: skip
     assert "random walk" in done.stdout
     assert "deg/sqrt(h)" in done.stdout
-    assert done.stderr == "More: -v * picture: --plot p.png * filter: --export kalibr=imu.yaml\n"
+    assert done.stderr == "More: -v * report: --report r.html * filter: --export kalibr=imu.yaml\n"
 
 
 class TestSimulate:

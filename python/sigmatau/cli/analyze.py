@@ -370,7 +370,6 @@ def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
     """What comes next: options that were not given."""
     offers = ["-v"]
     offers += ["report: --report r.html"] if outputs.report is None else []
-    offers += ["picture: --plot p.png"] if outputs.plot is None else []
     offers += ["filter: --export kalibr=imu.yaml"] if analysis.fits and not exports.files else []
     return f"More: {' · '.join(offers)}"
 

@@ -65,7 +65,7 @@ def data(content: object, *, id_: str) -> Markup:
     Examples
     --------
     >>> data({"name": "</script>"}, id_="content")
-    '<script type="application/json" id="content">{"name":"\\\\u003c/script\\\\u003e"}</script>'
+    '<script type="application/json" id="content">{"name":"\\u003c/script\\u003e"}</script>'
     """
     text = json.dumps(content, allow_nan=False, separators=(",", ":"), ensure_ascii=True)
     for character in "<>&":

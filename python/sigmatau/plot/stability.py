@@ -26,19 +26,24 @@ _LEAST_FREEDOM = 2 / 3  # degrees of freedom of white noise at one sample, in th
 _CHANCE = 0.05  # share of maps of stationary noise with any window coloured, at an averaging time
 
 
-class MapLike(ChannelLike, Protocol):
+class WindowLike(Protocol):
+    """A sliding window."""
+
+    @property
+    def tau(self) -> NDArray[np.float64]: ...
+    @property
+    def window(self) -> float: ...
+
+
+class MapLike(ChannelLike, WindowLike, Protocol):
     """Attributes of `sigmatau.estimators.stability.DynamicAllan` that are drawn."""
 
     @property
     def times(self) -> NDArray[np.float64]: ...
     @property
-    def tau(self) -> NDArray[np.float64]: ...
-    @property
     def adev(self) -> NDArray[np.float64]: ...
     @property
     def step(self) -> float: ...
-    @property
-    def window(self) -> float: ...
 
 
 def draw_all(maps: Mapping[str, MapLike], *, ax: Panels = None) -> Figure:
@@ -77,13 +82,13 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
 
     factor, text = curve_unit(cast(Any, dynamic), unit)
     ratio, medians = relative(dynamic.adev)
-    time, size = _clock(dynamic.times)
+    time, size = clock(float(dynamic.times[-1]))
     half = dynamic.step / 2
     across = np.concatenate([dynamic.times - half, [dynamic.times[-1] + half]]) / size
     steps = np.sqrt(dynamic.tau[1:] / dynamic.tau[:-1]) if len(dynamic.tau) > 1 else np.array([2**0.25])
     middle = dynamic.tau[:-1] * steps if len(dynamic.tau) > 1 else np.empty(0)
     up = np.concatenate([[dynamic.tau[0] / steps[0]], middle, [dynamic.tau[-1] * steps[-1]]])
-    limit = _limit(ratio)
+    limit = colour_limit(ratio)
     seen = np.ma.masked_where(~beyond_chance(ratio, dynamic).T, ratio.T)
     mesh = ax.pcolormesh(across, up, seen, norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True)
     empty = np.asarray(~np.isfinite(ratio).any(axis=1), dtype=np.bool_)
@@ -114,7 +119,7 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     return ax
 
 
-def beyond_chance(ratio: NDArray[np.float64], dynamic: MapLike) -> NDArray[np.bool_]:
+def beyond_chance(ratio: NDArray[np.float64], dynamic: WindowLike) -> NDArray[np.bool_]:
     """Where a ratio to the median of all windows is larger or smaller than chance makes any of them, at each averaging time.
 
     By χ² with 2/3·(n/m − 1) degrees of freedom, fewer than any of the noise terms has, at a level of 95 % for all windows.
@@ -147,7 +152,7 @@ def relative(adev: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
     return np.asarray(ratio), medians
 
 
-def _limit(ratio: NDArray[np.float64]) -> float:
+def colour_limit(ratio: NDArray[np.float64]) -> float:
     """End of the colour scale: the ratio that 90 % of the windows do not exceed, at least 1.5 and at most 4."""
     off = np.abs(np.log(ratio[np.isfinite(ratio)]))
     return float(np.clip(np.exp(np.quantile(off, 0.9)), *_COLOUR_LIMITS)) if len(off) else _COLOUR_LIMITS[0]
@@ -164,9 +169,8 @@ def _at(tau: NDArray[np.float64], values: NDArray[np.float64]) -> Any:  # noqa: 
     return FuncFormatter(label)
 
 
-def _clock(times: NDArray[np.float64]) -> tuple[str, float]:
-    """Unit of the time axis and its size in seconds."""
-    span = float(times[-1])
+def clock(span: float) -> tuple[str, float]:
+    """Unit of a time axis up to `span` seconds, and its size in seconds."""
     if span > 3 * 3600:
         return "h", 3600.0
     if span > 600:

@@ -232,3 +232,11 @@ def packed(values: Floats) -> dict[str, Any]:
     else:
         scaled[there] = 0
     return {"low": low, "high": high, "data": base64.b64encode(scaled.tobytes()).decode("ascii")}
+
+
+def unpacked(values: Mapping[str, Any]) -> Floats:
+    """The numbers that `packed` wrote."""
+    scaled = np.frombuffer(base64.b64decode(values["data"]), dtype="<u2")
+    low, high = values["low"], values["high"]
+    found = low + (high / 2 - low / 2) * (scaled / (_LOST - 1)) * 2
+    return np.where(scaled == _LOST, np.nan, found)

@@ -1,0 +1,271 @@
+"""Figures of a printed report as SVG, from plain numbers: lengths in millimetres, text of ours alone.
+
+matplotlib is not used: it takes seconds to import and to draw the figures of six axes, all else in a report 0.3 s. Names and
+units of channels may come from a file; the report writes them around the figures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.arrays import runs
+from sigmatau.frozen import frozen
+from sigmatau.plot.curves import COLOURS
+from sigmatau.plot.stability import beyond_chance, clock, relative
+from sigmatau.plot.svg import Axes, Drawing
+
+Floats = NDArray[np.float64]
+Columns = Mapping[str, Floats]
+Span = tuple[float, float]
+
+LEFT, _RIGHT, _TOP, _BOTTOM = 10.0, 0.5, 0.5, 7.0  # margins of axes
+PITCH = 13.5  # of the channels below each other
+_STRIP = 9.0  # height of one of them; the rest is for its name
+_FAR = 10.0  # edges of an interval are drawn up to this times the value
+MARKERS = "os^Dv+"  # by channel, as their colours
+MOST_BANDS = 3  # of densities, whose intervals are as wide as their scatter: more of them hide each other
+_DASHED, _DOTTED = (3.0, 1.5), (0.6, 1.2)  # [points]
+_GREY = "#c8cdd3"
+# RdBu of ColorBrewer (C. Brewer, Penn State), 9 classes, blue first.
+_BLUES, _REDS = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0"), ("#fddbc7", "#f4a582", "#d6604d", "#b2182b")
+MAP_COLOURS = (*_BLUES, "#f7f7f7", *_REDS)
+"""Classes of ratios, at even steps of the logarithm."""
+
+
+@frozen
+class Map:
+    """The dynamic Allan deviation of a channel."""
+
+    times: Floats  # middles of the windows [s]
+    tau: Floats  # [s]
+    window: float  # [s]
+    adev: Floats  # shape (n_times, n_tau)
+
+    @property
+    def ratio(self) -> Floats:
+        """Of the deviations to their medians over time."""
+        return relative(self.adev)[0]
+
+    @property
+    def beyond(self) -> NDArray[np.bool_]:
+        """Where chance does not explain the ratio."""
+        return beyond_chance(self.ratio, self)
+
+    @property
+    def missing(self) -> NDArray[np.bool_]:
+        """Windows with too few samples."""
+        return np.asarray(~np.isfinite(self.adev).any(axis=1))
+
+
+def deviations(curves: Sequence[Columns], spans: Sequence[Span], *, width: float, height: float) -> str:
+    """Allan deviations with their intervals and models, and the terms of a model if there is one curve.
+
+    Parameters
+    ----------
+    curves : sequence of mapping
+        By channel ``tau``, ``adev``, ``low``, ``high``, perhaps ``model``, and more columns: the parts of the model.
+    spans : sequence of tuple
+        By channel, the averaging times between which the model was fitted.
+    width, height : float
+    """
+    drawing, ax = _figure(width, height)
+    _log_limits(ax, [one["tau"] for one in curves], [one["adev"] for one in curves], least=1.0)
+    if len(curves) == 1:
+        _terms(ax, curves[0])
+    _bands(ax, curves, "tau", "adev")
+    for one, span, colour, marker in zip(curves, spans, COLOURS, MARKERS, strict=False):
+        x = np.log10(one["tau"])
+        ax.line(x, np.log10(one["adev"]), colour, 0.6)
+        ax.markers(x, np.log10(one["adev"]), marker, colour)
+        if "model" in one:
+            _model(ax, x, one["model"], _inside(one["tau"], span), colour)
+    ax.frame("averaging time τ [s]")
+    return drawing.svg()
+
+
+def densities(
+    curves: Sequence[Columns], highest: Sequence[float], lines: Sequence[Floats], *, width: float, height: float
+) -> str:
+    """Densities with their models, triangles at the frequencies of lines, and intervals unless there are too many.
+
+    Parameters
+    ----------
+    curves : sequence of mapping
+        By channel ``frequency``, ``density``, ``low``, ``high``, perhaps ``model``.
+    highest : sequence of float
+        By channel, up to which frequency the model was fitted.
+    lines : sequence of ndarray
+        By channel, frequencies.
+    width, height : float
+    """
+    drawing, ax = _figure(width, height)
+    _log_limits(ax, [one["frequency"] for one in curves], [one["density"] for one in curves], least=1.0)
+    if len(curves) <= MOST_BANDS:
+        _bands(ax, curves, "frequency", "density")
+    for one, last, colour in zip(curves, highest, COLOURS, strict=False):
+        x = np.log10(one["frequency"])
+        ax.line(x, np.log10(one["density"]), colour, 0.5)
+        if "model" in one:
+            _model(ax, x, one["model"], one["frequency"] <= last, colour)
+    bottom, top = ax.y
+    for k, (frequencies, colour) in enumerate(zip(lines, COLOURS, strict=False)):
+        at = np.full(len(frequencies), top - (0.03 + 0.04 * k) * (top - bottom))
+        ax.markers(np.log10(frequencies), at, "v", colour)
+    ax.frame("frequency [Hz]")
+    return drawing.svg()
+
+
+def ratios(curves: Sequence[Columns], spans: Sequence[Span], *, width: float, height: float) -> str:
+    """Measured deviations over those of their models, where these were fitted; see `deviations`."""
+    drawing, ax = _figure(width, height)
+    inside = [_inside(one["tau"], span) for one, span in zip(curves, spans, strict=True)]
+    shown = [
+        {"tau": one["tau"][part]} | {name: one[name][part] / one["model"][part] for name in ("adev", "low", "high")}
+        for one, part in zip(curves, inside, strict=True)
+    ]
+    _log_limits(ax, [one["tau"] for one in curves], [one["adev"] for one in shown], least=0.1)
+    reach = max(map(abs, ax.y))
+    ax.log_y(-reach, reach)
+    ax.line(np.array(ax.x), np.zeros(2), "#555", 0.5)
+    _bands(ax, shown, "tau", "adev")
+    for one, colour, marker in zip(shown, COLOURS, MARKERS, strict=False):
+        x, y = np.log10(one["tau"]), np.log10(one["adev"])
+        ax.line(x, y, colour, 0.6)
+        ax.markers(x, y, marker, colour)
+    ax.frame("averaging time τ [s]")
+    return drawing.svg()
+
+
+def series(
+    envelopes: Sequence[tuple[Floats, Floats]],
+    outside: Sequence[Sequence[Sequence[float]]],
+    durations: Sequence[float],
+    *,
+    width: float,
+) -> str:
+    """The smallest and the largest sample of each stretch of a record, channel below channel; grey if not analysed."""
+    unit, size = clock(max(durations))
+    drawing, axes = _strips(len(envelopes), width)
+    for ax, (low, high), spans, duration, colour in zip(axes, envelopes, outside, durations, COLOURS, strict=False):
+        ax.linear_x(0.0, max(durations) / size)
+        there = np.isfinite(low)
+        bottom, top = (float(low[there].min()), float(high[there].max())) if there.any() else (0.0, 0.0)
+        spare = 0.08 * (top - bottom) or max(abs(top), 1.0) * 0.1
+        ax.linear_y(bottom - spare, top + spare)
+        for first, last in spans:
+            ax.rectangle(first / size, last / size, *ax.y, _GREY, least=0.4)
+        edges = np.linspace(0, duration / size, len(low) + 1)
+        ax.steps(edges, low, high, colour)
+        ax.frame(f"time in the record [{unit}]" if ax is axes[-1] else None)
+    return drawing.svg()
+
+
+def maps(found: Sequence[Map], limit: float, *, width: float) -> str:
+    """Dynamic Allan deviations over their medians, where chance does not explain the ratio, channel below channel.
+
+    `limit`: ratio at the end of the colour scale. Windows with too few samples are grey.
+    """
+    duration = max(float(one.times[-1]) + one.window / 2 for one in found)
+    unit, size = clock(duration)
+    drawing, axes = _strips(len(found), width)
+    for ax, one in zip(axes, found, strict=True):
+        half = (one.times[1] - one.times[0]) / 2 if len(one.times) > 1 else one.window / 2
+        across = np.append(one.times - half, one.times[-1] + half) / size
+        logarithm = np.log10(one.tau)
+        middle = (logarithm[1:] + logarithm[:-1]) / 2 if len(logarithm) > 1 else logarithm + 0.15
+        up = np.concatenate([[2 * logarithm[0] - middle[0]], middle, [2 * logarithm[-1] - middle[-1]]])
+        ax.linear_x(0.0, duration / size)
+        ax.log_y(float(up[0]), float(up[-1]), most=3)
+        for start, stop in runs(one.missing):
+            ax.rectangle(across[start], across[stop], *ax.y, _GREY)
+        _coloured(ax, across, up, one, limit)
+        ax.frame(f"time in the record, middle of the window [{unit}]" if ax is axes[-1] else None, grid=False)
+    return drawing.svg()
+
+
+def _coloured(ax: Axes, across: Floats, up: Floats, one: Map, limit: float) -> None:
+    """The cells beyond chance, as rectangles of one colour in time."""
+    most = len(MAP_COLOURS) - 1
+    place = np.nan_to_num((np.log(one.ratio) / math.log(limit) + 1) / 2 * most)
+    classes = np.where(one.beyond, np.clip(np.round(place), 0, most), -1).astype(int)
+    for k in range(len(one.tau)):
+        column = classes[:, k]
+        edges = np.flatnonzero(np.diff(column, prepend=-2, append=-2))
+        for start, stop in pairwise(edges.tolist()):
+            if column[start] >= 0:
+                ax.rectangle(across[start], across[stop], up[k], up[k + 1], MAP_COLOURS[column[start]])
+
+
+def strips_height(count: int) -> float:
+    """Height of a figure with so many channels below each other."""
+    return count * PITCH + _BOTTOM
+
+
+def _figure(width: float, height: float) -> tuple[Drawing, Axes]:
+    drawing = Drawing(width, height)
+    return drawing, drawing.axes(LEFT, _TOP, width - LEFT - _RIGHT, height - _TOP - _BOTTOM)
+
+
+def _strips(count: int, width: float) -> tuple[Drawing, list[Axes]]:
+    drawing = Drawing(width, strips_height(count))
+    tops = (k * PITCH + PITCH - _STRIP for k in range(count))
+    return drawing, [drawing.axes(LEFT, top, width - LEFT - _RIGHT, _STRIP) for top in tops]
+
+
+def _inside(tau: Floats, span: Span) -> NDArray[np.bool_]:
+    return np.asarray((tau >= span[0] * (1 - 1e-9)) & (tau <= span[1] * (1 + 1e-9)))
+
+
+def _log_limits(ax: Axes, x: Sequence[Floats], y: Sequence[Floats], *, least: float) -> None:
+    """Limits around positive numbers, at least so many decades high."""
+    ends = []
+    for parts in (x, y):
+        values = np.log10(np.concatenate(list(parts)))
+        values = values[np.isfinite(values)]
+        ends.append((float(values.min()), float(values.max())) if len(values) else (0.0, 1.0))
+    (left, right), (bottom, top) = ends
+    margin = 0.02 * max(right - left, 1.0)
+    spare = max(0.06 * (top - bottom), (least - (top - bottom)) / 2)
+    ax.log_x(left - margin, right + margin)
+    ax.log_y(bottom - spare, top + spare)
+
+
+def _bands(ax: Axes, curves: Sequence[Columns], across: str, up: str) -> None:
+    """The intervals of all curves, which lie below them."""
+    for one, colour in zip(curves, COLOURS, strict=False):
+        low, high = np.fmax(one["low"], one[up] / _FAR), np.fmin(one["high"], one[up] * _FAR)
+        ax.area(np.log10(one[across]), np.log10(low), np.log10(high), colour)
+
+
+def _model(ax: Axes, x: Floats, model: Floats, used: NDArray[np.bool_], colour: str) -> None:
+    """Dashed where it was fitted, dotted elsewhere; the pieces share their ends."""
+    y = np.log10(model)
+    ax.line(x, np.where(used, y, np.nan), colour, 0.7, _DASHED)
+    other = ~used
+    other[:-1] |= ~used[1:]
+    other[1:] |= ~used[:-1]
+    ax.line(x, np.where(other, y, np.nan), colour, 0.7, _DOTTED)
+
+
+def _terms(ax: Axes, curve: Columns) -> None:
+    """The parts of a model, each with its symbol where it has most of the sum."""
+    x, margin = np.log10(curve["tau"]), 0.06 * (ax.x[1] - ax.x[0])
+    for label, part in curve.items():
+        if label in ("tau", "adev", "low", "high", "model"):
+            continue
+        with np.errstate(divide="ignore"):
+            y = np.log10(part)
+        ax.line(x, y, "#777", 0.5)
+        within = (x > ax.x[0] + margin) & (x < ax.x[1] - margin) & (y > ax.y[0]) & (y < ax.y[1])
+        share = np.where(within, part / curve["model"], 0.0)
+        if not share.max() > 0:
+            continue
+        at = int(np.argmax(share))
+        *_, symbol = label.split(" ")
+        falls = y[at] < y[max(at - 1, 0)]  # on the side away from the curve
+        ax.text(float(x[at]), float(y[at]), symbol if len(symbol) == 1 else label, end=bool(falls))

@@ -1,0 +1,240 @@
+"""A small SVG of lines, areas and marks in axes with ticks inside a thin frame, as in printed journals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.arrays import runs
+
+Floats = NDArray[np.float64]
+
+_POINTS = 72 / 25.4  # in a millimetre
+_SIZE, _LABEL = 6.5, 7.0  # of numbers at ticks and of labels [points]
+_FRAME, _GRID = 0.4, 0.3  # strokes [points]
+_MAJOR, _MINOR = 2.5, 1.3  # lengths of ticks [points]
+_MARK = 0.95  # half the size of a marker [points]
+_STEPS, _CLOSE = (1, 2, 5), (1, 2, 3, 4, 5)  # between ticks, in powers of ten; where there are few
+_PLAIN = (-3, 4)  # powers of ten that are written as numbers
+_MARKS = {
+    "s": [(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+    "^": [(0, -1.2), (1.2, 1), (-1.2, 1)],
+    "v": [(0, 1.2), (1.2, -1), (-1.2, -1)],
+    "D": [(0, -1.3), (1.3, 0), (0, 1.3), (-1.3, 0)],
+    "+": [
+        *((-0.4, -1.3), (0.4, -1.3), (0.4, -0.4), (1.3, -0.4), (1.3, 0.4), (0.4, 0.4)),
+        *((0.4, 1.3), (-0.4, 1.3), (-0.4, 0.4), (-1.3, 0.4), (-1.3, -0.4), (-0.4, -0.4)),
+    ],
+}  # outlines, in halves of the size
+
+
+class Drawing:
+    """A picture of a size in millimetres."""
+
+    def __init__(self, width: float, height: float, *, font: str = "Libertinus Serif") -> None:
+        self._size = width * _POINTS, height * _POINTS
+        self._font = font
+        self._parts: list[str] = []
+        self._clips = 0
+
+    def axes(self, left: float, top: float, width: float, height: float) -> Axes:
+        """Axes at a place in millimetres from the upper left corner."""
+        self._clips += 1
+        return Axes(self._parts, f"c{self._clips}", *(one * _POINTS for one in (left, top, width, height)))
+
+    def svg(self) -> str:
+        """The picture, lengths in points."""
+        width, height = (f"{one:.1f}" for one in self._size)
+        return (
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="{height}pt"'
+            f' viewBox="0 0 {width} {height}" font-family="{escape(self._font)}" stroke-linejoin="round">'
+            f"{''.join(self._parts)}</svg>"
+        )
+
+
+class Axes:
+    """A frame in which numbers have places; those of a logarithmic axis are given as logarithms."""
+
+    def __init__(self, parts: list[str], clip: str, left: float, top: float, width: float, height: float) -> None:
+        self._parts, self._clip = parts, clip
+        self._left, self._top, self._width, self._height = left, top, width, height
+        self.x = self.y = (0.0, 1.0)
+        self._ticks: dict[str, tuple[list[tuple[float, str]], list[float]]] = {"x": ([], []), "y": ([], [])}
+        parts.append(
+            f'<clipPath id="{clip}"><rect x="{left:.1f}" y="{top:.1f}" width="{width:.1f}" height="{height:.1f}"/>'
+            "</clipPath>"
+        )
+
+    def log_x(self, low: float, high: float, *, most: int = 7) -> None:
+        """Limits, and at most so many ticks."""
+        self.x, self._ticks["x"] = (low, high), log_ticks(low, high, most)
+
+    def log_y(self, low: float, high: float, *, most: int = 7) -> None:
+        """Limits, and at most so many ticks."""
+        self.y, self._ticks["y"] = (low, high), log_ticks(low, high, most)
+
+    def linear_x(self, low: float, high: float, *, most: int = 7) -> None:
+        """Limits, and at most so many ticks."""
+        self.x, self._ticks["x"] = (low, high), (_named(even_ticks(low, high, most)), [])
+
+    def linear_y(self, low: float, high: float, *, most: int = 3) -> None:
+        """Limits, and at most so many ticks."""
+        self.y, self._ticks["y"] = (low, high), (_named(even_ticks(low, high, most, _CLOSE)), [])
+
+    def line(self, x: Floats, y: Floats, colour: str, width: float, dash: tuple[float, ...] = ()) -> None:
+        """A line, interrupted where a number is missing."""
+        path = "".join(
+            _path(self._across(x[a:b]), self._up(y[a:b])) for a, b in runs(np.isfinite(x) & np.isfinite(y)) if b - a > 1
+        )
+        dashes = f' stroke-dasharray="{" ".join(map(str, dash))}"' if dash else ""
+        if path:
+            self._drawn(path, f'fill="none" stroke="{colour}" stroke-width="{width}"{dashes}')
+
+    def area(self, x: Floats, low: Floats, high: Floats, colour: str) -> None:
+        """A transparent band."""
+        path = "".join(
+            _path(self._across(np.append(x[a:b], x[a:b][::-1])), self._up(np.append(low[a:b], high[a:b][::-1]))) + "z"
+            for a, b in runs(np.isfinite(low) & np.isfinite(high))
+        )
+        if path:
+            self._drawn(path, f'fill="{colour}" fill-opacity="0.16"')
+
+    def steps(self, edges: Floats, low: Floats, high: Floats, colour: str) -> None:
+        """An area whose edges are constant between `edges`, with a stroke, so that a constant signal is a line."""
+        path = ""
+        for a, b in runs(np.isfinite(low) & np.isfinite(high)):
+            x, lower, upper = self._across(edges[a : b + 1]).tolist(), self._up(low[a:b]).tolist(), self._up(high[a:b])
+            there = "".join(f"V{v:.1f}H{u:.1f}" for u, v in zip(x[1:], upper.tolist(), strict=True))
+            back = "".join(f"V{v:.1f}H{u:.1f}" for u, v in zip(x[-2::-1], lower[::-1], strict=True))
+            path += f"M{x[0]:.1f} {lower[0]:.1f}{there}{back}z"
+        if path:
+            self._drawn(path, f'fill="{colour}" stroke="{colour}" stroke-width="0.3"')
+
+    def markers(self, x: Floats, y: Floats, kind: str, colour: str) -> None:
+        """A small mark at each point: ``o s ^ v D +``."""
+        path = ""
+        for a, b in zip(self._across(x).tolist(), self._up(y).tolist(), strict=True):
+            if not (math.isfinite(a) and math.isfinite(b)):
+                continue
+            if kind == "o":
+                path += f"M{a - _MARK:.1f} {b:.1f}a{_MARK} {_MARK} 0 1 0 {2 * _MARK} 0a{_MARK} {_MARK} 0 1 0 {-2 * _MARK} 0z"
+            else:
+                path += "M" + "L".join(f"{a + _MARK * u:.1f} {b + _MARK * v:.1f}" for u, v in _MARKS[kind]) + "z"
+        if path:
+            self._drawn(path, f'fill="{colour}"')
+
+    def rectangle(self, left: float, right: float, low: float, high: float, colour: str, *, least: float = 0.0) -> None:
+        """A filled rectangle, at least so many points wide."""
+        (a, b), (c, d) = self._across(np.array([left, right])).tolist(), self._up(np.array([high, low])).tolist()
+        wide = max(b - a, least)
+        # A little larger than it is, so that neighbours leave no gap.
+        self._parts.append(
+            f'<rect x="{a:.2f}" y="{c:.2f}" width="{wide + 0.15:.2f}" height="{d - c + 0.15:.2f}" fill="{colour}"'
+            f' clip-path="url(#{self._clip})"/>'
+        )
+
+    def text(self, x: float, y: float, text: str, *, end: bool) -> None:
+        """A label below a point, which it begins or ends at."""
+        a, b = float(self._across(np.array(x))), float(self._up(np.array(y)))
+        self._written(a + (-2 if end else 2), b + _LABEL, text, "end" if end else "start", _LABEL)
+
+    def frame(self, label: str | None, *, grid: bool = True) -> None:
+        """The frame, its ticks with numbers, and the label of the horizontal axis; without one, neither its numbers."""
+        left, top, right, bottom = self._left, self._top, self._left + self._width, self._top + self._height
+        lines, ticks = "", ""
+        for axis in ("x", "y"):
+            major, minor = self._ticks[axis]
+            places = [value for value, _ in major]
+            for values, length in ((places, _MAJOR), (minor, _MINOR)):
+                for at in (self._across if axis == "x" else self._up)(np.array(values, dtype=np.float64)).tolist():
+                    if axis == "x":
+                        ticks += f"M{at:.1f} {bottom:.1f}v{-length}M{at:.1f} {top:.1f}v{length}"
+                        lines += f"M{at:.1f} {top:.1f}V{bottom:.1f}" if length == _MAJOR else ""
+                    else:
+                        ticks += f"M{left:.1f} {at:.1f}h{length}M{right:.1f} {at:.1f}h{-length}"
+                        lines += f"M{left:.1f} {at:.1f}H{right:.1f}" if length == _MAJOR else ""
+        if grid:
+            # Below what was drawn in these axes before.
+            at = next(k for k, part in enumerate(self._parts) if part.startswith(f'<clipPath id="{self._clip}"'))
+            self._parts.insert(at + 1, f'<path d="{lines}" stroke="#dcdfe3" stroke-width="{_GRID}"/>')
+        box = f"M{left:.1f} {top:.1f}H{right:.1f}V{bottom:.1f}H{left:.1f}z"
+        self._parts.append(f'<path d="{box}{ticks}" fill="none" stroke="#000" stroke-width="{_FRAME}"/>')
+        for value, text in self._ticks["y"][0]:
+            self._written(left - 2.5, float(self._up(np.array(value))) + 0.33 * _SIZE, text, "end", _SIZE)
+        if label is not None:
+            for value, text in self._ticks["x"][0]:
+                half = (
+                    0.26 * _SIZE * len(text)
+                )  # of the number's width; it ends where the axes do, if it would be cut off
+                at = min(float(self._across(np.array(value))), right + 1 - half)
+                self._written(at, bottom + 2.5 + 0.72 * _SIZE, text, "middle", _SIZE)
+            self._written((left + right) / 2, bottom + 3.5 + _SIZE + _LABEL, label, "middle", _LABEL)
+
+    def _written(self, x: float, y: float, text: str, anchor: str, size: float) -> None:
+        self._parts.append(
+            f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size}" text-anchor="{anchor}">{escape(text)}</text>'
+        )
+
+    def _drawn(self, path: str, style: str) -> None:
+        self._parts.append(f'<path d="{path}" {style} clip-path="url(#{self._clip})"/>')
+
+    def _across(self, x: Floats) -> Floats:
+        return np.asarray(self._left + (x - self.x[0]) / (self.x[1] - self.x[0]) * self._width)
+
+    def _up(self, y: Floats) -> Floats:
+        return np.asarray(self._top + (self.y[1] - y) / (self.y[1] - self.y[0]) * self._height)
+
+
+def log_ticks(low: float, high: float, most: int) -> tuple[list[tuple[float, str]], list[float]]:
+    """Places with numbers, and places without, of a logarithmic axis between two logarithms."""
+    first, last = math.ceil(low - 1e-9), math.floor(high + 1e-9)
+    step = max(1, math.ceil((last - first + 1) / most))
+    decades = [k for k in range(first, last + 1) if k % step == 0]
+    tenths = [k + math.log10(j) for k in range(first - 1, last + 1) for j in range(2, 10)]
+    minor = [value for value in (tenths if step == 1 else map(float, range(first, last + 1))) if low <= value <= high]
+    if len(decades) > 1:
+        plain = decades[0] >= _PLAIN[0] and decades[-1] <= _PLAIN[1]
+        return [(float(k), f"{10.0**k:g}" if plain else _power(k)) for k in decades], minor
+    values = [10.0**k * j for k in range(first - 1, last + 1) for j in (1, 2, 5) if low <= k + math.log10(j) <= high]
+    if len(values) < 3:
+        values, minor = even_ticks(10**low, 10**high, most), []
+    return [(math.log10(value), text) for value, text in _named(values)], minor
+
+
+def even_ticks(low: float, high: float, most: int, steps: tuple[int, ...] = _STEPS) -> list[float]:
+    """At most so many round numbers at equal distances between two numbers."""
+    span = high - low
+    if not span > 0:
+        return []
+    exponent = math.floor(math.log10(span / most)) - 1
+    for step in (j * 10.0**k for k in range(exponent, exponent + 4) for j in steps):
+        first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+        if last - first + 1 <= most:
+            return [k * step for k in range(first, last + 1)]
+    return []
+
+
+def _named(values: Iterable[float]) -> list[tuple[float, str]]:
+    return [(value, number(value)) for value in values]
+
+
+def number(value: float) -> str:
+    """A number at a tick: ``"0.01"``, ``"−5"``, ``"2·10⁻⁸"``."""
+    digits, _, exponent = f"{value:.6g}".partition("e")
+    if not exponent:
+        return digits.replace("-", "−")
+    power = _power(int(exponent))
+    return power if digits == "1" else f"{digits.replace('-', '−')}·{power}"
+
+
+def _power(exponent: int) -> str:
+    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def _path(x: Floats, y: Floats) -> str:
+    points = np.clip(np.stack([x, y], axis=1), -9999, 9999)
+    return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in points.tolist())

@@ -1,0 +1,357 @@
+"""The report as a PDF to print and sign, typeset by typst.
+
+All texts go to typst as data, in JSON, so that no text of a file is ever read as markup.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from functools import cache
+from importlib import resources
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.frozen import frozen
+from sigmatau.plot import printed
+from sigmatau.plot.curves import COLOURS
+from sigmatau.plot.stability import colour_limit
+from sigmatau.reporting.charts import unpacked
+from sigmatau.reporting.content import Coefficients, Content, Told
+from sigmatau.results import printable
+
+_TEXT_WIDTH = 174.0  # of a page [mm]
+_GUTTER = 6.0  # between two columns of figures [mm]
+_HEIGHTS = {"deviation": 58.0, "density": 52.0, "residuals": 44.0}  # [mm]
+_ONE_COLUMN = 1.25  # heights of figures as wide as the page, over those
+_PANEL = 6  # channels, one a colour
+_BINS_PER_MM = 6  # of time series
+_MOST_NAME, _MOST_TITLE, _MOST_MESSAGE, _MOST_FACT = 40, 160, 600, 1200  # characters
+_NOTES_AT_ONCE = 4  # on the page that is signed; more have their own section
+_LARGEST = 1000.0  # number at the axis of a time series
+_BEYOND_FONTS = re.compile("[\u0700-\u1dff\u2c00-\U0010ffff]")  # of Libertinus Serif and DejaVu Sans Mono
+_MARKS = {"o": "●", "s": "■", "^": "▲", "D": "◆", "v": "▼", "+": "✚"}
+_MOST_LISTED = 12  # names in a sentence
+_WITH_RESULTS = 2  # panels of Allan deviations on the page that is signed
+
+_VERDICTS = {
+    "at_rest": ("At rest", "good"),
+    "partly_at_rest": ("At rest in part", "partial"),
+    "not_at_rest": ("Not at rest", "poor"),
+    "assumed": ("Taken as at rest", "partial"),
+}
+_TRUST = {
+    "good": "intervals hold as they are",
+    "partial": "usable with what the warnings say",
+    "poor": "do not use",
+}
+_SEVERITIES = {"error": "Error", "warning": "Warning", "info": "Note"}
+
+
+def need_typst() -> None:
+    """Raise ImportError with the command to install typst if it is missing."""
+    if importlib.util.find_spec("typst") is None:
+        raise ImportError("a PDF report needs typst: pip install 'sigmatau[pdf]'")
+
+
+def document(content: Content) -> bytes:
+    """The report as a PDF. The same content gives the same bytes."""
+    need_typst()
+    return bytes(_typeset(_values(content), format="pdf", timestamp=_moment(content.date)))
+
+
+def _typeset(values: Mapping[str, Any], **options: Any) -> Any:  # noqa: ANN401  bytes, or those of each page
+    import typst
+
+    data = json.dumps(values, allow_nan=False, ensure_ascii=False)
+    # The fonts in typst have no other scripts; those of the system are then searched, which takes time if they are many.
+    beyond = _BEYOND_FONTS.search(data) is not None
+    return typst.Compiler(_template(), ignore_system_fonts=not beyond, sys_inputs={"data": data}).compile(**options)
+
+
+@cache
+def _template() -> bytes:
+    return resources.files(__package__).joinpath("assets", "report.typ").read_bytes()
+
+
+def _moment(date: str) -> datetime:
+    return datetime.strptime(date[:16], "%Y-%m-%d %H:%M").replace(tzinfo=UTC)
+
+
+def _values(content: Content) -> dict[str, Any]:
+    """What the template shows: plain values."""
+    facts = {name: _cut(text, _MOST_FACT) for name, text in content.done}
+    moment = _moment(content.date)
+    grave = [_told(one) for one in content.findings if one.severity != "info"]
+    return {
+        "title": _cut(content.title, _MOST_TITLE),
+        "foot": _cut(content.title, _MOST_NAME),
+        "headline": _cut(content.headline, _MOST_MESSAGE),
+        "verdict": _VERDICTS.get(content.verdict, ("", "")),
+        "date": content.date,
+        "moment": [moment.year, moment.month, moment.day, moment.hour, moment.minute],
+        "made_by": content.made_by,
+        "checksum": facts.get("SHA-256", ""),
+        "overview": _overview(content),
+        "no_overview": "" if content.overview else _no_coefficients(content),
+        "grave": sorted(grave, key=lambda one: one["kind"] != "error"),
+        "notes": [_told(one) for one in content.findings if one.severity == "info"],
+        "notes_at_once": _NOTES_AT_ONCE,
+        "figures": _figures(content.charts),
+        "coefficients": [_table(one) for one in content.coefficients if one.rows or one.notes],
+        "legend": content.legend.replace("\n  ", " ").replace("`", "").split("\n"),
+        "done": list(facts.items()),
+        "files": [{"name": f"{one.target}.txt", "text": one.text} for one in content.files],
+        "no_files": content.no_files,
+    }
+
+
+def _cut(text: str, most: int) -> str:
+    """A text of at most so many characters, with … in place of its middle."""
+    if len(text) <= most:
+        return text
+    return f"{text[: most - most // 3 - 1]}…{text[-(most // 3) :]}"
+
+
+def _name(text: str) -> str:
+    return _cut(printable(text), _MOST_NAME)
+
+
+def _minus(text: str) -> str:
+    """A text whose negative numbers have a minus sign."""
+    return re.sub(r"(?<![\w.-])-(?=\d)", "−", text)
+
+
+def _overview(content: Content) -> dict[str, Any]:
+    if not content.overview:
+        return {}
+    head, *rows = content.overview
+    written = [
+        {
+            "units": row[0].startswith("[") and not row[-1],
+            "name": _name(row[0].strip("[]") if not row[-1] else row[0]),
+            "cells": [_minus(text) for text in row[1:-1]],
+            "trust": row[-1],
+        }
+        for row in rows
+    ]
+    return {
+        "head": list(head[1:-1]),
+        "rows": written,
+        "trust": [[word, text] for word, text in _TRUST.items() if any(row[-1] == word for row in rows)],
+    }
+
+
+def _no_coefficients(content: Content) -> str:
+    if content.verdict == "not_at_rest":
+        return "No coefficients: the sensor is not at rest."
+    read = any(one.rows for one in content.coefficients)
+    return "No coefficients were fitted; those read off the curves are below." if read else "No coefficients."
+
+
+def _told(one: Told) -> dict[str, str]:
+    return {
+        "kind": one.severity,
+        "word": _SEVERITIES[one.severity],
+        "axes": _cut(one.axes, 2 * _MOST_NAME),
+        "message": _minus(_cut(one.message, _MOST_MESSAGE)) + ".",
+        "action": _cut(one.action, _MOST_MESSAGE) + "." if one.action else "",
+        "where": f"At {_cut(one.where, _MOST_MESSAGE)}." if one.where else "",
+    }
+
+
+def _table(one: Coefficients) -> dict[str, Any]:
+    return {
+        "name": _name(one.channel),
+        "verdict": one.verdict,
+        "trust": one.trust,
+        "rows": [[_minus(text) for text in row] for row in one.rows],
+        "notes": [_minus(_cut(note, _MOST_MESSAGE)) for note in one.notes],
+    }
+
+
+@frozen
+class _Panel:
+    """Channels that share a figure."""
+
+    title: str
+    units: tuple[tuple[str, float], ...]
+    names: tuple[str, ...]
+
+
+def _panels(sensors: Sequence[Mapping[str, Any]]) -> list[_Panel]:
+    """Up to six channels of a sensor each, or of consecutive sensors of one channel in the same unit."""
+
+    def kind(numbered: tuple[int, Mapping[str, Any]]) -> tuple[int, list[str]]:
+        k, sensor = numbered
+        return k if len(sensor["channels"]) > 1 else -1, [unit["text"] for unit in sensor["units"]]
+
+    panels = []
+    for _, numbered in groupby(enumerate(sensors), kind):
+        group = [sensor for _, sensor in numbered]
+        units = tuple((unit["text"], unit["factor"]) for unit in group[0]["units"])
+        names = [name for sensor in group for name in sensor["channels"]]
+        for k in range(0, len(names), _PANEL):
+            own = names[k : k + _PANEL]
+            title = group[0]["title"] if len(group) == 1 else " … ".join(dict.fromkeys((own[0], own[-1])))
+            panels.append(_Panel(title=_cut(printable(title), 2 * _MOST_NAME), units=units, names=tuple(own)))
+    return panels
+
+
+def _figures(charts: Mapping[str, Any]) -> dict[str, Any]:
+    """Sections of figures by kind: panels with their picture, unit and legend."""
+    channels = {
+        name: {kind: _columns(values) for kind, values in one.items()} for name, one in charts["channels"].items()
+    }
+    panels = _panels(charts["sensors"])
+    wide = len(panels) == 1
+    width = _TEXT_WIDTH if wide else (_TEXT_WIDTH - _GUTTER) / 2
+    found: dict[str, Any] = {"width": width, "left": printed.LEFT, "pitch": printed.PITCH}
+    for kind in ("deviation", "density", "residuals"):
+        found[kind] = []
+        for panel in panels:
+            chart = "deviation" if kind == "residuals" else kind
+            own = {name: channels[name][chart] for name in panel.names if chart in channels[name]}
+            if kind == "residuals":
+                own = {name: one for name, one in own.items() if "model" in one}
+            if own:
+                found[kind].append(_curves(kind, panel, own, width, _HEIGHTS[kind] * (_ONE_COLUMN if wide else 1)))
+    found["series"] = [one for one in (_series(panel, channels, width) for panel in panels) if one]
+    found |= _maps(panels, channels, width)
+    found["fitted"] = bool(found["residuals"])
+    found["bands"] = all(len(panel.names) <= printed.MOST_BANDS for panel in panels)
+    found["first"] = len(panels) <= _WITH_RESULTS
+    found["interval"] = next((one["deviation"]["interval"] for one in channels.values()), "")
+    return found
+
+
+def _columns(values: Mapping[str, Any]) -> dict[str, Any]:
+    """A chart with arrays in place of lists and packed numbers; None is NaN."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        if key == "parts":
+            found["parts"] = {name: np.array(part, dtype=np.float64) for name, part in value.items()}
+        elif isinstance(value, Mapping):
+            found[key] = unpacked(value)
+        elif isinstance(value, list) and key != "outside":
+            found[key] = np.array(value, dtype=np.float64)
+        else:
+            found[key] = value
+    return found
+
+
+def _legend(kind: str, names: Sequence[str]) -> list[dict[str, str]]:
+    marks = printed.MARKERS if kind != "density" else " " * len(printed.MARKERS)
+    return [
+        {"name": _name(name), "colour": colour, "mark": _MARKS.get(mark, "")}
+        for name, colour, mark in zip(names, COLOURS, marks, strict=False)
+    ]
+
+
+def _curves(
+    kind: str, panel: _Panel, own: Mapping[str, Mapping[str, Any]], width: float, height: float
+) -> dict[str, Any]:
+    """A panel of curves with a shared pair of axes."""
+    text, factor = panel.units[0]
+    size = {"width": width, "height": height}
+    spans = [(one.get("from") or 0.0, one.get("to") or 0.0) for one in own.values()]
+    if kind == "density":
+        highest = [one.get("highest", np.inf) for one in own.values()]
+        lines = [one.get("lines", np.empty(0)) for one in own.values()]
+        scaled = [_scaled(one, ("density", "low", "high", "model"), factor**2) for one in own.values()]
+        svg = printed.densities(scaled, highest, lines, **size)
+        unit = "1/Hz" if text == "1" else f"({text})²/Hz" if "/" in text else f"{text}²/Hz"
+    elif kind == "residuals":
+        scaled = [_scaled(one, ("adev", "low", "high", "model"), 1.0) for one in own.values()]
+        svg, unit = printed.ratios(scaled, spans, **size), ""
+    else:
+        scaled = [
+            _scaled(one, ("adev", "low", "high", "model"), factor)
+            | {name: part / factor for name, part in one.get("parts", {}).items() if len(own) == 1}
+            for one in own.values()
+        ]
+        svg, unit = printed.deviations(scaled, spans, **size), text
+    return {
+        "title": panel.title,
+        "unit": unit,
+        "svg": svg,
+        "height": height,
+        "legend": _legend(kind, list(own)),
+    }
+
+
+def _scaled(one: Mapping[str, Any], names: Sequence[str], factor: float) -> dict[str, Floats]:
+    found = {name: one[name] / factor for name in names if name in one}
+    return found | {name: one[name] for name in ("tau", "frequency") if name in one}
+
+
+def _series(panel: _Panel, channels: Mapping[str, Mapping[str, Any]], width: float) -> dict[str, Any] | None:
+    own = {name: channels[name]["series"] for name in panel.names if "series" in channels[name]}
+    if not own:
+        return None
+    shown = {name: _fewer(one["low"], one["high"], round(width * _BINS_PER_MM)) for name, one in own.items()}
+    span = max((_span(low, high) for low, high in shown.values()), default=0.0)
+    text, factor = next((unit for unit in panel.units if span / unit[1] < _LARGEST), panel.units[-1])
+    drawn, labels = [], []
+    for name, (low, high) in shown.items():
+        zero, written = _zero(low / factor, high / factor)
+        drawn.append((low / factor - zero, high / factor - zero))
+        labels.append({"name": _name(name), "more": f"zero at {_minus(written)} {text}" if zero else ""})
+    outside = [one["outside"] for one in own.values()]
+    svg = printed.series(drawn, outside, [one["duration"] for one in own.values()], width=width)
+    height = printed.strips_height(len(own))
+    return {"title": panel.title, "unit": text, "svg": svg, "height": height, "labels": labels}
+
+
+def _fewer(low: Floats, high: Floats, most: int) -> tuple[Floats, Floats]:
+    """An envelope with at most so many bins, of equally many old ones each but for the last."""
+    size = -(-len(low) // most)
+    at = np.arange(0, len(low), size)
+    return np.fmin.reduceat(low, at), np.fmax.reduceat(high, at)
+
+
+def _span(low: Floats, high: Floats) -> float:
+    there = np.isfinite(low)
+    return float(high[there].max() - low[there].min()) if there.any() else 0.0
+
+
+def _zero(low: Floats, high: Floats) -> tuple[float, str]:
+    """A round number near the middle of a signal, 0 if the signal is near 0; and its text."""
+    there = np.isfinite(low)
+    if not there.any():
+        return 0.0, ""
+    middle = float(np.median((low[there] + high[there]) / 2))
+    span = _span(low, high) or abs(middle)
+    if abs(middle) <= span:
+        return 0.0, ""
+    digits = max(0, 1 - int(np.floor(np.log10(span))))
+    return round(middle, digits), f"{middle:.{digits}f}"
+
+
+def _maps(panels: Sequence[_Panel], channels: Mapping[str, Mapping[str, Any]], width: float) -> dict[str, Any]:
+    """Panels of the maps on which there is something, which share one scale of colours; and the channels of the others."""
+    found: dict[str, printed.Map] = {}
+    for name, one in channels.items():
+        if "map" in one:
+            times, tau = one["map"]["times"], one["map"]["tau"]
+            adev = 10 ** one["map"]["log10"].reshape(len(times), len(tau))
+            found[name] = printed.Map(times=times, tau=tau, window=one["map"]["window"], adev=adev)
+    plain = [name for name, one in found.items() if not one.beyond.any() and not one.missing.any()]
+    limit = colour_limit(np.concatenate([one.ratio.ravel() for one in found.values()])) if found else 1.0
+    drawn = []
+    for panel in panels:
+        own = [name for name in panel.names if name in found and name not in plain]
+        if own:
+            svg = printed.maps([found[name] for name in own], limit, width=width)
+            labels = [{"name": _name(name), "more": ""} for name in own]
+            height = printed.strips_height(len(own))
+            drawn.append({"title": panel.title, "unit": "", "svg": svg, "height": height, "labels": labels})
+    listed = ", ".join(_name(name) for name in plain[:_MOST_LISTED])
+    more = f" and {len(plain) - _MOST_LISTED} more" if len(plain) > _MOST_LISTED else ""
+    return {"map": drawn, "limit": limit, "colours": list(printed.MAP_COLOURS), "plain": listed + more}

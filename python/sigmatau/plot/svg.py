@@ -198,7 +198,7 @@ def log_ticks(low: float, high: float, most: int) -> tuple[list[tuple[float, str
     minor = [value for value in (tenths if step == 1 else map(float, range(first, last + 1))) if low <= value <= high]
     if len(decades) > 1:
         plain = decades[0] >= _PLAIN[0] and decades[-1] <= _PLAIN[1]
-        return [(float(k), f"{10.0**k:g}" if plain else _power(k)) for k in decades], minor
+        return [(float(k), f"{10.0**k:g}" if plain else power(k)) for k in decades], minor
     values = [10.0**k * j for k in range(first - 1, last + 1) for j in (1, 2, 5) if low <= k + math.log10(j) <= high]
     if len(values) < 3:
         values, minor = even_ticks(10**low, 10**high, most), []
@@ -227,11 +227,11 @@ def number(value: float) -> str:
     digits, _, exponent = f"{value:.6g}".partition("e")
     if not exponent:
         return digits.replace("-", "−")
-    power = _power(int(exponent))
-    return power if digits == "1" else f"{digits.replace('-', '−')}·{power}"
+    return power(int(exponent)) if digits == "1" else f"{digits.replace('-', '−')}·{power(int(exponent))}"
 
 
-def _power(exponent: int) -> str:
+def power(exponent: int) -> str:
+    """``"10⁻⁸"``."""
     return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 

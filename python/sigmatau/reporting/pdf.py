@@ -22,6 +22,7 @@ from sigmatau.frozen import frozen
 from sigmatau.plot import printed
 from sigmatau.plot.curves import COLOURS
 from sigmatau.plot.stability import colour_limit
+from sigmatau.plot.svg import power
 from sigmatau.reporting.charts import unpacked
 from sigmatau.reporting.content import Coefficients, Content, Told
 from sigmatau.results import printable
@@ -86,7 +87,6 @@ def _moment(date: str) -> datetime:
 
 def _values(content: Content) -> dict[str, Any]:
     """What the template shows: plain values."""
-    facts = {name: _cut(text, _MOST_FACT) for name, text in content.done}
     moment = _moment(content.date)
     grave = [_told(one) for one in content.findings if one.severity != "info"]
     return {
@@ -97,7 +97,7 @@ def _values(content: Content) -> dict[str, Any]:
         "date": content.date,
         "moment": [moment.year, moment.month, moment.day, moment.hour, moment.minute],
         "made_by": content.made_by,
-        "checksum": facts.get("SHA-256", ""),
+        "checksum": dict(content.done).get("SHA-256", ""),
         "overview": _overview(content),
         "no_overview": "" if content.overview else _no_coefficients(content),
         "grave": sorted(grave, key=lambda one: one["kind"] != "error"),
@@ -106,7 +106,7 @@ def _values(content: Content) -> dict[str, Any]:
         "figures": _figures(content.charts),
         "coefficients": [_table(one) for one in content.coefficients if one.rows or one.notes],
         "legend": content.legend.replace("\n  ", " ").replace("`", "").split("\n"),
-        "done": list(facts.items()),
+        "done": [(_cut(printable(name), 2 * _MOST_NAME), _cut(text, _MOST_FACT)) for name, text in content.done],
         "files": [{"name": f"{one.target}.txt", "text": one.text} for one in content.files],
         "no_files": content.no_files,
     }
@@ -123,9 +123,16 @@ def _name(text: str) -> str:
     return _cut(printable(text), _MOST_NAME)
 
 
-def _minus(text: str) -> str:
-    """A text whose negative numbers have a minus sign."""
-    return re.sub(r"(?<![\w.-])-(?=\d)", "−", text)
+def _numbers(text: str) -> str:
+    """A text whose numbers have minus signs and powers of ten.
+
+    Examples
+    --------
+    >>> _numbers("-1.3e-05 to 2, 2026-11-23")
+    '−1.3·10⁻⁵ to 2, 2026-11-23'
+    """
+    text = re.sub(r"(?<![\w.-])-(?=\d)", "−", text).replace(" = ", "\u00a0=\u00a0")
+    return re.sub(r"(?<![\w.])([\d.]+)e([+-]\d+)\b", lambda found: f"{found[1]}·{power(int(found[2]))}", text)
 
 
 def _overview(content: Content) -> dict[str, Any]:
@@ -135,8 +142,8 @@ def _overview(content: Content) -> dict[str, Any]:
     written = [
         {
             "units": row[0].startswith("[") and not row[-1],
-            "name": _name(row[0].strip("[]") if not row[-1] else row[0]),
-            "cells": [_minus(text) for text in row[1:-1]],
+            "name": _name(row[0]) if row[-1] else row[0].replace("[", "over ").removesuffix("]"),
+            "cells": [_numbers(text) for text in row[1:-1]],
             "trust": row[-1],
         }
         for row in rows
@@ -160,7 +167,7 @@ def _told(one: Told) -> dict[str, str]:
         "kind": one.severity,
         "word": _SEVERITIES[one.severity],
         "axes": _cut(one.axes, 2 * _MOST_NAME),
-        "message": _minus(_cut(one.message, _MOST_MESSAGE)) + ".",
+        "message": _numbers(_cut(one.message, _MOST_MESSAGE)) + ".",
         "action": _cut(one.action, _MOST_MESSAGE) + "." if one.action else "",
         "where": f"At {_cut(one.where, _MOST_MESSAGE)}." if one.where else "",
     }
@@ -169,10 +176,10 @@ def _told(one: Told) -> dict[str, str]:
 def _table(one: Coefficients) -> dict[str, Any]:
     return {
         "name": _name(one.channel),
-        "verdict": one.verdict,
+        "verdict": _numbers(one.verdict),
         "trust": one.trust,
-        "rows": [[_minus(text) for text in row] for row in one.rows],
-        "notes": [_minus(_cut(note, _MOST_MESSAGE)) for note in one.notes],
+        "rows": [[_numbers(text) for text in row] for row in one.rows],
+        "notes": [_numbers(_cut(note, _MOST_MESSAGE)) for note in one.notes],
     }
 
 
@@ -302,7 +309,7 @@ def _series(panel: _Panel, channels: Mapping[str, Mapping[str, Any]], width: flo
     for name, (low, high) in shown.items():
         zero, written = _zero(low / factor, high / factor)
         drawn.append((low / factor - zero, high / factor - zero))
-        labels.append({"name": _name(name), "more": f"zero at {_minus(written)} {text}" if zero else ""})
+        labels.append({"name": _name(name), "more": f"zero at {_numbers(written)} {text}" if zero else ""})
     outside = [one["outside"] for one in own.values()]
     svg = printed.series(drawn, outside, [one["duration"] for one in own.values()], width=width)
     height = printed.strips_height(len(own))
@@ -342,16 +349,23 @@ def _maps(panels: Sequence[_Panel], channels: Mapping[str, Mapping[str, Any]], w
             times, tau = one["map"]["times"], one["map"]["tau"]
             adev = 10 ** one["map"]["log10"].reshape(len(times), len(tau))
             found[name] = printed.Map(times=times, tau=tau, window=one["map"]["window"], adev=adev)
-    plain = [name for name, one in found.items() if not one.beyond.any() and not one.missing.any()]
+    plain = {name for name, one in found.items() if not one.beyond.any() and not one.missing.any()}
+    hidden = [
+        name
+        for panel in panels
+        if plain.issuperset(found.keys() & panel.names)
+        for name in panel.names
+        if name in found
+    ]
     limit = colour_limit(np.concatenate([one.ratio.ravel() for one in found.values()])) if found else 1.0
     drawn = []
     for panel in panels:
-        own = [name for name in panel.names if name in found and name not in plain]
+        own = [name for name in panel.names if name in found and name not in hidden]
         if own:
             svg = printed.maps([found[name] for name in own], limit, width=width)
             labels = [{"name": _name(name), "more": ""} for name in own]
             height = printed.strips_height(len(own))
             drawn.append({"title": panel.title, "unit": "", "svg": svg, "height": height, "labels": labels})
-    listed = ", ".join(_name(name) for name in plain[:_MOST_LISTED])
-    more = f" and {len(plain) - _MOST_LISTED} more" if len(plain) > _MOST_LISTED else ""
+    listed = ", ".join(_name(name) for name in hidden[:_MOST_LISTED])
+    more = f" and {len(hidden) - _MOST_LISTED} more" if len(hidden) > _MOST_LISTED else ""
     return {"map": drawn, "limit": limit, "colours": list(printed.MAP_COLOURS), "plain": listed + more}

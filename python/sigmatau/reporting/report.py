@@ -50,7 +50,7 @@ def report(
     DataError
         If the file cannot be written.
     ImportError
-        For a PDF without typst or matplotlib.
+        For a PDF without typst.
 
     See Also
     --------
@@ -79,6 +79,6 @@ def report(
     else:
         from sigmatau.reporting.pdf import document
 
-        made = document(analysis, record, content)
+        made = document(content)
     with atomic(file) as temporary:
         temporary.write_bytes(made)

@@ -1,0 +1,54 @@
+"""The text of a PDF that typst wrote with ``pretty``, page by page: as much of the format as that needs."""
+
+import re
+
+_OBJECT = re.compile(rb"^(\d+) 0 obj\n(.*?)^endobj", re.S | re.M)
+_INNER = rb"(?:\\.|[^\\()])*"  # of a string without parentheses; balanced ones are not escaped
+_STRING = rb"\((%b(?:\(%b(?:\(%b\)%b)*\)%b)*)\)" % ((_INNER,) * 5)
+_SHOWN = re.compile(
+    rb"/(f\d+) [\d.]+ Tf|" + _STRING + rb"|/ActualText <FEFF([0-9A-F]*)>|<([0-9A-F]+)>|^(ET)$|^(EMC)$", re.S | re.M
+)
+_ESCAPES = {b"n": b"\n", b"r": b"\r", b"t": b"\t", b"b": b"\b", b"f": b"\f"}
+
+
+def pages_of(pdf: bytes) -> list[str]:
+    """The text of each page, runs of one style on lines of their own."""
+    objects = {int(number): body for number, body in _OBJECT.findall(pdf)}
+    kids = re.search(rb"/Type /Pages.*?/Kids \[(.*?)\]", pdf, re.S).group(1)
+    return [_page(objects, objects[int(number)]) for number in re.findall(rb"(\d+) 0 R", kids)]
+
+
+def _page(objects, page):
+    keys = (b"Resources", b"Contents")
+    resources, contents = (objects[int(re.search(rb"/%b (\d+) 0 R" % key, page).group(1))] for key in keys)
+    fonts = re.search(rb"/Font <<(.*?)>>", resources, re.S).group(1)
+    numbers = dict(re.findall(rb"/(f\d+) (\d+) 0 R", fonts))
+    known = {name: _characters(objects, objects[int(number)]) for name, number in numbers.items()}
+    text, font, told = "", {}, False
+    for name, literal, actual, digits, ended, closed in _SHOWN.findall(contents):
+        if name:
+            font = known[name]
+        elif actual:
+            text, told = text + bytes.fromhex(actual.decode()).decode("utf-16-be"), True
+        elif closed:
+            told = False
+        elif ended:
+            text += "\n"
+        elif not told:
+            codes = (
+                bytes.fromhex(digits.decode()) if digits else re.sub(rb"\\(\d{3}|.)", _unescaped, literal, flags=re.S)
+            )
+            text += "".join(font.get(codes[k : k + 2], "") for k in range(0, len(codes), 2))
+    return text
+
+
+def _unescaped(found):
+    code = found.group(1)
+    return bytes([int(code, 8)]) if len(code) == 3 else _ESCAPES.get(code, code)
+
+
+def _characters(objects, font):
+    """Text by code of a font."""
+    table = objects[int(re.search(rb"/ToUnicode (\d+) 0 R", font).group(1))]
+    pairs = re.findall(rb"^<([0-9A-F]{4})> <([0-9A-F]+)>$", table, re.M)
+    return {bytes.fromhex(code.decode()): bytes.fromhex(text.decode()).decode("utf-16-be") for code, text in pairs}

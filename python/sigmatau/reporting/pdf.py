@@ -87,20 +87,17 @@ def _moment(date: str) -> datetime:
 
 def _values(content: Content) -> dict[str, Any]:
     """What the template shows: plain values."""
-    moment = _moment(content.date)
-    grave = [_told(one) for one in content.findings if one.severity != "info"]
     return {
         "title": _cut(content.title, _MOST_TITLE),
         "foot": _cut(content.title, _MOST_NAME),
         "headline": _cut(content.headline, _MOST_MESSAGE),
         "verdict": _VERDICTS.get(content.verdict, ("", "")),
         "date": content.date,
-        "moment": [moment.year, moment.month, moment.day, moment.hour, moment.minute],
         "made_by": content.made_by,
         "checksum": dict(content.done).get("SHA-256", ""),
         "overview": _overview(content),
         "no_overview": "" if content.overview else _no_coefficients(content),
-        "grave": sorted(grave, key=lambda one: one["kind"] != "error"),
+        "grave": [_told(one) for one in content.findings if one.severity != "info"],
         "notes": [_told(one) for one in content.findings if one.severity == "info"],
         "notes_at_once": _NOTES_AT_ONCE,
         "figures": _figures(content.charts),

@@ -13,11 +13,12 @@ import pytest
 from known import seed_of
 from reporting.pdf_text import pages_of
 from sigmatau import Record, analyze
-from sigmatau.plot import svg
+from sigmatau.plot import printed, svg
 from sigmatau.reporting import pdf
 from sigmatau.reporting.charts import packed, unpacked
 from sigmatau.reporting.content import content_of
 
+SVG = "{http://www.w3.org/2000/svg}"
 DATE = datetime(2026, 11, 23, 10, 30, tzinfo=UTC)
 HOSTILE = (
     *('#import "x"', "$x^2$", "]", "<script>alert(1)</script>", "'\"`\\", "#panic()"),
@@ -187,7 +188,7 @@ def test_the_terms_of_one_channel_have_symbols():
     given = content(record)
     parts = given.charts["channels"]["gyro_x"]["deviation"]["parts"]
     (figure,) = pdf._values(given)["figures"]["deviation"]
-    texts = [one.text for one in ET.fromstring(figure["svg"]).iter("{http://www.w3.org/2000/svg}text")]
+    texts = [one.text for one in ET.fromstring(figure["svg"]).iter(f"{SVG}text")]
     assert {part.split(" ")[-1] for part in parts} <= set(texts)
     assert len(parts) >= 2
 
@@ -216,13 +217,9 @@ def test_a_spike_and_what_was_left_out_show_in_the_time_series(six):
     spike = pdf._fewer(np.array([0.0, -1, 0, 0, 0]), np.array([0.0, 0, 9, 0, 0]), 2)
     assert [column.tolist() for column in spike] == [[-1, 0], [9, 0]]
     gyro, _ = pdf._values(six)["figures"]["series"]
-    grey = [
-        one
-        for one in ET.fromstring(gyro["svg"]).iter("{http://www.w3.org/2000/svg}rect")
-        if one.get("fill") == "#c8cdd3"
-    ]
+    grey = [one for one in ET.fromstring(gyro["svg"]).iter(f"{SVG}rect") if one.get("fill") == "#c8cdd3"]
     left, width = (float(grey[0].get(key)) for key in ("x", "width"))
-    frame = next(ET.fromstring(gyro["svg"]).iter("{http://www.w3.org/2000/svg}clipPath"))[0]
+    frame = next(ET.fromstring(gyro["svg"]).iter(f"{SVG}clipPath"))[0]
     start, span = (float(frame.get(key)) for key in ("x", "width"))
     assert left == pytest.approx(start + span * 120 / 200, abs=0.5)  # missing from 120 s to 124 s of 200 s
     assert width == pytest.approx(span * 4 / 200, abs=0.5)
@@ -280,5 +277,37 @@ def test_a_line_is_drawn_through_its_points_and_interrupted():
     axes.log_x(0, 2)
     axes.log_y(0, 1)
     axes.line(np.array([0.0, 1, 1.2, 1.5, 2]), np.array([0.0, 0.5, np.nan, 0.5, 1]), "#000", 1)
-    (path,) = ET.fromstring(drawing.svg()).iter("{http://www.w3.org/2000/svg}path")
+    (path,) = ET.fromstring(drawing.svg()).iter(f"{SVG}path")
     assert path.get("d") == "M0.0 72.0L72.0 36.0M108.0 36.0L144.0 0.0"
+
+
+def test_models_are_dashed_where_they_were_fitted_and_lines_have_triangles():
+    tau = np.geomspace(0.01, 100, 41)
+    adev = tau**-0.5
+    curve = {"tau": tau, "adev": adev, "low": 0.9 * adev, "high": 1.1 * adev, "model": 1.05 * adev}
+    drawn = ET.fromstring(printed.deviations([curve, curve], [(0.1, 10), (0.01, 100)], width=84, height=58))
+    dashes = [path.get("stroke-dasharray") for path in drawn.iter(f"{SVG}path")]
+    assert [dashes.count(one) for one in ("3.0 1.5", "0.6 1.2")] == [2, 1]
+    dashed = next(path for path in drawn.iter(f"{SVG}path") if path.get("stroke-dasharray") == "3.0 1.5")
+    assert dashed.get("d").count("M") + dashed.get("d").count("L") == 21  # two decades, ten steps each
+    density = {"frequency": tau, **dict.fromkeys(("density", "low", "high", "model"), adev)}
+    lines = [np.array([0.5, 2.0]), np.empty(0)]
+    drawn = ET.fromstring(printed.densities([density, density], [np.inf, 1.0], lines, width=84, height=52))
+    triangles = [path for path in drawn.iter(f"{SVG}path") if path.get("d").count("z") == 2]
+    assert [path.get("fill") for path in triangles] == [pdf.COLOURS[0]]
+
+
+def test_maps_are_coloured_where_the_noise_changes():
+    times, tau = np.arange(5.0, 100, 5), np.array([0.1, 0.2, 0.4])
+    adev = np.ones((19, 3))
+    adev[10:14, 1] = 3
+    adev[2] = np.nan
+    found = printed.Map(times=times, tau=tau, window=10.0, adev=adev)
+    drawn = ET.fromstring(printed.maps([found], 2.0, width=84))
+    frame, *cells = (one.attrib for one in drawn.iter(f"{SVG}rect"))
+    left, wide = float(frame["x"]), float(frame["width"])
+    spans = {one["fill"]: (float(one["x"]), float(one["width"])) for one in cells}
+    assert len(cells) == 2
+    assert set(spans) == {printed.MAP_COLOURS[-1], "#c8cdd3"}
+    assert spans[printed.MAP_COLOURS[-1]] == pytest.approx((left + wide * 52.5 / 100, wide * 20 / 100), abs=0.3)
+    assert spans["#c8cdd3"] == pytest.approx((left + wide * 12.5 / 100, wide * 5 / 100), abs=0.3)

@@ -69,7 +69,7 @@ def test_all_that_a_report_says_is_on_its_pages(six):
     for table in six.coefficients:
         assert in_print(table.verdict) in text
         for term, value, interval, unit in table.rows:
-            row = (term, value, unit, interval) if value != "unknown" else (term, interval)
+            row = (term, value, unit, interval) if unit else (term, interval)
             assert "".join(map(in_print, row)) in text
         for note in table.notes:
             assert in_print(note) in text

@@ -26,6 +26,8 @@ def six_axes(hours=0.2, rate=100.0):
     record = st.simulate(model, duration=hours * 3600, rate=rate, rng=np.random.default_rng(22))
     columns = {name: np.array(record.stream_of(name).column(name)) for name in NAMES}
     columns["gyro_x"][4321] += 1.0
+    louder = slice(columns["gyro_x"].size * 3 // 4, None)
+    columns["gyro_x"][louder] *= 1.3
     return st.Record.from_arrays(rate=rate, **columns)
 
 

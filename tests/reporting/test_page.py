@@ -86,7 +86,7 @@ def range_of(tab, chart, axis="y", sensor="gyro"):
 @pytest.mark.parametrize("chart", CHARTS)
 def test_every_chart_is_drawn(opened, page, chart):
     tab = opened(page)
-    for sensor in ("gyro", "accel"):
+    for sensor in ("gyro",) if chart == "map" else ("gyro", "accel"):  # of noise that does not change, the map is empty
         assert ink(figure(tab, chart, sensor).locator(".plot").first) > 300
 
 

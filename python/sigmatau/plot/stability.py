@@ -120,14 +120,20 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
 
 
 def beyond_chance(ratio: NDArray[np.float64], dynamic: WindowLike) -> NDArray[np.bool_]:
-    """Where a ratio to the median of all windows is larger or smaller than chance makes any of them, at each averaging time.
+    """Where a ratio to the median of all windows is larger or smaller than chance makes any of them, at each τ."""
+    low, high = chance_limits(len(ratio), dynamic)
+    return np.asarray(np.isfinite(ratio) & ((ratio > high) | (ratio < low)))
+
+
+def chance_limits(windows: int, dynamic: WindowLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Smallest and largest ratio to the median that chance makes among so many windows, at each averaging time.
 
     By χ² with 2/3·(n/m − 1) degrees of freedom, fewer than any of the noise terms has, at a level of 95 % for all windows.
     """
     freedom = np.maximum(_LEAST_FREEDOM * (dynamic.window / dynamic.tau - 1), 1.0)
-    tail = _CHANCE / 2 / max(len(ratio), 1)
+    tail = _CHANCE / 2 / max(windows, 1)
     high, low = (np.sqrt(chi2_quantile_above(freedom, p) / freedom) for p in (tail, 1 - tail))
-    return np.asarray(np.isfinite(ratio) & ((ratio > high) | (ratio < low)))
+    return low, high
 
 
 def relative(adev: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

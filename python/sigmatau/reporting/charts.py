@@ -23,6 +23,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise import terms
 from sigmatau.noise.resonance import unfolded_avar
 from sigmatau.noise.terms import TERMS
+from sigmatau.plot.stability import chance_limits
 from sigmatau.quality.facts import in_threads
 from sigmatau.record.record import Record, stream_name
 from sigmatau.record.streams import Stream
@@ -206,7 +207,10 @@ def _map(stream: Stream, channel: str) -> dict[str, Any] | None:
         logarithm = np.log10(np.where(found.adev > 0, found.adev, np.nan))
     if not np.isfinite(logarithm).any():
         return None
+    low, high = chance_limits(len(found.times), found)
     return {
+        "least": digits(low),
+        "most": digits(high),
         "times": digits(found.times + stream.grid.lead),
         "tau": digits(found.tau),
         "window": found.window,

@@ -8,21 +8,10 @@ from importlib import resources
 
 from sigmatau.reporting.content import Coefficients, Content, Told
 from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
+from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, trust_told
 
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
-_VERDICTS = {
-    "at_rest": ("At rest", "good"),
-    "partly_at_rest": ("At rest in part", "partial"),
-    "not_at_rest": ("Not at rest", "poor"),
-    "assumed": ("Taken as at rest", "partial"),
-}
-_TRUST = {
-    "good": "Intervals hold as they are.",
-    "partial": "Usable with what the warnings say.",
-    "poor": "Do not use.",
-}
-_SEVERITIES = {"error": "Error", "warning": "Warning", "info": "Note"}
 
 
 def page(content: Content) -> str:
@@ -82,7 +71,7 @@ def _section(id_: str, title: str, *children: str | Iterable[str]) -> Section:
 
 
 def _head(content: Content) -> Markup:
-    word, mark = _VERDICTS.get(content.verdict, ("", ""))
+    word, mark = VERDICTS.get(content.verdict, ("", ""))
     chip = [element("span", word, class_=f"chip {mark}")] if word else []
     theme = element("button", "Dark", type="button", id="theme", class_="quiet", hidden=True)
     return element(
@@ -112,10 +101,9 @@ def _overview(content: Content) -> Markup:
             groups.append(element("tr", element("th", length, scope="col"), units, element("th", ""), class_="units"))
             continue
         values = (element("td", text, class_="value") for text in row[1:-1])
-        trust = element("td", element("span", row[-1], class_=f"chip {row[-1]}", title=_TRUST.get(row[-1], "")))
+        trust = element("td", element("span", row[-1], class_=f"chip {row[-1]}", title=TRUST.get(row[-1], "")))
         groups.append(element("tr", element("th", name(row[0]), scope="row"), values, trust))
-    used = [word for word in _TRUST if any(row[-1] == word for row in rows)]
-    legend = " ".join(f"{word.capitalize()}: {_TRUST[word][0].lower()}{_TRUST[word][1:]}" for word in used)
+    legend = "; ".join(f"{word}: {text}" for word, text in trust_told(rows).items())
     table = element("table", element("thead", element("tr", cells)), element("tbody", groups), class_="overview")
     return joined(_scrolled(table), element("p", legend, class_="legend"))
 
@@ -143,7 +131,7 @@ def _finding(one: Told) -> Markup:
     axes = [element("strong", name(one.axes)), " "] if one.axes else []
     action = [" ", element("em", f"{one.action}.")] if one.action else []
     where = [element("span", f"At {one.where}.", class_="where")] if one.where else []
-    mark = element("span", _SEVERITIES[one.severity], class_=f"chip {one.severity}")
+    mark = element("span", SEVERITIES[one.severity], class_=f"chip {one.severity}")
     return element("li", mark, element("span", axes, raised(f"{one.message}."), action, where))
 
 
@@ -172,8 +160,8 @@ _CHARTS = (
     (
         "map",
         "Stability",
-        "Dynamic Allan deviation: the deviation in a sliding window over its median of all windows. Noise that does not"
-        " change has no pattern.",
+        "Dynamic Allan deviation: the deviation in a sliding window over its median of all windows. Coloured: more than"
+        " chance.",
     ),
 )
 

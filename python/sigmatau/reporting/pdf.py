@@ -25,6 +25,7 @@ from sigmatau.plot.stability import colour_limit
 from sigmatau.plot.svg import power
 from sigmatau.reporting.charts import unpacked
 from sigmatau.reporting.content import Coefficients, Content, Told
+from sigmatau.reporting.words import SEVERITIES, VERDICTS, trust_told
 from sigmatau.results import printable
 
 _TEXT_WIDTH = 174.0  # of a page [mm]
@@ -40,19 +41,6 @@ _BEYOND_FONTS = re.compile("[\u0700-\u1dff\u2c00-\U0010ffff]")  # of Libertinus 
 _MARKS = {"o": "●", "s": "■", "^": "▲", "D": "◆", "v": "▼", "+": "✚"}
 _MOST_LISTED = 12  # names in a sentence
 _WITH_RESULTS = 2  # panels of Allan deviations on the page that is signed
-
-_VERDICTS = {
-    "at_rest": ("At rest", "good"),
-    "partly_at_rest": ("At rest in part", "partial"),
-    "not_at_rest": ("Not at rest", "poor"),
-    "assumed": ("Taken as at rest", "partial"),
-}
-_TRUST = {
-    "good": "intervals hold as they are",
-    "partial": "usable with what the warnings say",
-    "poor": "do not use",
-}
-_SEVERITIES = {"error": "Error", "warning": "Warning", "info": "Note"}
 
 
 def need_typst() -> None:
@@ -91,7 +79,7 @@ def _values(content: Content) -> dict[str, Any]:
         "title": _cut(content.title, _MOST_TITLE),
         "foot": _cut(content.title, _MOST_NAME),
         "headline": _cut(content.headline, _MOST_MESSAGE),
-        "verdict": _VERDICTS.get(content.verdict, ("", "")),
+        "verdict": VERDICTS.get(content.verdict, ("", "")),
         "date": content.date,
         "made_by": content.made_by,
         "checksum": dict(content.done).get("SHA-256", ""),
@@ -148,7 +136,7 @@ def _overview(content: Content) -> dict[str, Any]:
     return {
         "head": list(head[1:-1]),
         "rows": written,
-        "trust": [[word, text] for word, text in _TRUST.items() if any(row[-1] == word for row in rows)],
+        "trust": [list(one) for one in trust_told(rows).items()],
     }
 
 
@@ -162,7 +150,7 @@ def _no_coefficients(content: Content) -> str:
 def _told(one: Told) -> dict[str, str]:
     return {
         "kind": one.severity,
-        "word": _SEVERITIES[one.severity],
+        "word": SEVERITIES[one.severity],
         "axes": _cut(one.axes, 2 * _MOST_NAME),
         "message": _numbers(_cut(one.message, _MOST_MESSAGE)) + ".",
         "action": _cut(one.action, _MOST_MESSAGE) + "." if one.action else "",

@@ -18,7 +18,7 @@ const map = {
     return [select, mapLegend()];
   },
   describe(sensor, state) {
-    const { times, tau, window: length, log10 } = content.channels[state.shown].map;
+    const { times, tau, window: length, log10, least, most } = content.channels[state.shown].map;
     const unit = timeUnit(times[times.length - 1] + length), step = times.length > 1 ? times[1] - times[0] : length;
     const values = decoded(log10), rows = tau.length;
     const medians = tau.map((_, j) => median(times.map((_, i) => values[i * rows + j]).filter((value) => value !== null)));
@@ -27,7 +27,7 @@ const map = {
     const y = rows > 1 ? [tau[0] ** 2 / between[0], ...between, tau[rows - 1] ** 2 / between[rows - 2]] : [tau[0] / 1.2, tau[0] * 1.2];
     return [{
       title: `Stability, ${state.shown}`, height: 280, lines: [],
-      cells: { x, y, values: values.map((value, k) => (value === null ? null : 10 ** (value - medians[k % rows]))), colour: ratioColour },
+      cells: { x, y, values: values.map((value, k) => (value === null ? null : 10 ** (value - medians[k % rows]))), colour: (ratio, j) => ratioColour(ratio > least[j] && ratio < most[j] ? 1 : ratio) },
       x: { label: `time, middle of a window of ${text(length / unit.size)} ${unit.text} [${unit.text}]`, log: false, range: [x[0], x[x.length - 1]] },
       y: { label: "averaging time τ [s]", log: true, range: [y[0], y[rows]] },
     }];

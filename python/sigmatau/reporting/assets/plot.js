@@ -127,10 +127,10 @@ function under(u, { spans, cells }) {
     }
   }
   if (cells) {
-    eachCell(cells, (x0, x1, y0, y1, value) => {
+    eachCell(cells, (x0, x1, y0, y1, value, row) => {
       const left = u.valToPos(x0, "x", true), right = u.valToPos(x1, "x", true);
       const top = u.valToPos(y1, "y", true), bottom = u.valToPos(y0, "y", true);
-      ctx.fillStyle = cells.colour(value);
+      ctx.fillStyle = cells.colour(value, row);
       ctx.fillRect(Math.floor(left), Math.floor(top), Math.ceil(right) - Math.floor(left), Math.ceil(bottom) - Math.floor(top));
     });
   }
@@ -142,7 +142,7 @@ function eachCell(cells, visit) {
   for (let i = 0; i + 1 < cells.x.length; i++)
     for (let j = 0; j < rows; j++) {
       const value = cells.values[i * rows + j];
-      if (value !== null) visit(cells.x[i], cells.x[i + 1], cells.y[j], cells.y[j + 1], value);
+      if (value !== null) visit(cells.x[i], cells.x[i + 1], cells.y[j], cells.y[j + 1], value, j);
     }
 }
 

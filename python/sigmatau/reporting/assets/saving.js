@@ -111,8 +111,8 @@ function plotSvg(u, described, top) {
     axes += `<text x="${x}" y="${y}" text-anchor="middle" fill="${ink}"${axis === "y" ? ` transform="rotate(-90 ${x} ${y})"` : ""}>${escaped(label)}</text>`;
   }
   let drawn = "";
-  if (described.cells) eachCell(described.cells, (x0, x1, y0, y1, value) => {
-    drawn += `<rect x="${digits(X(x0))}" y="${digits(Y(y1))}" width="${digits(X(x1) - X(x0) + 0.3)}" height="${digits(Y(y0) - Y(y1) + 0.3)}" fill="${described.cells.colour(value)}"/>`;
+  if (described.cells) eachCell(described.cells, (x0, x1, y0, y1, value, row) => {
+    drawn += `<rect x="${digits(X(x0))}" y="${digits(Y(y1))}" width="${digits(X(x1) - X(x0) + 0.3)}" height="${digits(Y(y0) - Y(y1) + 0.3)}" fill="${described.cells.colour(value, row)}"/>`;
   });
   for (const [from, to] of described.spans ?? []) drawn += `<rect x="${digits(X(from))}" y="${top + TOP}" width="${Math.max(digits(X(to) - X(from)), 1)}" height="${height}" fill="${colour("outside")}"/>`;
   for (const guide of guidesOf(u, described)) drawn += `<path d="M${at(guide.x[0], guide.y[0])}L${at(guide.x[1], guide.y[1])}" stroke="${colour("guide")}" stroke-dasharray="2 4"/>`;

@@ -1,0 +1,27 @@
+"""Words that the page and the document share: verdicts, trust, severities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+VERDICTS = {
+    "at_rest": ("At rest", "good"),
+    "partly_at_rest": ("At rest in part", "partial"),
+    "not_at_rest": ("Not at rest", "poor"),
+    "assumed": ("Taken as at rest", "partial"),
+}
+"""Of a record: what it is called, and the trust that its colour stands for."""
+
+TRUST = {
+    "good": "intervals hold as they are",
+    "partial": "usable with what the warnings say",
+    "poor": "do not use",
+}
+
+SEVERITIES = {"error": "Error", "warning": "Warning", "info": "Note"}
+
+
+def trust_told(overview: Iterable[tuple[str, ...]]) -> dict[str, str]:
+    """What each trust means that a row of the overview has."""
+    found = {row[-1] for row in overview}
+    return {word: text for word, text in TRUST.items() if word in found}

@@ -28,7 +28,7 @@ const map = {
     return [{
       title: `Stability, ${state.shown}`, height: 280, lines: [],
       cells: { x, y, values: values.map((value, k) => (value === null ? null : 10 ** (value - medians[k % rows]))), colour: (ratio, j) => ratioColour(ratio > least[j] && ratio < most[j] ? 1 : ratio) },
-      x: { label: `time, middle of a window of ${text(length / unit.size)} ${unit.text} [${unit.text}]`, log: false, range: [x[0], x[x.length - 1]] },
+      x: { label: `time, middle of a window of ${text(length / timeUnit(2 * length).size)} ${timeUnit(2 * length).text} [${unit.text}]`, log: false, range: [x[0], x[x.length - 1]] },
       y: { label: "averaging time τ [s]", log: true, range: [y[0], y[rows]] },
     }];
   },

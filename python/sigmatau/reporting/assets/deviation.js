@@ -21,7 +21,8 @@ const deviation = {
       const inUnit = (values) => values.map((value) => (value === null ? null : value / state.unit.factor));
       const main = { name: shortName(sensor, name), x: tau, y: inUnit(adev), colour: colourOf(sensor, name), points: tau.length < 120, read: true };
       if (state.bands) {
-        // At the longest times an interval may reach over decades, and is cut where the curve can no longer be read.
+        // At the longest times an interval may reach over decades: drawn, it is cut where the curve can no longer be read.
+        main.interval = { low: inUnit(low), high: inUnit(high) };
         main.low = low.map((value, k) => Math.max(value ?? 0, 0.1 * adev[k]) / state.unit.factor);
         main.high = high.map((value, k) => Math.min(value ?? Infinity, 10 * adev[k]) / state.unit.factor);
       }

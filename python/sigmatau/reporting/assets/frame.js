@@ -37,15 +37,14 @@ function figure(kind, sensor) {
   made.draw = () => {
     if (!made.visible) return;
     made.clear();
-    const read = (point) => readout.replaceChildren(...(point ? kind.readout(point, sensor, state) : [hint()]));
     for (const described of kind.describe(sensor, state)) {
       const place = make("div", { className: "plot" });
       body.append(place);
-      described.onread = read;
+      described.onread = (point) => readout.replaceChildren(...(point ? kind.readout(point, sensor, state, described) : [hint()]));
       made.drawn.push(draw(place, described));
     }
     if (!made.drawn.length) body.append(make("p", { className: "none" }, "No axis is chosen."));
-    read(null);
+    readout.replaceChildren(hint());
   };
   const reserve = kind.height(sensor, state);
   body.style.minHeight = `${reserve}px`;

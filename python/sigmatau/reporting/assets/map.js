@@ -19,7 +19,7 @@ const map = {
   },
   describe(sensor, state) {
     const { times, tau, window: length, log10, least, most } = content.channels[state.shown].map;
-    const unit = timeUnit(times[times.length - 1] + length), step = times.length > 1 ? times[1] - times[0] : length;
+    const unit = timeUnit(content.channels[state.shown].series.duration), step = times.length > 1 ? times[1] - times[0] : length;
     const values = decoded(log10), rows = tau.length;
     const medians = tau.map((_, j) => median(times.map((_, i) => values[i * rows + j]).filter((value) => value !== null)));
     const x = [...times.map((t) => (t - step / 2) / unit.size), (times[times.length - 1] + step / 2) / unit.size];
@@ -28,16 +28,15 @@ const map = {
     return [{
       title: `Stability, ${state.shown}`, height: 280, lines: [],
       cells: { x, y, values: values.map((value, k) => (value === null ? null : 10 ** (value - medians[k % rows]))), colour: (ratio, j) => ratioColour(ratio > least[j] && ratio < most[j] ? 1 : ratio) },
-      x: { label: `time, middle of a window of ${text(length / timeUnit(2 * length).size)} ${timeUnit(2 * length).text} [${unit.text}]`, log: false, range: [x[0], x[x.length - 1]] },
+      x: { label: `time, middle of a window of ${text(length / timeUnit(2 * length).size)} ${timeUnit(2 * length).text} [${unit.text}]`, unit, log: false, range: [x[0], x[x.length - 1]] },
       y: { label: "averaging time τ [s]", log: true, range: [y[0], y[rows]] },
     }];
   },
-  readout(point, sensor, state) {
-    const [{ cells, x }] = map.describe(sensor, state), rows = cells.y.length - 1;
+  readout(point, sensor, state, { cells, x }) {
+    const rows = cells.y.length - 1;
     const i = cells.x.findLastIndex((edge) => edge <= point.x), j = cells.y.findLastIndex((edge) => edge <= point.y);
     const value = i >= 0 && i < cells.x.length - 1 && j >= 0 && j < rows ? cells.values[i * rows + j] : null;
-    const unit = x.label.slice(x.label.lastIndexOf("[") + 1, -1);
-    return [make("b", {}, `t = ${text(point.x)} ${unit}, τ = ${text(point.y)} s`), make("span", {}, value === null ? "missing" : `${text(value)} times the median`)];
+    return [make("b", {}, `t = ${text(point.x)} ${x.unit.text}, τ = ${text(point.y)} s`), make("span", {}, value === null ? "missing" : `${text(value)} times the median`)];
   },
 };
 

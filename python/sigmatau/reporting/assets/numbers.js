@@ -17,6 +17,7 @@ function text(value, digits = 3, most = 1e6) {
   if (value === null || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
+  digits = Math.min(digits, 17);
   if (size >= 1e-3 && size < most) return String(Number(value.toPrecision(Math.max(digits, Math.ceil(Math.log10(size))))));
   const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
   const power = String(Number(exponent)).split("").map((c) => RAISED[c]).join("");
@@ -43,10 +44,14 @@ function logTicks(low, high) {
 /** Ticks of a linear axis: five or so at 1, 2 or 5 times a power of ten. */
 function linearTicks(low, high, count = 6) {
   const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((k) => k * power).find((k) => k >= raw * (1 - 1e-9));
-  const ticks = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-9; k++) ticks.push(Number((k * step).toPrecision(12)));
-  return ticks;
+  if (!(power > 1e-13 * Math.max(Math.abs(low), Math.abs(high)))) return [low]; // nothing lies between
+  const ticksOf = (step) => {
+    const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
+    return Array.from({ length: last - first + 1 }, (_, k) => Number(((first + k) * step).toPrecision(15)));
+  };
+  const steps = [1, 2, 5, 10].map((k) => k * power), at = steps.findIndex((k) => k >= raw * (1 - 1e-9));
+  const ticks = ticksOf(steps[at]);
+  return ticks.length > 1 || at === 0 ? ticks : ticksOf(steps[at - 1]); // a single tick has no scale
 }
 
 /** Texts of ticks: of a linear axis with as many decimals as their distance needs. */

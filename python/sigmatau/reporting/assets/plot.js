@@ -2,6 +2,7 @@
 //
 // A description has axes `x` and `y` ({label, log, range}), and what is drawn:
 //   lines   [{name, x, y, low, high, colour, dash, width, points, read}]  low and high make a band; read: in the readout
+//           interval {low, high}: what is read and saved of a band that is drawn in part
 //   spans   [[from, to]] of x that are shaded
 //   marks   [{x, colour, text}] triangles on the x axis
 //   guides  true: lines of the slopes -1, -1/2, 1/2, 1 through the point that is read
@@ -30,10 +31,11 @@ function draw(place, described) {
     scales: { x: scaleOf(described, "x"), y: scaleOf(described, "y") },
     axes: [axisOf(described, "x"), axisOf(described, "y")],
     series, bands,
-    cursor: { drag: { x: true, y: true, uni: 30, setScale: true }, points: { show: false }, y: !described.cells },
+    cursor: { drag: { x: true, y: true, uni: 30, setScale: false }, points: { show: false }, y: !described.cells },
     hooks: {
       drawClear: [(u) => under(u, described)],
       draw: [(u) => over(u, described)],
+      setSelect: [(u) => select(u, described)],
       setCursor: [(u) => described.onread?.(u.cursor.left < 0 ? null : nearest(u, described))],
     },
   };
@@ -205,7 +207,8 @@ function nearest(u, described) {
     const k = closest(line.x, x, described.x.log);
     if (k < 0) continue;
     at = line.x[k];
-    values.push({ line, k, y: line.y?.[k] ?? null, low: line.low?.[k] ?? null, high: line.high?.[k] ?? null });
+    const { low, high } = line.interval ?? line;
+    values.push({ line, k, y: line.y?.[k] ?? null, low: low?.[k] ?? null, high: high?.[k] ?? null });
   }
   return { x: at, values };
 }
@@ -219,6 +222,15 @@ function closest(xs, x, log) {
   return best;
 }
 
+const CLOSEST = 1e-5, FARTHEST = 4; // of the full range: the resolution of a packed series, and where curves are still seen
+
+/** A range that is neither closer nor farther than can be read, as {min, max}; null if it is. */
+function limited(described, axis, min, max) {
+  const to = described[axis].log ? Math.log : Number, [low, high] = fullRange(described, axis).map(to);
+  const share = (to(max) - to(min)) / (high - low);
+  return share >= CLOSEST && share <= FARTHEST ? { min, max } : null;
+}
+
 /** Zoom by a factor about the middle of what is seen, or about the point that is read. */
 function zoom({ u, described }, factor) {
   u.batch(() => {
@@ -227,9 +239,23 @@ function zoom({ u, described }, factor) {
       const { min, max } = u.scales[axis];
       const place = axis === "x" ? u.cursor.left : u.cursor.top;
       const centre = place >= 0 ? to(u.posToVal(place, axis)) : (to(min) + to(max)) / 2;
-      u.setScale(axis, { min: back(centre - (centre - to(min)) * factor), max: back(centre + (to(max) - centre) * factor) });
+      const ends = limited(described, axis, back(centre - (centre - to(min)) * factor), back(centre + (to(max) - centre) * factor));
+      if (ends) u.setScale(axis, ends);
     }
   });
+}
+
+/** Zoom to what was dragged over: of an axis along which it is the whole plot, the range stays. */
+function select(u, described) {
+  const { left, top, width, height } = u.select;
+  u.batch(() => {
+    for (const [axis, from, to, size, whole] of [["x", left, left + width, width, u.over.clientWidth], ["y", top + height, top, height, u.over.clientHeight]]) {
+      if (!(size > 0) || size >= whole) continue;
+      const ends = limited(described, axis, u.posToVal(from, axis), u.posToVal(to, axis));
+      if (ends) u.setScale(axis, ends);
+    }
+  });
+  u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
 }
 
 /** Arrow keys move the point that is read, + and - zoom, 0 and Escape show all. */

@@ -40,13 +40,15 @@ function saveCsv(made) {
   const number = (value) => (value === null || value === undefined ? "" : String(value));
   const rows = [];
   for (const described of kind.describe(sensor, state)) {
-    const head = ["series", described.x.label, described.y.label, "low", "high"];
+    const head = ["series", described.x.name ?? described.x.label, described.y.label, "low", "high"];
     if (!rows.length || rows[0].join() !== head.map(safe).join()) rows.push(head.map(safe));
-    for (const line of described.lines)
+    for (const line of described.lines) {
+      const { low, high } = line.interval ?? line;
       line.x.forEach((x, k) => {
         if (line.y && line.y[k] === null) return;
-        rows.push([safe(line.name), number(x), number(line.y?.[k]), number(line.low?.[k]), number(line.high?.[k])]);
+        rows.push([safe(line.name), number(x), number(line.y?.[k]), number(low?.[k]), number(high?.[k])]);
       });
+    }
     if (described.cells) {
       const { x, y, values } = described.cells;
       for (let i = 0; i + 1 < x.length; i++) for (let j = 0; j + 1 < y.length; j++)

@@ -15,12 +15,12 @@ const series = {
         title: `Time series, ${name}`, height: k + 1 < all.length ? 128 : 150,
         lines: [{ name: shortName(sensor, name), x, low: inUnit(decoded(low)), high: inUnit(decoded(high)), colour: colourOf(sensor, name), gaps: true, read: true }],
         spans: state.outside ? outside.map(([from, to]) => [from / unit.size, to / unit.size]) : [],
-        x: { label: k + 1 < all.length ? "" : `time [${unit.text}]`, log: false, range: [0, duration / unit.size] },
+        x: { name: `time [${unit.text}]`, label: k + 1 < all.length ? "" : `time [${unit.text}]`, unit, log: false, range: [0, duration / unit.size] },
         y: { label: `${shortName(sensor, name).slice(0, 12)} [${state.unit.text}]`, log: false },
       };
     });
   },
-  readout: (point, sensor, state) => [make("b", {}, `t = ${text(point.x, 5)}`), ...readValues(point, state.unit.text)],
+  readout: (point, sensor, state, { x }) => [make("b", {}, `t = ${text(point.x, 5)} ${x.unit.text}`), ...readValues(point, state.unit.text)],
 };
 
 const decodedSeries = new Map();

@@ -2,6 +2,7 @@
 
 import base64
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -45,8 +46,60 @@ def test_used_stretches_rebuild_what_was_analysed(record):
 def test_a_record_that_is_another_one_is_refused(analysis):
     with pytest.raises(OptionError, match="shorter than the record"):
         content_of(analysis, six_axes(hours=0.1))
-    with pytest.raises(OptionError, match="none of the channels"):
+    with pytest.raises(OptionError, match="no channel 'gyro_x'"):
         content_of(analysis, st.Record.from_arrays(rate=100.0, other=np.arange(100.0)))
+    with pytest.raises(TypeError, match="not a str"):
+        content_of(analysis, "log.csv")
+
+
+def changed(record, name, change):
+    """The record with other samples of a channel, or without it."""
+    columns = {one: np.array(record.stream_of(one).column(one)) for one in record.channels}
+    columns |= {name: change(columns[name])}
+    return st.Record.from_arrays(rate=100.0, **{one: x for one, x in columns.items() if x is not None})
+
+
+def test_other_samples_are_refused(record, analysis):
+    assert content_of(analysis, changed(record, "accel_z", np.array)).charts == content_of(analysis, record).charts
+    with pytest.raises(OptionError, match="not the record of the analysis"):
+        content_of(analysis, changed(record, "accel_z", lambda x: x * 1.001))
+    with pytest.raises(OptionError, match="no channel 'gyro_y'"):
+        content_of(analysis, changed(record, "gyro_y", lambda _: None))
+    with pytest.raises(OptionError, match="not the record of the analysis"):
+        content_of(analysis, six_axes(hours=0.3))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"window": "60s:660s", "leave_out": "100s:120s"}, {"taus": [0.05, 1.0]}, {"overlap": "none"},
+        {"counting": "paper", "method": "read-off"}, {"long": "strided"}, {"keep": "all"},
+    ],
+)  # fmt: skip
+def test_the_record_of_any_analysis_is_its_own(record, options):
+    assert "series" in content_of(st.analyze(record, **options), record).charts["channels"]["gyro_x"]
+
+
+def test_missing_ends_are_no_other_record(record):
+    def without_ends(x):
+        x[:300] = x[-500:] = np.nan
+        return x
+
+    cut = changed(record, "gyro_x", without_ends)
+    for options in ({}, {"taus": [0.05, 1.0]}):
+        assert "series" in content_of(st.analyze(cut, **options), cut).charts["channels"]["gyro_x"]
+
+
+def test_sensors_that_begin_at_different_times(record):
+    gyro, accel = record.streams
+    late = replace(accel, grid=replace(accel.grid, start=gyro.grid.start + 20.0))
+    both = replace(record, streams=(gyro, late))
+    channels = content_of(st.analyze(both, leave_out="100s:101s"), both).charts["channels"]
+    assert channels["gyro_z"]["series"]["outside"] == [[100.0, 101.0]]
+    assert channels["accel_x"]["series"]["outside"] == [[100.0, 101.0]]
+    assert channels["accel_x"]["series"]["from"] == 20
+    first = channels["accel_x"]["map"]
+    assert first["times"][0] == pytest.approx(20 + first["window"] / 2)
 
 
 def test_without_a_record_there_are_curves_only(analysis):

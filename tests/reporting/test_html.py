@@ -11,6 +11,8 @@ from report_records import DATE, HOSTILE, signals, six_axes
 import sigmatau as st
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
+from sigmatau.reporting.content import content_of
+from sigmatau.reporting.html import page as page_of
 from sigmatau.reporting.markup import data, element, script, style
 
 CSS = re.compile(r"--([a-z0-9-]+): (#[0-9a-f]{3,6})\b")
@@ -87,6 +89,20 @@ def test_sixty_channels(tmp_path):
     )
     st.report(st.analyze(record), tmp_path / "x.html", record=record)
     assert (tmp_path / "x.html").stat().st_size < 2_000_000
+
+
+def test_what_is_not_drawn_has_a_reason(record):
+    rng = np.random.default_rng(22)
+    x = rng.standard_normal(12_000)
+    x[rng.random(len(x)) < 0.3] = np.nan
+    holes = st.Record.from_arrays(rate=100.0, gyro_x=x)
+    shown = page_of(content_of(st.analyze(holes), holes))
+    assert "Not drawn: no stretch of the record without missing samples is long enough." in shown
+    assert " % of the samples missing, white noise lies up to 1.20 times above the model" in shown
+    bare = page_of(content_of(st.analyze(record, method="read-off"), None))
+    assert bare.count("made without the samples of the record") == 3
+    assert "fitted model" not in bare.partition('id="charts"')[0]
+    assert "read off the curves" in bare
 
 
 def test_elements():

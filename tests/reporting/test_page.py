@@ -159,6 +159,54 @@ def test_zoom_and_back(opened, page):
     assert _without_clips(range_of(tab, "deviation")) == _without_clips(whole)
 
 
+def test_no_zoom_breaks_a_chart(opened, tmp_path):
+    rng = np.random.default_rng(22)
+    columns = {name: 1e9 * (name == "accel_x") + 1e-3 * rng.standard_normal(12_000) for name in ("gyro_x", "accel_x")}
+    record = st.Record.from_arrays(rate=100.0, **columns)
+    st.report(st.analyze(record, at_rest=True), tmp_path / "x.html", record=record)
+    tab = opened(tmp_path / "x.html")
+    for sensor in ("gyro", "accel"):
+        for chart in CHARTS:
+            shown = figure(tab, chart, sensor)
+            for key in ("-", "+"):
+                shown.locator(".plot").focus()
+                for _ in range(120):
+                    tab.keyboard.press(key)
+                svg = range_of(tab, chart, sensor=sensor)
+                ticks = re.findall(r'<text[^>]*text-anchor="middle"[^>]*>([^<]+)</text>', svg)
+                assert len(set(ticks)) > 2, (sensor, chart, key)
+                assert "NaN" not in svg
+                if key == "-":
+                    assert ink(shown.locator(".plot")) > 50
+
+
+def test_a_zoom_stays_when_something_else_is_chosen(opened, page):
+    tab = opened(page)
+    shown = figure(tab, "deviation")
+    shown.locator(".plot").focus()
+    whole = range_of(tab, "deviation")
+    shown.locator(".plot").focus()
+    tab.keyboard.press("+")
+    zoomed = range_of(tab, "deviation")
+    assert _without_clips(zoomed) != _without_clips(whole)
+    for _ in range(2):
+        shown.get_by_role("checkbox", name="Terms").click()
+    assert _without_clips(range_of(tab, "deviation")) == _without_clips(zoomed)
+
+
+def test_whole_intervals_are_saved(opened, page, analysis):
+    """The longest one reaches over more than the factor of ten that is drawn."""
+    tab = opened(page)
+    figure(tab, "deviation").get_by_label("Unit").select_option("rad/s")
+    rows = csv_of(tab, "deviation")
+    for axis in "xyz":
+        curve = analysis.curves[f"gyro_{axis}"]
+        low, high = (float(ends[-1]) for ends in curve.interval())
+        assert high > 10 * curve.adev[-1]
+        saved = [row for row in rows if row[0] == axis][-1]
+        assert [float(x) for x in saved[1:]] == pytest.approx([curve.tau[-1], curve.adev[-1], low, high], rel=1e-4)
+
+
 def _without_clips(svg):
     return re.sub(r"clip\d+", "", svg)
 
@@ -198,7 +246,7 @@ def test_saved_pictures(opened, page):
 
         assert ET.fromstring(svg).tag.endswith("svg")
     rows = csv_of(tab, "series")
-    assert rows[0][:3] == ["series", "", "x [deg/h]"]
+    assert rows[0][:3] == ["series", "time [min]", "x [deg/h]"]
 
 
 def test_theme(opened, page):

@@ -110,6 +110,7 @@ def _deviation(curve: DeviationCurve, fitted: NoiseFit | None) -> dict[str, Any]
         "low": digits(low[shown]),
         "high": digits(high[shown]),
         "interval": curve.interval_text,
+        "missing": float(f"{curve.missing / curve.n:.3g}"),
     }
     if fitted is None or not (fitted.model or fitted.gauss_markov) or fitted.tau_min is None:
         return found
@@ -175,7 +176,7 @@ def _density(stream: Stream, channel: str, fitted: NoiseFit | None) -> dict[str,
 
 def _series(stream: Stream, channel: str, used: Floats, bins: int) -> dict[str, Any]:
     """Smallest and largest sample of each stretch of the whole record, and where it was not analysed."""
-    n, tau0 = stream.grid.n, stream.grid.tau0
+    n, tau0, lead = stream.grid.n, stream.grid.tau0, stream.grid.lead
     low, high, edges = envelope(stream, channel, bins)
     inside = span_samples(used, stream)
     outside = np.stack([np.append(0, inside[:, 1]), np.append(inside[:, 0], n)], axis=1)
@@ -188,11 +189,12 @@ def _series(stream: Stream, channel: str, used: Floats, bins: int) -> dict[str, 
         else:
             joined.append([start, stop])
     return {
+        "from": lead,
         "duration": n * tau0,
         "bins": len(edges) - 1,
         "low": packed(low),
         "high": packed(high),
-        "outside": [[float(f"{x * tau0:.9g}") for x in span] for span in joined],
+        "outside": [[float(f"{lead + x * tau0:.9g}") for x in span] for span in joined],
     }
 
 

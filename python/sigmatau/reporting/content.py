@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
 from sigmatau._version import __version__
 from sigmatau.analysed import Analysis
 from sigmatau.errors import DataError, OptionError
+from sigmatau.estimators.allan import allan
 from sigmatau.exporting.export import prepare
 from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.finding import Finding
@@ -18,6 +21,7 @@ from sigmatau.fitting.overview import overview_rows, trust
 from sigmatau.fitting.read_off import Coefficient
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.record import Record
 from sigmatau.record.used import only_used
 from sigmatau.reporting.charts import charts_of
@@ -26,6 +30,7 @@ from sigmatau.results import duration_text, printable, seconds, two_digits
 _LARGEST_FILE = 20_000  # characters of a filter's file that is shown
 _SLOW = ("state-space",)  # approximates flicker noise by states, which takes as long as the rest of a report
 _MOST_SPANS = 20  # that a finding lists
+_SAME_AVAR = 1e-6  # relative difference of Allan variances of the same samples, summed in another order
 
 
 @frozen
@@ -71,6 +76,7 @@ class Content:
     findings: tuple[Told, ...]
     coefficients: tuple[Coefficients, ...]
     legend: str  # what the numbers are
+    level: str  # of their intervals, "95 %"; empty without a fit
     done: tuple[tuple[str, str], ...]
     files: tuple[FilterFile, ...]
     no_files: str  # why there are none
@@ -93,7 +99,10 @@ def content_of(
         Of the report. Default: now.
     """
     moment = datetime.now(tz=UTC) if date is None else date
-    used = None if record is None or not analysis.used else only_used(record, analysis.used)
+    used = None
+    if record is not None and analysis.used:
+        record = _as_analysed(record)
+        used = _used(analysis, record)
     files, no_files = _files(analysis)
     return Content(
         title=printable(_title(analysis)),
@@ -105,11 +114,38 @@ def content_of(
         findings=tuple(_told(one) for one in analysis.findings),
         coefficients=tuple(_coefficients(analysis, channel) for channel in analysis.curves),
         legend=analysis.legend(),
+        level=_level(analysis),
         done=tuple((name, printable(text)) for name, text in _done(analysis, command) if text),
         files=files,
         no_files=no_files,
         charts=charts_of(analysis, record, used),
     )
+
+
+def _as_analysed(record: Record) -> Record:
+    """A record with the times of its streams as the analysis counts them."""
+    if not isinstance(record, Record):
+        raise TypeError(f"`record` must be a Record, as it was given to analyze, not a {type(record).__name__}")
+    return from_the_start(record)
+
+
+def _used(analysis: Analysis, record: Record) -> Record:
+    """What was analysed of a record; raises `OptionError` if its channels, rate or samples are not those of the curves."""
+    if lacking := [channel for channel in analysis.curves if channel not in record.channels]:
+        raise OptionError(f"{{option}} has no channel {lacking[0]!r}, which was analysed", option="record")
+    used = only_used(record, analysis.used)
+    for stream in used.streams:
+        curves = [analysis.curves[channel] for channel in stream.channels]
+        same = math.isclose(curves[0].tau0, stream.grid.tau0, rel_tol=1e-9)
+        # Clusters of several samples at the ends of a record may be half full, and are cut here.
+        if same and all(one.stride is None and (one.m[0] == 1 or not one.missing) for one in curves):
+            # The shortest averaging time tells one record from another.
+            first, of = replace(used, streams=(stream,)), curves[0]
+            found = allan(first, taus=[of.tau[0]], overlap=of.overlap, counting=of.counting)
+            same = all(math.isclose(found[one.channel].avar[0], one.avar[0], rel_tol=_SAME_AVAR) for one in curves)
+        if not same:
+            raise OptionError("{option} is not the record of the analysis", option="record")
+    return used
 
 
 def _title(analysis: Analysis) -> str:
@@ -140,12 +176,13 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
     name = printable(channel)
     fitted = analysis.fits.get(channel)
     if fitted is not None:
+        reason = [fitted.reason] if fitted.reason not in fitted.headline() else []
         return Coefficients(
             channel=name,
             verdict=fitted.headline(),
             trust=trust(fitted, analysis.findings, channel),
             rows=tuple(_fitted_rows(fitted)),
-            notes=tuple(map(printable, [*([fitted.reason] if fitted.reason else []), *fitted.notes()])),
+            notes=tuple(map(printable, [*reason, *fitted.notes()])),
         )
     rows = []
     read: Mapping[str, Coefficient] = analysis.read_off.get(channel, {})
@@ -189,10 +226,14 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
         *(_analysed(analysis)),
         ("Curves", _curves_text(analysis)),
         ("Coefficients", ", ".join(_METHODS.get(one, one) for one in methods)),
-        ("Confidence level", f"{100 * fits[0].level:g} %" if fits else ""),
+        ("Confidence level", _level(analysis)),
         ("Command", command or ""),
         ("Versions", f"sigmatau {__version__}, Python {platform.python_version()}, NumPy {np.__version__}"),
     ]
+
+
+def _level(analysis: Analysis) -> str:
+    return next((f"{100 * one.level:g} %" for one in analysis.fits.values()), "")
 
 
 _METHODS = {

@@ -9,6 +9,7 @@ from importlib import resources
 from sigmatau.reporting.content import Coefficients, Content, Told
 from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
 from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, trust_told
+from sigmatau.results import two_digits
 
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
@@ -76,7 +77,7 @@ def _head(content: Content) -> Markup:
     theme = element("button", "Dark", type="button", id="theme", class_="quiet", hidden=True)
     return element(
         "header",
-        element("p", "Noise of an inertial sensor at rest", class_="kind"),
+        element("p", "Sensor noise report", class_="kind"),
         element("h1", name(content.title)),
         element("p", element("span", content.headline), chip, class_="headline"),
         theme,
@@ -89,8 +90,12 @@ def _summary(content: Content) -> Markup:
 
 def _overview(content: Content) -> Markup:
     if not content.overview:
-        said = "no fit: see Coefficients" if content.verdict != "not_at_rest" else "the sensor is not at rest"
-        return element("p", f"No coefficients: {said}.", class_="none")
+        if any(one.rows for one in content.coefficients):
+            return element(
+                "p", "The coefficients were not fitted but read off the curves; see Coefficients.", class_="none"
+            )
+        why = "the sensor is not at rest" if content.verdict == "not_at_rest" else "nothing was fitted"
+        return element("p", f"No coefficients: {why}.", class_="none")
     head, *rows = content.overview
     cells = [element("th", text, scope="col") for text in ("Axis", *head[1:-1], "Trust")]
     groups: list[Markup] = []
@@ -105,7 +110,10 @@ def _overview(content: Content) -> Markup:
         groups.append(element("tr", element("th", name(row[0]), scope="row"), values, trust))
     legend = "; ".join(f"{word}: {text}" for word, text in trust_told(rows).items())
     table = element("table", element("thead", element("tr", cells)), element("tbody", groups), class_="overview")
-    return joined(_scrolled(table), element("p", legend, class_="legend"))
+    about = (
+        f"Values with their {content.level} confidence intervals; below: upper limit of a term that is not observed."
+    )
+    return joined(_scrolled(table), element("p", f"{about} {legend}" if content.level else legend, class_="legend"))
 
 
 def _scrolled(table: Markup) -> Markup:
@@ -139,17 +147,17 @@ _CHARTS = (
     (
         "deviation",
         "Allan deviation",
-        "Measured curves with their intervals, and the fitted model, dashed where it was fitted and dotted elsewhere.",
+        "Measured curves with their intervals{model}.",
     ),
     (
         "density",
         "Power spectral density",
-        "Two-sided. Dashed: the fitted model, behind its filter. Triangles: fitted lines.",
+        "Two-sided.{model}",
     ),
     (
         "residuals",
         "Residuals",
-        "Measured Allan deviation over that of the model, with its interval. A model that holds stays near 1.",
+        "Measured Allan deviation over that of the model, with its interval. A model that holds stays near 1.{model}",
     ),
     (
         "series",
@@ -166,16 +174,44 @@ _CHARTS = (
 )
 
 
+_OF_MODELS = {
+    "deviation": ", and the fitted model, dashed where it was fitted and dotted elsewhere",
+    "density": " Dashed: the fitted model, behind its filter. Triangles: fitted lines.",
+}
+_NO_RECORD = "Not drawn: the report was made without the samples of the record."
+_MUCH_MISSING = 0.05  # share from which the measured curve visibly lies above the model: by a fortieth
+_ABSENT = {
+    "density": "Not drawn: no stretch of the record without missing samples is long enough.",
+    "map": "Not drawn: the record is too short, or misses too many samples.",
+}
+
+
 def _charts(content: Content) -> list[Section]:
     shown = []
     channels = content.charts["channels"].values()
+    with_record = any("series" in channel for channel in channels)
     for id_, title, about in _CHARTS:
         key = "deviation" if id_ == "residuals" else id_
-        if not any(key in channel and (id_ != "residuals" or "model" in channel[key]) for channel in channels):
-            continue
-        place = element("div", class_="charts", data_chart=id_)
-        shown.append(_section(id_, title, element("p", about, class_="about"), place))
+        if any(key in channel and (id_ != "residuals" or "model" in channel[key]) for channel in channels):
+            model = _OF_MODELS.get(id_, "") if any("model" in channel.get(key, {}) for channel in channels) else ""
+            model = _of_missing(content) if id_ == "residuals" else model
+            place = element("div", class_="charts", data_chart=id_)
+            shown.append(_section(id_, title, element("p", about.format(model=model), class_="about"), place))
+        elif id_ != "residuals":
+            why = _ABSENT[id_] if with_record else _NO_RECORD
+            shown.append(_section(id_, title, element("p", why, class_="none")))
     return shown
+
+
+def _of_missing(content: Content) -> str:
+    """Why a measured curve lies above a model that holds: a cluster with missing samples averages fewer."""
+    share = max(channel["deviation"]["missing"] for channel in content.charts["channels"].values())
+    if share < _MUCH_MISSING:
+        return ""
+    return (
+        f" With {two_digits(100 * share)} % of the samples missing, white noise lies up to"
+        f" {(1 - share) ** -0.5:.2f} times above the model, and the fit accounts for that."
+    )
 
 
 def _coefficients(content: Content) -> Markup:
@@ -208,7 +244,7 @@ def _of_channel(one: Coefficients) -> Markup:
 def _files(content: Content) -> Markup:
     if not content.files:
         return element("p", content.no_files, class_="none")
-    about = "Of three axes, the worst is written. sigmatau export has more choices."
+    about = "Where a target has one value for three axes, it is that of the worst. sigmatau export has more choices."
     files = (
         element(
             "details",

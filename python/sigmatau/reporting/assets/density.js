@@ -5,7 +5,7 @@ const density = {
   title: "Power spectral density",
   has: (channel) => Boolean(channel.density),
   height: () => 340,
-  unitText: (unit) => `(${unit})²/Hz`,
+  unitText: (unit) => (unit === "1" ? "1/Hz" : `(${unit})²/Hz`),
   options: [
     { name: "bands", text: "Intervals", on: (sensor) => sensor.channels.length <= 6 },
     { name: "model", text: "Model", on: () => true, needs: hasModel },
@@ -28,8 +28,8 @@ const density = {
     return [{
       title: `Power spectral density, ${sensor.title}`, height: 340, lines, marks,
       x: { label: "frequency [Hz]", log: true },
-      y: { label: `density, two-sided [(${state.unit.text})²/Hz]`, log: true },
+      y: { label: `density, two-sided [${density.unitText(state.unit.text)}]`, log: true },
     }];
   },
-  readout: (point, sensor, state) => [make("b", {}, `f = ${text(point.x)} Hz`), ...readValues(point, `(${state.unit.text})²/Hz`)],
+  readout: (point, sensor, state) => [make("b", {}, `f = ${text(point.x)} Hz`), ...readValues(point, density.unitText(state.unit.text))],
 };

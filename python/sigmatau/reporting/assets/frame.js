@@ -36,12 +36,14 @@ function figure(kind, sensor) {
   made.clear = () => { for (const plot of made.drawn) { plot.u.destroy(); plots.delete(plot); } made.drawn = []; body.replaceChildren(); };
   made.draw = () => {
     if (!made.visible) return;
+    const zoomed = new Map(made.drawn.map((plot) => [plot.described.title, zoomOf(plot)]));
     made.clear();
     for (const described of kind.describe(sensor, state)) {
       const place = make("div", { className: "plot" });
       body.append(place);
       described.onread = (point) => readout.replaceChildren(...(point ? kind.readout(point, sensor, state, described) : [hint()]));
       made.drawn.push(draw(place, described));
+      zoomTo(made.drawn[made.drawn.length - 1], zoomed.get(described.title) ?? []);
     }
     if (!made.drawn.length) body.append(make("p", { className: "none" }, "No axis is chosen."));
     readout.replaceChildren(hint());

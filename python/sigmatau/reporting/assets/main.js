@@ -44,6 +44,7 @@ let before = null;
 function toPaper() {
   if (before !== null) return;
   before = root.dataset.theme ?? "";
+  onPaper = true;
   root.dataset.theme = "light";
   drawAll();
   recolour();
@@ -58,6 +59,7 @@ function toScreen() {
   if (before) root.dataset.theme = before;
   else delete root.dataset.theme;
   before = null;
+  onPaper = false;
   for (const { u, place, described } of plots) u.setSize({ width: place.clientWidth, height: described.height });
   recolour();
 }

@@ -19,7 +19,7 @@ const map = {
   },
   describe(sensor, state) {
     const { times, tau, window: length, log10, least, most } = content.channels[state.shown].map;
-    const unit = timeUnit(content.channels[state.shown].series.duration), step = times.length > 1 ? times[1] - times[0] : length;
+    const unit = timeUnit(RECORD_END), step = times.length > 1 ? times[1] - times[0] : length;
     const values = decoded(log10), rows = tau.length;
     const medians = tau.map((_, j) => median(times.map((_, i) => values[i * rows + j]).filter((value) => value !== null)));
     const x = [...times.map((t) => (t - step / 2) / unit.size), (times[times.length - 1] + step / 2) / unit.size];

@@ -57,7 +57,8 @@ function linearTicks(low, high, count = 6) {
 /** Texts of ticks: of a linear axis with as many decimals as their distance needs. */
 function tickTexts(ticks, log) {
   const most = log && ticks.some((tick) => tick >= 1e5) ? 1e4 : 1e6;
-  if (log || ticks.length < 2) return ticks.map((tick) => text(tick, 3, most));
+  const short = ticks.map((tick) => text(tick, 3, most));
+  if (ticks.length < 2 || (log && new Set(short).size === short.length)) return short;
   const step = Math.abs(ticks[1] - ticks[0]), largest = Math.max(...ticks.map(Math.abs));
   if (largest >= 1e8 || largest < 1e-3) return ticks.map((tick) => text(tick, 2 + Math.max(0, Math.floor(Math.log10(largest / step)))));
   const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 12);

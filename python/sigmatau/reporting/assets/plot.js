@@ -1,6 +1,6 @@
 // One plot from a description, by uPlot.
 //
-// A description has axes `x` and `y` ({label, log, range}), and what is drawn:
+// A description has axes `x` and `y`, and what is drawn:
 //   lines   [{name, x, y, low, high, colour, dash, width, points, read}]  low and high make a band; read: in the readout
 //           interval {low, high}: what is read and saved of a band that is drawn in part
 //   spans   [[from, to]] of x that are shaded
@@ -8,8 +8,10 @@
 //   guides  true: lines of the slopes -1, -1/2, 1/2, 1 through the point that is read
 //   cells   {x, y, values, colour, text} a map; x and y are edges, values by rows of x
 //   height  in pixels
+// An axis has {label, log, range}; also `name` for a label that is not drawn, and `least` characters of its ticks.
 
 const plots = new Set();
+let onPaper = false; // while the page is printed, widths are those of the paper
 
 function draw(place, described) {
   const columns = described.lines.map((line) => tableOf(line));
@@ -43,7 +45,7 @@ function draw(place, described) {
   const made = { u, place, described, reset: () => reset(u, described) };
   keyboard(made);
   plots.add(made);
-  new ResizeObserver(() => u.width !== place.clientWidth && place.clientWidth && u.setSize({ width: place.clientWidth, height: described.height })).observe(place);
+  new ResizeObserver(() => !onPaper && u.width !== place.clientWidth && place.clientWidth && u.setSize({ width: place.clientWidth, height: described.height })).observe(place);
   // A tap has no movement that uPlot follows.
   u.over.addEventListener("click", (event) => u.setCursor({ left: event.offsetX, top: event.offsetY }));
   u.over.addEventListener("dblclick", (event) => { event.stopImmediatePropagation(); made.reset(); }, true);
@@ -91,10 +93,10 @@ function scaleOf(described, axis) {
 }
 
 function axisOf(described, axis) {
-  const { label, log } = described[axis];
+  const { label, log, least = 3 } = described[axis];
   const ticks = (u, _, low, high) => (log ? logTicks(low, high) : linearTicks(low, high, axis === "x" ? 6 : yTicks(described)));
   return {
-    label: label || undefined, labelSize: label ? 24 : 0, labelGap: 0, size: axis === "x" ? 34 : (u, values) => 18 + 7.2 * Math.max(3, ...(values ?? []).map((v) => v.length)),
+    label: label || undefined, labelSize: label ? 24 : 0, labelGap: 0, size: axis === "x" ? 34 : (u, values) => 18 + 7.2 * Math.max(least, ...(values ?? []).map((v) => v.length)),
     font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
     stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("line"), width: 1, size: 5 },
     splits: ticks, filter: (_, splits) => splits, values: (_, splits) => tickTexts(splits, log),
@@ -222,7 +224,7 @@ function closest(xs, x, log) {
   return best;
 }
 
-const CLOSEST = 1e-5, FARTHEST = 4; // of the full range: the resolution of a packed series, and where curves are still seen
+const CLOSEST = 1e-5, FARTHEST = 3; // of the full range: the resolution of a packed series, and where curves are still seen
 
 /** A range that is neither closer nor farther than can be read, as {min, max}; null if it is. */
 function limited(described, axis, min, max) {
@@ -243,6 +245,18 @@ function zoom({ u, described }, factor) {
       if (ends) u.setScale(axis, ends);
     }
   });
+}
+
+/** What is seen of each axis that is zoomed, with the label of the axis, which has its unit. */
+function zoomOf({ u, described }) {
+  return ["x", "y"].flatMap((axis) => {
+    const { min, max } = u.scales[axis], [low, high] = fullRange(described, axis);
+    return min === low && max === high ? [] : [{ axis, label: described[axis].label, min, max }];
+  });
+}
+
+function zoomTo({ u, described }, ranges) {
+  for (const { axis, label, min, max } of ranges) if (described[axis].label === label) u.setScale(axis, { min, max });
 }
 
 /** Zoom to what was dragged over: of an axis along which it is the whole plot, the range stays. */

@@ -176,7 +176,7 @@ def test_no_zoom_breaks_a_chart(opened, tmp_path):
                 ticks = re.findall(r'<text[^>]*text-anchor="middle"[^>]*>([^<]+)</text>', svg)
                 assert len(set(ticks)) > 2, (sensor, chart, key)
                 assert "NaN" not in svg
-                if key == "-":
+                if key == "-" and chart != "map":
                     assert ink(shown.locator(".plot")) > 50
 
 

@@ -144,22 +144,26 @@ def ratios(curves: Sequence[Columns], spans: Sequence[Span], *, width: float, he
 def series(
     envelopes: Sequence[tuple[Floats, Floats]],
     outside: Sequence[Sequence[Sequence[float]]],
-    durations: Sequence[float],
+    times: Sequence[tuple[float, float]],
     *,
     width: float,
 ) -> str:
-    """The smallest and the largest sample of each stretch of a record, channel below channel; grey if not analysed."""
-    unit, size = clock(max(durations))
+    """The smallest and the largest sample of each stretch of a record, channel below channel; grey if not analysed.
+
+    `times`: begin and end of each channel, from the beginning of the record. [s]
+    """
+    last = max(end for _, end in times)
+    unit, size = clock(last)
     drawing, axes = _strips(len(envelopes), width)
-    for ax, (low, high), spans, duration, colour in zip(axes, envelopes, outside, durations, COLOURS, strict=False):
-        ax.linear_x(0.0, max(durations) / size)
+    for ax, (low, high), spans, (begin, end), colour in zip(axes, envelopes, outside, times, COLOURS, strict=False):
+        ax.linear_x(0.0, last / size)
         there = np.isfinite(low)
         bottom, top = (float(low[there].min()), float(high[there].max())) if there.any() else (0.0, 0.0)
         spare = 0.08 * (top - bottom) or max(abs(top), 1.0) * 0.1
         ax.linear_y(bottom - spare, top + spare)
-        for first, last in spans:
-            ax.rectangle(first / size, last / size, *ax.y, _GREY, least=0.4)
-        edges = np.linspace(0, duration / size, len(low) + 1)
+        for start, stop in spans:
+            ax.rectangle(start / size, stop / size, *ax.y, _GREY, least=0.4)
+        edges = np.linspace(begin / size, end / size, len(low) + 1)
         ax.steps(edges, low, high, colour)
         ax.frame(f"time in the record [{unit}]" if ax is axes[-1] else None)
     return drawing.svg()

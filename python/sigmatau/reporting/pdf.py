@@ -296,7 +296,8 @@ def _series(panel: _Panel, channels: Mapping[str, Mapping[str, Any]], width: flo
         drawn.append((low / factor - zero, high / factor - zero))
         labels.append({"name": _name(name), "more": f"zero at {_numbers(written)} {text}" if zero else ""})
     outside = [one["outside"] for one in own.values()]
-    svg = printed.series(drawn, outside, [one["duration"] for one in own.values()], width=width)
+    times = [(one["from"], one["from"] + one["duration"]) for one in own.values()]
+    svg = printed.series(drawn, outside, times, width=width)
     height = printed.strips_height(len(own))
     return {"title": panel.title, "unit": text, "svg": svg, "height": height, "labels": labels}
 

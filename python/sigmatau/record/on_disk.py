@@ -21,7 +21,7 @@ from sigmatau.errors import DataError
 from sigmatau.record.memory import available
 from sigmatau.record.streams import Stream
 
-_PIECE = 1 << 16  # rows read at a time, if a row is short
+_PIECE = 1 << 16  # rows read at a time, if a row is short; what columns that are read one by one share
 _PIECE_BYTES = 1 << 19  # bytes read at a time, at most, if they are more than a row: a part of a processor's cache
 _KEPT_BYTES = 1 << 23  # most bytes of rows that are kept for the next column
 _SPARSE = 1 << 14  # bytes between rows from which on each is read by itself
@@ -117,6 +117,8 @@ class FileRows:
         last = self._last
         if last is not None and last[0] <= start and stop <= last[1] and last[2] == 1:
             return last[3][start - last[0] : stop - last[0]]
+        # Before the next ones are read, so that they come into the same memory: fresh pages take longer than the reading.
+        self._last = last = None
         return self._kept(start, stop, 1, self.read(start, stop))
 
     def every(self, start: int, stop: int, step: int) -> NDArray[Any]:
@@ -228,7 +230,7 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
         if copy is False:
             raise ValueError("a column in a file cannot be an array without being read")
         found = np.empty(len(self), self.dtype)
-        if len(self) * self._rows.dtype.itemsize <= _KEPT_BYTES:
+        if len(self) <= _PIECE:
             found[:] = self.of(self._rows.rows(self._start, self._stop))
         else:
             for at, rows in self.rows_between(0, len(self)):

@@ -77,7 +77,7 @@ impl<const T: usize> Batch<'_, T> {
         let mut running = *sums;
         if self.chained {
             for start in (0..STARTS).step_by(LANES) {
-                processor.prefetch(&self.ahead[start]);
+                processor.prefetch(&self.ahead[start..start + LANES]);
                 let x = at(self.first, start);
                 let mut y = at(self.middle[0], start);
                 for ((sum, last), correction) in running.iter_mut().zip(self.last).zip(self.correction) {
@@ -88,7 +88,7 @@ impl<const T: usize> Batch<'_, T> {
             }
         } else {
             for start in (0..STARTS).step_by(LANES) {
-                processor.prefetch(&self.ahead[start]);
+                processor.prefetch(&self.ahead[start..start + LANES]);
                 let x = at(self.first, start);
                 let lags = self.middle.iter().zip(self.last).zip(self.correction);
                 for (sum, ((middle, last), correction)) in running.iter_mut().zip(lags) {
@@ -104,8 +104,8 @@ impl<const T: usize> Batch<'_, T> {
 trait Processor: Copy {
     /// Products with an addition are one instruction.
     const FUSED: bool;
-    /// Has the line of the cache that a number lies in fetched.
-    fn prefetch(self, number: &f64);
+    /// Has the line of the cache that numbers begin in fetched.
+    fn prefetch(self, numbers: &[f64]);
 }
 
 /// Any.
@@ -117,7 +117,7 @@ impl<const FUSED: bool> Processor for Plain<FUSED> {
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // Nothing.
-    fn prefetch(self, _: &f64) {}
+    fn prefetch(self, _: &[f64]) {}
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -126,8 +126,8 @@ impl Processor for pulp::x86::V3 {
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // An instruction.
-    fn prefetch(self, number: &f64) {
-        self.sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T1 }>(std::ptr::from_ref(number).cast());
+    fn prefetch(self, numbers: &[f64]) {
+        self.sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T1 }>(numbers.as_ptr().cast());
     }
 }
 

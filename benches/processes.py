@@ -111,6 +111,7 @@ def measure(settings: Settings) -> dict[str, Any]:
             "octave",
             "--method",
             "read-off",
+            "--at-rest",  # the noise of these rates, which is that of a turntable
             "--quiet",
         ]
         log_to_curves = _turns(commands, min(settings.rounds, 5))
@@ -150,7 +151,7 @@ def launch(argv: Sequence[str], codes: Sequence[int] = (0,)) -> list[float]:
     sys.stderr.flush()
     *used, code = json.loads(done.stdout)
     if code not in codes:
-        raise RuntimeError(f"{argv[:4]} ended with {code:.0f}")
+        raise RuntimeError(f"{' '.join(argv)[:200]} ended with {code:.0f}")
     return [float(value) for value in used]
 
 

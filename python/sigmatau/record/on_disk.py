@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -72,6 +71,8 @@ def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Strea
 
     workers = min(threads or os.cpu_count() or 1, len(parts), _READERS)
     if workers > 1:
+        from concurrent.futures import ThreadPoolExecutor
+
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(fill, parts))
     else:

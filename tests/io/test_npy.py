@@ -63,6 +63,10 @@ def test_a_missing_value_of_one_column_on_disk(tmp_path, bad):
     np.save(tmp_path / "a.npy", data)
     (stream,) = read(tmp_path / "a.npy", **OPTIONS).streams
     np.testing.assert_array_equal(np.argwhere(stream.mask), [[68_000, 2], [69_000, 1]])
+    (held,) = on_disk.loaded((stream,))
+    assert all(isinstance(raw, np.ndarray) for raw in held.samples.raw)
+    for channel in stream.channels:
+        np.testing.assert_array_equal(held.column(channel), stream.column(channel))
 
 
 def test_structured_array(tmp_path):

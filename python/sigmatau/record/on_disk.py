@@ -49,14 +49,15 @@ def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Strea
     The columns of a row share its bytes: one column after the other would read the whole file for each.
     """
     columns = [column for stream in streams for column in stream.samples.raw]
-    size, free = sum(len(column) * column.dtype.itemsize for column in columns), available()
-    if not all(isinstance(column, FileColumn) for column in columns) or (free is not None and size > _LOADED * free):
+    on_file = [column for column in columns if isinstance(column, FileColumn)]
+    size, free = sum(len(column) * column.dtype.itemsize for column in on_file), available()
+    if not on_file or (free is not None and size > _LOADED * free):
         return tuple(streams)
-    arrays = [np.empty(len(column), column.dtype) for column in columns]
+    arrays = [np.empty(len(column), column.dtype) if isinstance(column, FileColumn) else column for column in columns]
     of_rows: dict[tuple[int, int, int], list[tuple[FileColumn, NDArray[Any]]]] = {}
     for column, array in zip(columns, arrays, strict=True):
-        of_file = cast("FileColumn", column)
-        of_rows.setdefault(of_file.extent, []).append((of_file, array))
+        if isinstance(column, FileColumn):
+            of_rows.setdefault(column.extent, []).append((column, array))
     parts = [
         (group, start, min(start + _PART, len(group[0][1])))
         for group in of_rows.values()

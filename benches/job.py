@@ -54,7 +54,7 @@ import sigmatau.cli.analyze
 from sigmatau import analysis
 from sigmatau.io.read import read
 lap("start of Python, imports")
-record = read(sys.argv[1])
+record = read(sys.argv[1], **json.loads(sys.argv[2]))
 lap("reading")
 rest = [0.0, 0.0]
 timed("rest_of", "whether the sensor rests")
@@ -76,6 +76,16 @@ _MODEL = NoiseModel(channels={f"{sensor}_{axis}": noise for sensor, noise in _NO
 _LOGS, _LOGS_APART = 40, 4  # logs of a folder; so many have samples of their own, the others are links to them
 _REAL = Path("adis16405_static.csv.gz")  # of the field data
 _DAY, _DAY_RATE = 17_280_000, 200.0  # samples of 24 hours [Hz]
+
+# Options of `read` for the logs that are not told by themselves, and whose parts are timed too.
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "real": {"rate": RATE},
+    "day": {
+        "rate": _DAY_RATE,
+        "channels": {"gyro": "1:3", "accel": "4:6"},
+        "unit": {"gyro": "rad/s", "accel": "m/s^2"},
+    },
+}
 
 
 def log(samples: int, *, disturbed: bool) -> Record:
@@ -132,7 +142,7 @@ def _others(folder: Path, settings: Settings) -> dict[str, list[str]]:
     for k, x in enumerate(_axes(n, seed=20, rate=_DAY_RATE).values()):
         table[:, k] = x
     table.flush()
-    columns = ["--channels", "gyro=1:3,accel=4:6", "--unit", "gyro=rad/s,accel=m/s^2"]
+    columns = [f"--{option}={_pairs(_OPTIONS['day'][option])}" for option in ("channels", "unit")]
     found = {
         "moving": [str(folder / "moving.csv")],
         "folder, one": [str(logs), "--jobs", "1", "--threads", "1"],
@@ -141,6 +151,10 @@ def _others(folder: Path, settings: Settings) -> dict[str, list[str]]:
     }
     real = Path(os.environ.get("SIGMATAU_FIELD_DATA", Path(__file__).parents[2] / "shared" / "data")) / _REAL
     return found | ({"real": [str(real), "--rate", "100"]} if real.exists() else {})
+
+
+def _pairs(given: dict[str, str]) -> str:
+    return ",".join(f"{name}={value}" for name, value in given.items())
 
 
 def measure(settings: Settings) -> dict[str, Any]:
@@ -162,8 +176,7 @@ def measure(settings: Settings) -> dict[str, Any]:
             for name, arguments in commands.items():
                 runs[name].append(launch([sys.executable, *arguments]))
             for name, each in parts.items():
-                command = [sys.executable, "-c", _PARTS, str(Path(folder) / f"{name}.csv")]
-                each.append(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
+                each.append(_parts_of(str(Path(folder) / f"{name}.csv"), {}))
         for name, arguments in _others(Path(folder), settings).items():
             output = [
                 "--json",
@@ -173,6 +186,8 @@ def measure(settings: Settings) -> dict[str, Any]:
             command = [sys.executable, "-m", "sigmatau", "analyze", *arguments, *output]
             # A few seconds of motion are not at rest.
             runs[name] = [launch(command, codes=(0, 5)) for _ in range(min(rounds, 3))]
+            if name in _OPTIONS:
+                parts[name] = [_parts_of(arguments[0], _OPTIONS[name]) for _ in range(min(rounds, 3))]
     for name, rows in runs.items():
         found["processes"][name] = [statistics.median(column) for column in zip(*rows, strict=True)]
     found["parts"] = {
@@ -180,6 +195,12 @@ def measure(settings: Settings) -> dict[str, Any]:
         for name, each in parts.items()
     }
     return found
+
+
+def _parts_of(log: str, options: dict[str, Any]) -> dict[str, list[float]]:
+    command = [sys.executable, "-c", _PARTS, log, json.dumps(options)]
+    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    return {part: [float(value) for value in spent] for part, spent in found.items()}
 
 
 _NAMES = {
@@ -207,7 +228,10 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         [_NAMES[name], text.seconds(wall), text.seconds(cpu), text.size(peak)]
         for name, (wall, cpu, peak) in processes.items()
     ]
-    cells = [[part, *(text.seconds(value) for name in parts for value in parts[name][part])] for part in parts["clean"]]
+    cells = [
+        [part, *(" / ".join(text.seconds(value) for value in parts[name][part]) for name in parts)]
+        for part in parts["clean"]
+    ]
     reached = [
         text.at_most("`sigmatau analyze`, two hours of six axes", processes["clean"][0], 1.0, "s"),
         text.at_most("the same over six bare curves", processes["clean"][0] / processes["curves"][0], 1.0, "times"),
@@ -226,8 +250,8 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
             "of `sigmatau analyze`, as whole processes. `make bench PARTS=job`.",
         ),
         *text.table(["", "wall time", "CPU time", "peak memory"], rows),
-        "Parts of it, in the order of the work:",
+        "Parts of it, in the order of the work, as wall time / CPU time:",
         "",
-        *text.table(["", "clean: wall time", "CPU time", "disturbed: wall time", "CPU time"], cells),
+        *text.table(["", *parts], cells),
         *text.gates(reached),
     ], reached

@@ -28,10 +28,14 @@ from sigmatau.io.write import write as write_log
 
 RATE = 200.0
 
-# Runs a command: wall time, CPU time and peak memory.
+_LONGEST = 1800.0  # a run of a process [s]
+
+# Runs a command: wall time, CPU time and peak memory. Where Python is told not to keep what it compiles, every run would
+# compile all the packages that it imports; here only the first one does.
 _LAUNCHER = """
 import json, os, sys, time
 argv = json.loads(sys.stdin.read())
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 out = os.open(os.devnull, os.O_WRONLY)
 start = time.perf_counter()
 pid = os.posix_spawn(argv[0], argv, os.environ, file_actions=[(os.POSIX_SPAWN_DUP2, out, 1), (os.POSIX_SPAWN_DUP2, out, 2)])
@@ -107,6 +111,7 @@ def measure(settings: Settings) -> dict[str, Any]:
             "octave",
             "--method",
             "read-off",
+            "--at-rest",  # the noise of these rates, which is that of a turntable
             "--quiet",
         ]
         log_to_curves = _turns(commands, min(settings.rounds, 5))
@@ -134,12 +139,19 @@ def _turns(commands: dict[str, list[str]], rounds: int) -> dict[str, dict[str, f
 
 
 def launch(argv: Sequence[str], codes: Sequence[int] = (0,)) -> list[float]:
-    """Wall time [s], CPU time [s] and peak memory [bytes] of a command that ends with one of these codes."""
+    """Wall time [s], CPU time [s] and peak memory [bytes] of a command that ends with one of these codes.
+
+    A dot on stderr for each, because they take minutes on a busy machine; one that takes longer than _LONGEST is stopped.
+    """
     launcher = [sys.executable, "-I", "-S", "-c", _LAUNCHER]
-    done = subprocess.run(launcher, input=json.dumps(list(argv)), check=True, capture_output=True, text=True)
+    done = subprocess.run(
+        launcher, input=json.dumps(list(argv)), check=True, capture_output=True, text=True, timeout=_LONGEST
+    )
+    sys.stderr.write(".")
+    sys.stderr.flush()
     *used, code = json.loads(done.stdout)
     if code not in codes:
-        raise RuntimeError(f"{argv[:4]} ended with {code:.0f}")
+        raise RuntimeError(f"{' '.join(argv)[:200]} ended with {code:.0f}")
     return [float(value) for value in used]
 
 

@@ -165,7 +165,7 @@ def analyze(
         record, chosen = choose(record, window)
         findings += chosen
     if long != "strided":
-        record = replace(record, streams=tuple(map(loaded, record.streams)))
+        record = replace(record, streams=loaded(record.streams, threads))
     resting = rest_of(record, threads=threads)
     record, told = at_rest_only(record, resting, assumed=at_rest)
     findings += told

@@ -8,6 +8,7 @@ import pytest
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import read
+from sigmatau.record import on_disk
 from sigmatau.record.on_disk import FileColumn
 
 N = 50
@@ -34,6 +35,38 @@ def test_an_array_stays_on_disk(tmp_path):
     np.save(tmp_path / "a.npy", DATA)
     (stream,) = read(tmp_path / "a.npy", **OPTIONS).streams
     assert all(isinstance(raw, FileColumn) for raw in stream.samples.raw)
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_parts_of_columns_on_disk(tmp_path, order, monkeypatch):
+    # Rows of 1 kB: every third is read with those between, every hundredth alone.
+    data = np.asarray(np.random.default_rng(2).normal(size=(3000, 128)), order=order)
+    np.save(tmp_path / "a.npy", data)
+    (stream,) = read(tmp_path / "a.npy", **OPTIONS).streams
+    for step in (1, 3, 100, 5000):
+        for start, stop in ((0, 3000), (7, 2990), (5, 5)):
+            for k, column in enumerate(stream.samples.raw):
+                np.testing.assert_array_equal(column[start:stop:step], data[start:stop:step, k + 1])
+    monkeypatch.setattr(on_disk, "_PART", 700)
+    for threads in (1, 3):
+        (held,) = on_disk.loaded((stream.cut(10, 2500),), threads)
+        for k, column in enumerate(held.samples.raw):
+            assert isinstance(column, np.ndarray)
+            np.testing.assert_array_equal(column, data[10:2500, k + 1])
+
+
+@pytest.mark.parametrize("bad", [np.inf, -1e70])
+def test_a_missing_value_of_one_column_on_disk(tmp_path, bad):
+    data = np.zeros((70_000, 4)) + np.arange(70_000)[:, None] % 5
+    data[69_000, 2] = bad
+    data[68_000, 3] = np.nan
+    np.save(tmp_path / "a.npy", data)
+    (stream,) = read(tmp_path / "a.npy", **OPTIONS).streams
+    np.testing.assert_array_equal(np.argwhere(stream.mask), [[68_000, 2], [69_000, 1]])
+    (held,) = on_disk.loaded((stream,))
+    assert all(isinstance(raw, np.ndarray) for raw in held.samples.raw)
+    for channel in stream.channels:
+        np.testing.assert_array_equal(held.column(channel), stream.column(channel))
 
 
 def test_structured_array(tmp_path):

@@ -2,9 +2,11 @@
 
 import threading
 
+import numpy as np
 import pytest
 
-from sigmatau.quality.facts import _KEPT, facts_kept, in_threads
+from sigmatau import Record
+from sigmatau.quality.facts import _KEPT, channel_fact, facts_kept, forget, in_threads
 
 NAMES = ("a", "b", "c", "d")
 
@@ -36,3 +38,22 @@ def test_threads_share_the_facts():
 
     with facts_kept():
         assert set(in_threads(facts, ("a", "b"), 2).values()) == {id(_KEPT.get())}
+
+
+def test_only_the_facts_of_these_samples_are_forgotten():
+    asked = []
+
+    @channel_fact
+    def size(stream, channel):
+        asked.append((stream.name, channel))
+        return float(stream.column(channel).std())
+
+    record = Record.from_arrays(rate=100, gyro=np.eye(6)[:, :3].copy(), accel=np.eye(6)[:, 3:].copy())
+    gyro, accel = record.streams
+    with facts_kept():
+        for _ in range(2):
+            assert size(gyro, "gyro_x") == size(accel, "accel_x")
+        forget(gyro)
+        size(gyro, "gyro_x"), size(accel, "accel_x")
+        assert asked == [("gyro", "gyro_x"), ("accel", "accel_x"), ("gyro", "gyro_x")]
+    forget(gyro)

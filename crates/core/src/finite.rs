@@ -5,6 +5,9 @@ use rayon::prelude::*;
 /// Sums that run side by side.
 const LANES: usize = 16;
 
+/// Samples that are looked at before it is seen whether one is unusable.
+const PIECE: usize = 1024;
+
 /// Samples below which no other thread is woken.
 const WORTH_THREADS: usize = 1 << 18;
 
@@ -30,9 +33,33 @@ fn is_finite(column: &[f64]) -> bool {
     (lanes.iter().sum::<f64>() + rest).is_finite()
 }
 
+/// Index of the first sample that is not a number, or has a larger magnitude than this.
+#[must_use]
+pub(crate) fn first_beyond(samples: &[f64], largest: f64) -> Option<usize> {
+    let usable = |y: &f64| y.abs() <= largest;
+    // Without a branch for each sample.
+    let all_usable = |piece: &[f64]| piece.iter().fold(true, |all, y| all & usable(y));
+    let piece = samples.chunks(PIECE).position(|piece| !all_usable(piece))?;
+    samples[piece * PIECE..].iter().position(|y| !usable(y)).map(|index| piece * PIECE + index)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_unusable_sample() {
+        for n in [1, PIECE, 3 * PIECE + 5] {
+            assert_eq!(first_beyond(&vec![-2.0; n], 2.0), None);
+            for at in [0, n / 2, n - 1] {
+                for bad in [f64::NAN, f64::NEG_INFINITY, 2.1] {
+                    let mut samples = vec![-2.0; n];
+                    (samples[at], samples[n - 1]) = (bad, bad);
+                    assert_eq!(first_beyond(&samples, 2.0), Some(at), "{n} {bad}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn one_sample_of_any_column_is_seen() {

@@ -48,6 +48,8 @@ pub struct Batch<'a, const T: usize> {
     pub correction: [f64; T],
     /// Each tau is twice the one before: only the first of `middle` is looked at.
     pub chained: bool,
+    /// Window that the next block will need first, which comes into the cache meanwhile.
+    pub ahead: &'a Window,
 }
 
 impl<const T: usize> Batch<'_, T> {
@@ -56,43 +58,76 @@ impl<const T: usize> Batch<'_, T> {
         match path {
             #[cfg(target_arch = "x86_64")]
             Path::Fastest => match pulp::x86::V3::try_new() {
-                Some(vectors) => vectors.vectorize(Fused { batch: self, sums }),
-                None => self.add::<false, true>(sums),
+                Some(vectors) => vectors.vectorize(Fused { batch: self, sums, vectors }),
+                None => self.add::<Plain<false>, true>(sums, Plain),
             },
             // On 64-bit ARM the fused product is part of the base.
             #[cfg(not(target_arch = "x86_64"))]
-            Path::Fastest => self.add::<{ cfg!(target_arch = "aarch64") }, true>(sums),
+            Path::Fastest => self.add::<Plain<{ cfg!(target_arch = "aarch64") }>, true>(sums, Plain),
             #[cfg(test)]
-            Path::Portable => self.add::<false, true>(sums),
+            Path::Portable => self.add::<Plain<false>, true>(sums, Plain),
         }
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
-    fn add<const FUSED: bool, const CORRECTED: bool>(&self, sums: &mut [Lanes; T]) {
+    fn add<P: Processor, const CORRECTED: bool>(&self, sums: &mut [Lanes; T], processor: P) {
         let at =
             |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
         let mut running = *sums;
         if self.chained {
             for start in (0..STARTS).step_by(LANES) {
+                processor.prefetch(&self.ahead[start..start + LANES]);
                 let x = at(self.first, start);
                 let mut y = at(self.middle[0], start);
                 for ((sum, last), correction) in running.iter_mut().zip(self.last).zip(self.correction) {
                     let z = at(last, start);
-                    add_squares::<FUSED, CORRECTED>(sum, x, y, z, correction);
+                    add_squares::<P, CORRECTED>(sum, x, y, z, correction);
                     y = z;
                 }
             }
         } else {
             for start in (0..STARTS).step_by(LANES) {
+                processor.prefetch(&self.ahead[start..start + LANES]);
                 let x = at(self.first, start);
                 let lags = self.middle.iter().zip(self.last).zip(self.correction);
                 for (sum, ((middle, last), correction)) in running.iter_mut().zip(lags) {
-                    add_squares::<FUSED, CORRECTED>(sum, x, at(middle, start), at(last, start), correction);
+                    add_squares::<P, CORRECTED>(sum, x, at(middle, start), at(last, start), correction);
                 }
             }
         }
         *sums = running;
+    }
+}
+
+/// What depends on the processor.
+trait Processor: Copy {
+    /// Products with an addition are one instruction.
+    const FUSED: bool;
+    /// Has the line of the cache that numbers begin in fetched.
+    fn prefetch(self, numbers: &[f64]);
+}
+
+/// Any.
+#[derive(Clone, Copy)]
+struct Plain<const FUSED: bool>;
+
+impl<const FUSED: bool> Processor for Plain<FUSED> {
+    const FUSED: bool = FUSED;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // Nothing.
+    fn prefetch(self, _: &[f64]) {}
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Processor for pulp::x86::V3 {
+    const FUSED: bool = true;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // An instruction.
+    fn prefetch(self, numbers: &[f64]) {
+        self.sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T1 }>(numbers.as_ptr().cast());
     }
 }
 
@@ -101,6 +136,7 @@ impl<const T: usize> Batch<'_, T> {
 struct Fused<'a, const T: usize> {
     batch: &'a Batch<'a, T>,
     sums: &'a mut [Lanes; T],
+    vectors: pulp::x86::V3,
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -111,16 +147,16 @@ impl<const T: usize> NullaryFnOnce for Fused<'_, T> {
     #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
     fn call(self) {
         if self.batch.correction.iter().all(|&c| c == 0.0) {
-            self.batch.add::<true, false>(self.sums);
+            self.batch.add::<_, false>(self.sums, self.vectors);
         } else {
-            self.batch.add::<true, true>(self.sums);
+            self.batch.add::<_, true>(self.sums, self.vectors);
         }
     }
 }
 
 #[inline(always)]
 #[allow(clippy::inline_always)] // The loops above are only fast if this is part of them.
-fn add_squares<const FUSED: bool, const CORRECTED: bool>(
+fn add_squares<P: Processor, const CORRECTED: bool>(
     sum: &mut Lanes,
     x: Lanes,
     y: Lanes,
@@ -128,7 +164,7 @@ fn add_squares<const FUSED: bool, const CORRECTED: bool>(
     correction: f64,
 ) {
     for lane in 0..LANES {
-        if FUSED {
+        if P::FUSED {
             let h = (x[lane] + z[lane]).mul_add(0.5, -y[lane]);
             let h = if CORRECTED { h + correction } else { h };
             sum[lane] = h.mul_add(h, sum[lane]);

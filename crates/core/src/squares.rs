@@ -7,6 +7,7 @@ use crate::compensated::Sum;
 use crate::kernel::{self, Batch, MOST_TAUS, Path, STARTS, Window};
 use crate::phase::{Phase, SHORTEST_BLOCK};
 use rayon::prelude::*;
+use std::cell::RefCell;
 use std::ops::Range;
 
 /// Blocks of starts that make one task: the unit of parallel work, fixed by the record and not by the machine.
@@ -141,6 +142,11 @@ struct Blocks<'a> {
     path: Path,
 }
 
+thread_local! {
+    /// Of this thread, whatever is in it: a task has little to do, compared with the time that fresh memory takes.
+    static SCRATCH: RefCell<Vec<Window>> = const { RefCell::new(Vec::new()) };
+}
+
 /// Copies of windows across the border of a block, one for each of the 2·[`MOST_TAUS`] lags of a batch: all of a window
 /// relative to one anchor.
 type Scratch = [Window];
@@ -173,14 +179,22 @@ impl Blocks<'_> {
 
     /// One sum for every size of a task, in the order of its batches.
     fn over(&self, task: &Task) -> Vec<Sum> {
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.resize(2 * MOST_TAUS, [0.0; STARTS]);
+            self.over_in(task, scratch)
+        })
+    }
+
+    /// [`Blocks::over`] in this memory.
+    fn over_in(&self, task: &Task, scratch: &mut Scratch) -> Vec<Sum> {
         let batches = &self.batches[task.batches.clone()];
-        let mut scratch = vec![[0.0; STARTS]; 2 * MOST_TAUS];
         let mut sums = vec![Sum::default(); batches.iter().map(|batch| batch.sizes.len()).sum()];
         let mut at = 0;
         for batch in batches {
             let sums = &mut sums[at..at + batch.sizes.len()];
             for block in 0..task.count {
-                self.add_block(task.first + block * task.step, batch, sums, &mut scratch);
+                let at = task.first + block * task.step;
+                self.add_block(at, at + task.step, batch, sums, scratch);
             }
             at += batch.sizes.len();
         }
@@ -192,17 +206,24 @@ impl Blocks<'_> {
         self.points.saturating_sub(2 * m).min(self.starts)
     }
 
-    fn add_block(&self, block: usize, batch: &SizeBatch, sums: &mut [Sum], scratch: &mut Scratch) {
-        let start = block * STARTS;
+    fn add_block(
+        &self,
+        block: usize,
+        next: usize,
+        batch: &SizeBatch,
+        sums: &mut [Sum],
+        scratch: &mut Scratch,
+    ) {
+        let (start, next) = (block * STARTS, next * STARTS);
         // Sizes grow along a batch, so the sizes that use the whole block come first.
         let whole = batch.sizes.iter().take_while(|&&m| start + STARTS <= self.starts_of(m)).count();
         match whole {
-            6 => self.add_whole::<6>(start, batch, sums, scratch),
-            5 => self.add_whole::<5>(start, batch, sums, scratch),
-            4 => self.add_whole::<4>(start, batch, sums, scratch),
-            3 => self.add_whole::<3>(start, batch, sums, scratch),
-            2 => self.add_whole::<2>(start, batch, sums, scratch),
-            1 => self.add_whole::<1>(start, batch, sums, scratch),
+            6 => self.add_whole::<6>(start, next, batch, sums, scratch),
+            5 => self.add_whole::<5>(start, next, batch, sums, scratch),
+            4 => self.add_whole::<4>(start, next, batch, sums, scratch),
+            3 => self.add_whole::<3>(start, next, batch, sums, scratch),
+            2 => self.add_whole::<2>(start, next, batch, sums, scratch),
+            1 => self.add_whole::<1>(start, next, batch, sums, scratch),
             _ => {}
         }
         for (&m, sum) in batch.sizes.iter().zip(sums).skip(whole) {
@@ -217,6 +238,7 @@ impl Blocks<'_> {
     fn add_whole<const T: usize>(
         &self,
         start: usize,
+        next: usize,
         batch: &SizeBatch,
         sums: &mut [Sum],
         scratch: &mut Scratch,
@@ -234,12 +256,19 @@ impl Blocks<'_> {
             self.window(start + size(tau), copy)
         };
         let mut halves = [kernel::Lanes::default(); T];
+        let first = self.plain_window(start);
         let windows = Batch {
-            first: self.plain_window(start),
+            first,
             middle: std::array::from_fn(middle),
             last: std::array::from_fn(|tau| self.window(start + 2 * size(tau), &lasts[tau])),
             correction: std::array::from_fn(|tau| self.correction(start, size(tau))),
             chained: batch.chained,
+            ahead: self
+                .phase
+                .values
+                .get(next + 2 * size(T - 1)..)
+                .and_then(<[f64]>::first_chunk)
+                .unwrap_or(first),
         };
         windows.add_to(&mut halves, self.path);
         for (sum, half) in sums.iter_mut().zip(halves) {

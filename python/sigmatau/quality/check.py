@@ -17,7 +17,7 @@ from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
-from sigmatau.quality.facts import facts_kept, in_threads
+from sigmatau.quality.facts import facts_kept, forget, in_threads
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
 from sigmatau.quality.samples.masking import bridged, mask_of, masked
@@ -196,18 +196,25 @@ def check_fits(
         still = without(flat)[0] if disturbed else flat
         if flat is not stream:
             said += steps_beside_drifts(still, fitted)
-        steady = bridged(between_steps(still, [*(found or ()), *said]))
-        return [*said, *non_stationary(steady, fitted)]
+        between = between_steps(still, [*(found or ()), *said])
+        steady = bridged(between)
+        said += non_stationary(steady, fitted)
+        if steady is not between:
+            forget(steady)
+        return said
 
     return tuple(one for said in in_threads(of_stream, tuple(streams), threads).values() for one in said)
 
 
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
     found = check_samples(stream)
-    still = bridged(masked_by(stream, disturbances(stream)))
+    undisturbed = masked_by(stream, disturbances(stream))
+    still = bridged(undisturbed)
     for name, stated in (bandwidth or {}).items():
         found += aliasing(still if name == stream.name else replace(still.only(name), name=name), stated)
     found += cross_axis(bridged(between_steps(still, found)))
+    if still is not undisturbed:
+        forget(still)
     return found
 
 

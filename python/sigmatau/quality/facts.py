@@ -37,6 +37,14 @@ def facts_kept() -> Iterator[None]:
         _KEPT.reset(token)
 
 
+def forget(stream: Stream) -> None:
+    """Drop the facts of a stream whose samples are needed no more: they would stay in memory with them."""
+    known, arrays = _KEPT.get(), set(map(id, stream.samples.raw))
+    for key, (of, _) in list((known or {}).items()):
+        if known is not None and not arrays.isdisjoint(map(id, cast("Stream", of).samples.raw)):
+            known.pop(key, None)
+
+
 def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int | None = None) -> dict[str, T]:
     """Results by name, computed side by side and with the same facts; the first error in the order of the names is raised.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -20,9 +20,11 @@ from sigmatau.errors import DataError
 from sigmatau.record.memory import available
 from sigmatau.record.streams import Stream
 
-_PIECE = 1 << 16  # rows read at a time, if a row is short
-_PIECE_BYTES = 1 << 22  # bytes read at a time, at most, if they are more than a row
-_SPARSE = 1 << 14  # rows that are read one by one where steps are long
+_PIECE = 1 << 16  # rows read at a time, if a row is short; what columns that are read one by one share
+_PIECE_BYTES = 1 << 19  # bytes read at a time, at most, if they are more than a row: a part of a processor's cache
+_KEPT_BYTES = 1 << 23  # most bytes of rows that are kept for the next column
+_SPARSE = 1 << 14  # bytes between rows from which on each is read by itself
+_PART, _READERS = 1 << 20, 4  # rows that a thread reads, and most threads
 _LOADED = 0.2  # share of the free memory that columns may take: an analysis needs three times as much as its samples
 
 
@@ -41,22 +43,47 @@ def file_bytes(path: Path) -> NDArray[np.uint8]:
     return found
 
 
-def loaded(stream: Stream) -> Stream:
-    """The stream with its columns in memory, if they stay in their file and are a small part of the free memory.
+def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Stream, ...]:
+    """The streams with their columns in memory, if they stay in their file and are a small part of the free memory.
 
     The columns of a row share its bytes: one column after the other would read the whole file for each.
     """
-    columns = stream.samples.raw
-    size, free = sum(len(column) * column.dtype.itemsize for column in columns), available()
-    if not all(isinstance(column, FileColumn) for column in columns) or (free is not None and size > _LOADED * free):
-        return stream
-    arrays = tuple(np.empty(len(column), column.dtype) for column in columns)
-    at = 0
-    for pieces in zip(*(cast("FileColumn", column).pieces() for column in columns), strict=True):
-        for array, piece in zip(arrays, pieces, strict=True):
-            array[at : at + len(piece)] = piece
-        at += len(pieces[0])
-    return replace(stream, samples=replace(stream.samples, raw=arrays))
+    columns = [column for stream in streams for column in stream.samples.raw]
+    on_file = [column for column in columns if isinstance(column, FileColumn)]
+    size, free = sum(len(column) * column.dtype.itemsize for column in on_file), available()
+    if not on_file or (free is not None and size > _LOADED * free):
+        return tuple(streams)
+    arrays = [np.empty(len(column), column.dtype) if isinstance(column, FileColumn) else column for column in columns]
+    of_rows: dict[tuple[int, int, int], list[tuple[FileColumn, NDArray[Any]]]] = {}
+    for column, array in zip(columns, arrays, strict=True):
+        if isinstance(column, FileColumn):
+            of_rows.setdefault(column.extent, []).append((column, array))
+    parts = [
+        (group, start, min(start + _PART, len(group[0][1])))
+        for group in of_rows.values()
+        for start in range(0, len(group[0][1]), _PART)
+    ]
+
+    def fill(part: tuple[list[tuple[FileColumn, NDArray[Any]]], int, int]) -> None:
+        group, start, stop = part
+        for at, rows in group[0][0].rows_between(start, stop):
+            for column, array in group:
+                array[at : at + len(rows)] = column.of(rows)
+
+    workers = min(threads or os.cpu_count() or 1, len(parts), _READERS)
+    if workers > 1:
+        from concurrent.futures import ThreadPoolExecutor
+
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(fill, parts))
+    else:
+        for part in parts:
+            fill(part)
+    of_streams = iter(arrays)
+    return tuple(
+        replace(stream, samples=replace(stream.samples, raw=tuple(next(of_streams) for _ in stream.channels)))
+        for stream in streams
+    )
 
 
 class FileRows:
@@ -77,7 +104,7 @@ class FileRows:
         self.path, self.dtype, self.count, self.offset = path, dtype, count, offset
         self._handle = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
         self._lock = threading.Lock()
-        self._last: tuple[int, int, NDArray[Any]] | None = None
+        self._last: tuple[int, int, int, NDArray[Any]] | None = None
 
     def __del__(self) -> None:
         if hasattr(self, "_handle"):
@@ -90,13 +117,33 @@ class FileRows:
     def rows(self, start: int, stop: int) -> NDArray[Any]:
         """Rows, as an array that must not be changed; the last ones are kept, because columns are read one by one."""
         last = self._last
-        if last is not None and last[0] <= start and stop <= last[1]:
-            return last[2][start - last[0] : stop - last[0]]
-        size = self.dtype.itemsize
-        found = np.frombuffer(self._bytes(self.offset + start * size, (stop - start) * size), self.dtype)
-        if len(found) * size <= 2 * _PIECE_BYTES:
-            self._last = start, stop, found
+        if last is not None and last[0] <= start and stop <= last[1] and last[2] == 1:
+            return last[3][start - last[0] : stop - last[0]]
+        # Before the next ones are read, so that they come into the same memory: fresh pages take longer than the reading.
+        self._last = last = None
+        return self._kept(start, stop, 1, self.read(start, stop))
+
+    def every(self, start: int, stop: int, step: int) -> NDArray[Any]:
+        """Every so many rows; kept as well."""
+        last = self._last
+        if last is not None and last[:3] == (start, stop, step):
+            return last[3]
+        if step * self.dtype.itemsize > _SPARSE:
+            pieces = [self.read(place, place + 1) for place in range(start, stop, step)]
+        else:
+            ahead = max(_PIECE_BYTES // (self.dtype.itemsize * step), 1) * step
+            pieces = [self.read(at, min(at + ahead, stop))[::step] for at in range(start, stop, ahead)]
+        return self._kept(start, stop, step, np.concatenate([self.read(0, 0), *pieces]))
+
+    def _kept(self, start: int, stop: int, step: int, found: NDArray[Any]) -> NDArray[Any]:
+        if found.nbytes <= _KEPT_BYTES:
+            self._last = start, stop, step, found
         return found
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        """Rows, which are not kept."""
+        size = self.dtype.itemsize
+        return np.frombuffer(self._bytes(self.offset + start * size, (stop - start) * size), self.dtype)
 
     def _bytes(self, at: int, count: int) -> bytes:
         pieces = []
@@ -146,16 +193,24 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
     def __len__(self) -> int:
         return self._stop - self._start
 
-    def pieces(self) -> Iterator[NDArray[Any]]:
-        """The numbers, a part of them at a time."""
+    @property
+    def extent(self) -> tuple[int, int, int]:
+        """The rows that it is a column of."""
+        return id(self._rows), self._start, self._stop
+
+    def rows_between(self, start: int, stop: int) -> Iterator[tuple[int, NDArray[Any]]]:
+        """Rows of a part of the column, a few at a time, and where they begin; they are not kept for other columns."""
         step = max(min(_PIECE, _PIECE_BYTES // max(self._rows.dtype.itemsize, 1)), 1)
-        for start in range(self._start, self._stop, step):
-            yield self._read(start, min(start + step, self._stop))
+        for at in range(start, stop, step):
+            yield at, self._rows.read(self._start + at, self._start + min(at + step, stop))
+
+    def of(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """The numbers of this column in some rows."""
+        found = rows if self._field is None else rows[self._field]
+        return found if self._part is None else found[:, self._part]
 
     def _read(self, start: int, stop: int) -> NDArray[Any]:
-        found = self._rows.rows(start, stop)
-        found = found if self._field is None else found[self._field]
-        return np.ascontiguousarray(found if self._part is None else found[:, self._part], dtype=self.dtype)
+        return np.ascontiguousarray(self.of(self._rows.rows(start, stop)), dtype=self.dtype)
 
     def __getitem__(self, key: Any) -> Any:  # noqa: ANN401  as of an array
         if isinstance(key, int | np.integer):
@@ -168,19 +223,20 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
             if step == 1:
                 stop = max(stop, start)
                 return FileColumn(self._rows, self._field, self._part, self._start + start, self._start + stop)
-            places = range(start, stop, step)
-            if len(places) <= _SPARSE:
-                return np.array([self[place] for place in places], dtype=self.dtype)
+            if step > 1:
+                rows = self._rows.every(self._start + start, self._start + max(stop, start), step)
+                return np.ascontiguousarray(self.of(rows), dtype=self.dtype)
         return np.asarray(self)[key]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: ANN401, FBT001
         if copy is False:
             raise ValueError("a column in a file cannot be an array without being read")
         found = np.empty(len(self), self.dtype)
-        at = 0
-        for piece in self.pieces():
-            found[at : at + len(piece)] = piece
-            at += len(piece)
+        if len(self) <= _PIECE:
+            found[:] = self.of(self._rows.rows(self._start, self._stop))
+        else:
+            for at, rows in self.rows_between(0, len(self)):
+                found[at : at + len(rows)] = self.of(rows)
         return found if dtype is None else found.astype(dtype, copy=False)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:  # noqa: ANN401

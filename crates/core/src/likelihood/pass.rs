@@ -4,7 +4,9 @@
 //! half a segment at both ends, so that its ends count like the rest.
 
 use crate::error::{Error, room};
+use crate::finite::first_beyond;
 use crate::likelihood::masked::Masked;
+use crate::phase::LARGEST_RATE;
 use sigmatau_fft::Complex64;
 use sigmatau_fft::{Planner, RealToComplex};
 use std::f64::consts::PI;
@@ -286,9 +288,7 @@ impl Pass {
         if self.pushed + samples.len() > self.samples {
             return Err(Error::Length { expected: self.samples, got: self.pushed + samples.len() });
         }
-        if let Some(index) =
-            samples.iter().position(|x| !x.is_finite() || x.abs() > crate::phase::LARGEST_RATE)
-        {
+        if let Some(index) = first_beyond(samples, LARGEST_RATE) {
             return Err(Error::NonFinite { index: self.pushed + index });
         }
         // In pieces, so that what is kept stays short.
@@ -332,7 +332,7 @@ impl Pass {
             if needed.min(self.samples) > self.pushed {
                 break;
             }
-            self.fill(padded);
+            self.taper(padded);
             self.transform_segment();
             self.next_segment += 1;
         }
@@ -353,7 +353,26 @@ impl Pass {
         }
     }
 
-    /// Puts the samples of the segment that begins at `padded` of the padded record into the buffer.
+    /// Puts the samples of the segment that begins at `padded` of the padded record into the buffer, tapered.
+    fn taper(&mut self, padded: usize) {
+        let (half, length) = (self.segment / 2, self.segment as f64);
+        let first = padded.saturating_sub(half);
+        if padded >= half && first + self.segment <= self.samples {
+            let plain = &self.kept[first - self.oldest..][..self.segment];
+            let mean = sum(plain) / length;
+            for ((slot, x), h) in self.buffer.iter_mut().zip(plain).zip(&self.plan.taper) {
+                *slot = (x - mean) * h;
+            }
+        } else {
+            self.fill(padded);
+            let mean = sum(&self.buffer) / length;
+            for (x, h) in self.buffer.iter_mut().zip(&self.plan.taper) {
+                *x = (*x - mean) * h;
+            }
+        }
+    }
+
+    /// Puts the samples of a segment into the buffer, mirrored where it reaches beyond an end of the record.
     fn fill(&mut self, padded: usize) {
         let half = self.segment / 2;
         let before = half.saturating_sub(padded).min(self.segment);
@@ -375,10 +394,6 @@ impl Pass {
     }
 
     fn transform_segment(&mut self) {
-        let mean = sum(&self.buffer) / self.segment as f64;
-        for (x, h) in self.buffer.iter_mut().zip(self.plan.taper.iter()) {
-            *x = (*x - mean) * h;
-        }
         // Lengths match by construction.
         let transform = &self.plan.transform;
         let done = transform.process_with_scratch(&mut self.buffer, &mut self.output, &mut self.scratch);

@@ -151,13 +151,24 @@ ABSURD = 1e60
 
 def without_absurd(array: NDArray[Any]) -> NDArray[Any]:
     """The column with NaN, which marks a missing value, in place of infinite values and of those beyond `ABSURD`."""
-    if array.dtype.kind != "f":
-        return array
-    most = array.dtype.type(min(ABSURD, float(np.finfo(array.dtype).max)))
-    for start in range(0, len(array), _CHUNK):
-        if (np.abs(np.asarray(array[start : start + _CHUNK])) > most).any():
-            return np.where(np.abs(array) > most, np.nan, array)
-    return array
+    return all_without_absurd({0: array})[0]
+
+
+def all_without_absurd(columns: Mapping[int, NDArray[Any]]) -> dict[int, NDArray[Any]]:
+    """The same for columns of one file, whose rows are read only once."""
+    found = dict(columns)
+    doubted = {
+        index: array.dtype.type(min(ABSURD, float(np.finfo(array.dtype).max)))
+        for index, array in columns.items()
+        if array.dtype.kind == "f"
+    }
+    for start in range(0, max((len(columns[index]) for index in doubted), default=0), _CHUNK):
+        for index, most in tuple(doubted.items()):
+            array = columns[index]
+            if (np.abs(np.asarray(array[start : start + _CHUNK])) > most).any():
+                found[index] = np.where(np.abs(array) > most, np.nan, array)
+                del doubted[index]
+    return found
 
 
 def whole_stamps(array: NDArray[Any]) -> NDArray[Any]:

@@ -18,7 +18,7 @@ from sigmatau.io.read.columns import Choice, Thermometer
 from sigmatau.io.read.names import gravity_on_gyro, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
-from sigmatau.io.read.table import Loaded, Table, without_absurd
+from sigmatau.io.read.table import Loaded, Table, all_without_absurd
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.stamps import Timing
 from sigmatau.io.read.time.timing import (
@@ -190,8 +190,7 @@ def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
             choice = replace(choice, notes=(*choice.notes, f"column {table.label(warm.index)} cannot be read"))
     if loaded is None:
         loaded, choice = table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
-    finite = {index: without_absurd(column) for index, column in loaded.columns.items()}
-    return replace(loaded, columns=finite), choice
+    return replace(loaded, columns=all_without_absurd(loaded.columns)), choice
 
 
 def find_rate(

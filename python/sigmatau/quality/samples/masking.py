@@ -9,7 +9,6 @@ import numpy as np
 
 from sigmatau.arrays import Bools, runs
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import Stream
 
 Found = tuple[Finding, Bools | None]
@@ -29,7 +28,6 @@ def masked(stream: Stream, mask: Bools) -> Stream:
 _SHORT, _APART = 4, 7  # longest gap that is bridged, and how far from it a good sample is taken [samples]
 
 
-@stream_fact
 def bridged(stream: Stream) -> Stream:
     """The stream with good samples nearby in place of up to four missing ones, because spectra cannot use such gaps.
 

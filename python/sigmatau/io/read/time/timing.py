@@ -98,13 +98,14 @@ def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set
     held = [i for i in indices if isinstance(raw[i], np.ndarray) and raw[i].dtype == np.float64]
     doubles = [i for i in held if raw[i].flags.c_contiguous]
     found = dict(zip(doubles, kernels.all_finite([raw[i] for i in doubles]), strict=True)) if doubles else {}
-    with np.errstate(over="ignore", invalid="ignore"):
-        return {i for i in indices if not found.get(i, False) and raw[i].dtype.kind == "f" and _contains_nan(raw[i])}
-
-
-def _contains_nan(column: NDArray[Any]) -> bool:
-    starts = range(0, len(column), CHUNK)
-    return any(bool(np.isnan(np.sum(np.asarray(column[k : k + CHUNK]), dtype=np.float64))) for k in starts)
+    doubted = {i for i in indices if not found.get(i, False) and raw[i].dtype.kind == "f"}
+    missing: set[int] = set()
+    for start in range(0, max((len(raw[i]) for i in doubted), default=0), CHUNK):
+        for i in doubted - missing:  # together: columns of one file share its rows
+            with np.errstate(over="ignore", invalid="ignore"):
+                if np.isnan(np.sum(np.asarray(raw[i][start : start + CHUNK]), dtype=np.float64)):
+                    missing.add(i)
+    return missing
 
 
 def own_rows(

@@ -4,6 +4,7 @@
 //! of a periodogram those of segments with zeros for missing samples. What both are expected to be follows from the mask: exactly
 //! for the terms; and for any other density by a matrix, cell of frequency by bin.
 
+mod differences;
 mod nodes;
 mod pass;
 mod share;
@@ -11,13 +12,13 @@ mod string;
 mod weights;
 mod windows;
 
-pub use pass::MaskedPass;
-pub(crate) use share::Levels;
+pub use pass::{MaskedPass, Weighting};
 
 use crate::likelihood::bins::{TERMS, high_ranges, low_edges};
 use crate::likelihood::expected::Part;
 use crate::likelihood::pass::{PARTS, Summary};
 use crate::special::odd_harmonic;
+use differences::Differences;
 use nodes::StringModes;
 use std::f64::consts::PI;
 use windows::{Cells, Grid, LowView, LowWindow, Windows};
@@ -28,14 +29,26 @@ const LEAST_NODES: usize = 64;
 /// Fewest pairs of neighbours that tell quantization noise from random walk.
 const LEAST_PAIRS: usize = 100;
 
+/// What a pass saw of the samples.
+#[derive(Debug, Clone, PartialEq)]
+struct Seen {
+    /// Samples that are there, and pairs of neighbours.
+    present: usize,
+    neighbours: usize,
+    /// Pairs one step apart, and the mean square of their differences.
+    pairs: usize,
+    square: f64,
+    differences: Differences,
+    /// Gain of the differences at the densities.
+    gains: Vec<f64>,
+    /// Share of the sums of squares of weights in each part of the record.
+    parts: [f64; PARTS],
+}
+
 /// What the likelihood needs to know of a mask.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Masked {
-    /// Samples that are there, and pairs of neighbours.
-    pub present: usize,
-    pairs: usize,
-    /// Share of the sums of squares of weights in each part of the record.
-    pub parts: [f64; PARTS],
+    seen: Seen,
     pub string: StringModes,
     windows: Windows,
     pub cells: Cells,
@@ -47,13 +60,7 @@ pub(crate) struct Masked {
 }
 
 impl Masked {
-    fn new(
-        (present, pairs): (usize, usize),
-        parts: [f64; PARTS],
-        string: StringModes,
-        windows: Windows,
-        record: &Summary,
-    ) -> Self {
+    fn new(seen: Seen, string: StringModes, windows: Windows, record: &Summary) -> Self {
         let (tau0, length) = (record.tau0, record.segment);
         let grid = Grid { spacing: record.block, count: record.blocks, tau0 };
         let highest = string.frequencies[string.frequencies.len() - 1];
@@ -79,16 +86,48 @@ impl Masked {
                 }
             })
             .collect();
-        let lags = |part: Part| (0..length).map(|l| covariance(part, l, tau0)).collect::<Vec<f64>>();
-        let high = TERMS.iter().map(|&part| windows.expected(&lags(part), tau0)).collect();
+        let lags = |part: Part| -> Vec<f64> {
+            (0..length).map(|l| seen.differences.covariance(l, |l| covariance(part, l, tau0))).collect()
+        };
+        let expected = |part: Part| -> Vec<f64> {
+            windows.expected(&lags(part), tau0).iter().zip(&seen.gains).map(|(s, gain)| s / gain).collect()
+        };
+        let high = TERMS.iter().map(|&part| expected(part)).collect();
         let between = windows.between_nodes(&cells, grid);
         let low_rows = low_windows.iter().flat_map(|w| view.row(w, &cells, &between)).collect();
-        Self { present, pairs, parts, string, windows, cells, low, high, low_rows }
+        Self { seen, string, windows, cells, low, high, low_rows }
     }
 
     /// Whether quantization noise can be told from random walk: without neighbours they have the same density.
     pub(crate) fn has_neighbours(&self) -> bool {
-        self.pairs >= LEAST_PAIRS
+        self.seen.neighbours >= LEAST_PAIRS
+    }
+
+    /// Samples that are there.
+    pub(crate) fn present(&self) -> usize {
+        self.seen.present
+    }
+
+    /// Samples or differences in the segments.
+    pub(crate) fn in_segments(&self) -> usize {
+        if self.seen.differences.used { self.seen.pairs } else { self.seen.present }
+    }
+
+    /// Share of each part of the record in the segments.
+    pub(crate) fn parts(&self) -> [f64; PARTS] {
+        self.seen.parts
+    }
+
+    /// Whether differences should take the place of samples in the segments: they have the smaller variance, `variance`
+    /// being that of the samples in a segment. The ratio to the level that all frequencies have in common, the geometric
+    /// mean of the densities, is then smaller too, because that of the gain is 1.
+    pub(crate) fn wants_differences(&self, variance: f64) -> bool {
+        self.seen.pairs >= LEAST_PAIRS && self.seen.square < variance
+    }
+
+    /// Whether a density is an image of frequencies below the density `first`.
+    pub(crate) fn repeats(&self, k: usize, length: usize, first: usize) -> bool {
+        self.seen.differences.repeats(k, length, first)
     }
 
     /// Mean densities of a term in all bins; `stretches`: densities of each bin of the periodogram.
@@ -114,18 +153,41 @@ impl Masked {
         const WIDTH: f64 = 0.25; // of a distance
         let at = line / spacing;
         let mut row = [0.0];
-        self.windows.row(stretches, &[at - 0.5 * WIDTH, at + 0.5 * WIDTH], &mut row);
-        row[0] / WIDTH
+        self.row(stretches, &[at - 0.5 * WIDTH, at + 0.5 * WIDTH], &mut row);
+        row[0] * self.gain(line, spacing) / WIDTH
+    }
+
+    /// Gain of the differences at a frequency; `spacing` of two densities.
+    fn gain(&self, frequency: f64, spacing: f64) -> f64 {
+        let length = 2 * (self.seen.gains.len() - 1);
+        self.seen.differences.gain(frequency / (spacing * length as f64))
+    }
+
+    /// Weights of the densities of what the segments have, from edge to edge, in the mean of some stretches.
+    fn row(&self, stretches: &[(usize, usize)], edges: &[f64], row: &mut [f64]) {
+        if !self.seen.differences.used {
+            return self.windows.row(stretches, edges, row);
+        }
+        let count: usize = stretches.iter().map(|(a, b)| b - a).sum();
+        let mut of_piece = vec![0.0; row.len()];
+        row.fill(0.0);
+        for (a, b) in self.seen.differences.pieces(stretches, &self.seen.gains) {
+            self.windows.row(&[(a, b)], edges, &mut of_piece);
+            let weight = self.seen.gains[a..b].iter().map(|gain| 1.0 / gain).sum::<f64>() / count as f64;
+            row.iter_mut().zip(&of_piece).for_each(|(sum, x)| *sum += weight * x);
+        }
     }
 
     /// Weights of the cells in all bins, row after row.
     pub(crate) fn matrix(&self, stretches: &[Vec<(usize, usize)>], spacing: f64) -> Vec<f64> {
         let edges: Vec<f64> = self.cells.edges.iter().map(|e| e / spacing).collect();
+        let gains: Vec<f64> = self.cells.at.iter().map(|&f| self.gain(f, spacing)).collect();
         let width = self.cells.at.len();
         let mut matrix = self.low_rows.clone();
         matrix.resize(matrix.len() + stretches.len() * width, 0.0);
         for (row, of) in matrix[self.low_rows.len()..].chunks_exact_mut(width).zip(stretches) {
-            self.windows.row(of, &edges, row);
+            self.row(of, &edges, row);
+            row.iter_mut().zip(&gains).for_each(|(x, gain)| *x *= gain);
         }
         matrix
     }

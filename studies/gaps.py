@@ -28,7 +28,13 @@ Row = dict[str, Any]
 N = 2**15
 RECORDS = 400
 PARTS = 8
-MIXTURES: dict[str, Mixture] = {name: SHORT[name] for name in ("N", "N B", "N K", "N B K", "Q N", "Q N B", "Q K")}
+MIXTURES: dict[str, Mixture] = {
+    **{name: SHORT[name] for name in ("N", "N B", "N K", "N B K", "Q N", "Q N B", "Q K")},
+    # Most of the power is at low frequencies, which a mask spreads over all others.
+    "N K strong": Mixture(N, 1.0, {"random_walk": 1.0, "rate_random_walk": 0.1}),
+    "B": SHORT["B"],
+    "K": SHORT["K"],
+}
 
 SHORTEST, LONGEST = 20, 2000  # blocks of missing samples, log-uniform
 MASKS: dict[str, tuple[str, float]] = {
@@ -188,7 +194,8 @@ Made by `make study` (studies/gaps.py); {origin}. Simulated records of {n} sampl
 [the likelihood's study](likelihood.md), whose letters are used. Each record has a new mask, drawn with it; the seeds are
 derived from the names of the cells. Blocks have 20 to 2000 samples, log-uniform; gaps may overlap. The analysis has its
 defaults: it selects terms, processes, filters and lines for each record. With every second sample missing, quantization
-noise and random walk have the same density, and the random walk stands for both: N² + 2Q²/τ₀.
+noise and random walk have the same density, and the random walk stands for both: N² + 2Q²/τ₀. "N K strong" has K = 0.1
+N/sample; of N K, this is 0.003.
 
 Gates, each with 3 standard errors of the simulation: coverage of the 95 % intervals and limits of all records of a term
 94 to 97 %, in each row at least 92 %; an absent term is observed in at most 5 %; a process, a filter, a line or a warm-up is

@@ -58,8 +58,7 @@ pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     let image =
         |k: usize| record.masked.as_ref().is_some_and(|masked| masked.repeats(k, record.segment, first));
-    let mut beyond: Vec<bool> =
-        (0..=last).map(|k| k >= first && k < last && !mask[k] && !image(k)).collect();
+    let mut beyond: Vec<bool> = (0..=last).map(|k| k >= first && k < last && !mask[k] && !image(k)).collect();
     standing_above(record, &mut beyond, None, BEYOND)
 }
 

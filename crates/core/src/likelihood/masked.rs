@@ -234,8 +234,12 @@ mod tests {
         ]
     }
 
-    fn record(present: &[bool], taper: f64) -> Summary {
-        let mut pass = MaskedPass::new(present.to_vec(), TAU0, taper).unwrap();
+    fn tapered(taper: f64) -> Weighting {
+        Weighting { taper, differences: None }
+    }
+
+    fn record(present: &[bool], weighting: Weighting) -> Summary {
+        let mut pass = MaskedPass::new(present.to_vec(), TAU0, weighting).unwrap();
         let y: Vec<f64> = (0..N).map(|t| ((t * t) as f64 * 0.37).sin()).collect();
         pass.push(&y).unwrap();
         pass.finish().unwrap()
@@ -279,15 +283,29 @@ mod tests {
             .collect()
     }
 
-    /// Products of the weights in the mean of some densities, from their definition: each segment without its level.
-    fn in_densities(record: &Summary, (from, to): (usize, usize), present: &[bool], taper: f64) -> Vec<f64> {
+    /// Products of the weights in the mean of some densities, from their definition: each segment without its level, of
+    /// samples or of their differences, whose densities are those of samples after division by the gain.
+    fn in_densities(
+        record: &Summary,
+        (from, to): (usize, usize),
+        present: &[bool],
+        weighting: Weighting,
+    ) -> Vec<f64> {
+        let differenced = weighting.differences.is_some();
+        let differences = Differences::new(present, differenced);
+        let step = if differenced { differences.step } else { 0 };
+        let there = if differenced { differences.there(present) } else { present.to_vec() };
+        let runs = there.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(there[0]);
+        let count = there.iter().filter(|t| **t).count();
+        let taper = weighting.differences.unwrap_or(weighting.taper);
+        let taper = taper.min(0.125 * count as f64 / runs as f64).min(32.0);
         let (length, h) = (record.segment, hann(record.segment));
         let count = (4 * N).div_ceil(length);
         let (mut products, mut total) = (vec![0.0; N], 0.0);
         for i in 0..count {
             let start = ((i as f64 + 0.5) * N as f64 / count as f64) as isize - (length / 2) as isize;
             let mut m = vec![0.0; length];
-            Weights::new(taper).fill(present, start, &mut m);
+            Weights::new(taper).fill(&there, start, &mut m);
             if m.iter().sum::<f64>() < 8.0 {
                 continue;
             }
@@ -297,8 +315,17 @@ mod tests {
             for (k, phase) in (from..to).flat_map(|k| [(k, 0.0), (k, 0.5 * PI)]) {
                 let wave = |t: usize| (2.0 * PI * (k * t % length) as f64 / length as f64 + phase).cos();
                 let mean = (0..length).map(|t| w[t] * wave(t)).sum::<f64>() / sum;
-                let a: Vec<f64> = (0..length).map(|t| w[t] * (wave(t) - mean)).collect();
-                add_products(&mut products, &a, TAU0 / (to - from) as f64);
+                let b: Vec<f64> = (0..length).map(|t| w[t] * (wave(t) - mean)).collect();
+                let at = |t: usize| b.get(t).copied().unwrap_or(0.0);
+                let before = |t: usize| t.checked_sub(step).map_or(0.0, at);
+                let a: Vec<f64> =
+                    (0..length + step).map(|t| if step == 0 { at(t) } else { before(t) - at(t) }).collect();
+                let gain = if step == 0 {
+                    1.0
+                } else {
+                    4.0 * (PI * (k * step) as f64 / length as f64).sin().powi(2)
+                };
+                add_products(&mut products, &a, TAU0 / ((to - from) as f64 * gain));
             }
         }
         products.iter().map(|c| c / total).collect()
@@ -317,15 +344,13 @@ mod tests {
     fn expected_powers_are_those_of_the_dense_covariance() {
         let shapes = [Part::GaussMarkov { time: 0.6 }, Part::GaussMarkov { time: 10.0 }];
         for (name, present) in masks() {
-            for taper in [0.0, 3.0] {
+            for weighting in [tapered(0.0), tapered(3.0), Weighting { taper: 0.0, differences: Some(3.0) }] {
+                let taper = weighting.taper;
                 if taper > 0.0 && name == "second" {
                     continue; // no run has two samples
                 }
-                let record = record(&present, taper);
-                let masked = record.masked.clone().unwrap();
+                let record = record(&present, weighting);
                 let bins = Bins::new(&record, Arc::new(usable(&record)), Arc::new(Vec::new()));
-                let runs = present.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(present[0]);
-                let high = taper.min(0.125 * masked.present as f64 / runs as f64).min(32.0);
                 let in_modes: Vec<(usize, Vec<f64>)> = [0, 1, 2, 5, 11, 23, record.modes.len().min(48) - 1]
                     .into_iter()
                     .filter(|&k| k < record.modes.len())
@@ -334,7 +359,8 @@ mod tests {
                 let in_bins: Vec<(usize, Vec<f64>)> = (0..bins.ranges.len())
                     .step_by(5)
                     .chain([bins.ranges.len() - 1])
-                    .map(|i| (bins.low + i, in_densities(&record, bins.ranges[i], &present, high)))
+                    .filter(|&i| bins.mask[bins.ranges[i].0..bins.ranges[i].1].iter().all(|&used| used))
+                    .map(|i| (bins.low + i, in_densities(&record, bins.ranges[i], &present, weighting)))
                     .collect();
                 for part in TERMS.into_iter().chain(shapes) {
                     let column = bins.unit(part);
@@ -344,7 +370,8 @@ mod tests {
                             checked.iter().map(|(k, c)| (column[*k] / variance(c, &lags) - 1.0).abs());
                         errors.fold(0.0, f64::max)
                     });
-                    // The level of a segment is right in all frequencies together, not in each.
+                    // The level of a segment is right in all frequencies together, not in each. Differences have none of
+                    // the power of low frequencies that leaks.
                     let [modes, densities] = match part {
                         Part::RandomWalk => [1e-9, 0.05],
                         Part::Quantization => [0.01, 0.05],
@@ -352,9 +379,15 @@ mod tests {
                         Part::RateRandomWalk => [0.02, 0.4],
                         _ => [0.03, 0.4],
                     };
+                    let differenced = weighting.differences.is_some();
+                    let densities = match part {
+                        Part::Quantization if differenced => 0.1,
+                        _ if differenced => 0.07,
+                        _ => densities,
+                    };
                     assert!(
                         worst[0] < modes && worst[1] < densities,
-                        "{name}, taper {taper}, {part:?}: {worst:?}"
+                        "{name}, {weighting:?}, {part:?}: {worst:?}"
                     );
                 }
             }
@@ -380,30 +413,37 @@ mod tests {
         };
         let (filtered, narrow) = (lags(&filtered), lags(&narrow));
         for (name, present) in masks() {
-            let record = record(&present, 0.0);
-            let bins = Bins::new(&record, Arc::new(usable(&record)), Arc::new(Vec::new()));
-            let at = bins.column(Part::RandomWalk);
-            let cells = bins.cosines_high[0].iter().map(|c| (a * c).exp()).collect();
-            let low = bins.cosines_low[0].iter().map(|c| (a * c).exp()).collect();
-            let shown = (0..bins.ranges.len()).step_by(7);
-            let in_bins: Vec<(usize, Vec<f64>)> =
-                shown.map(|i| (i, in_densities(&record, bins.ranges[i], &present, 0.0))).collect();
-            let count = record.modes.len();
-            let in_modes = in_modes(&record, 0..count, &present, 0.0);
-            for (what, got, lags) in [
-                ("filter", bins.means(&at, Some(&(low, cells))), &filtered),
-                ("resonance", bins.unit(resonance), &narrow),
-            ] {
-                let usual = lags[0] * TAU0;
-                for (i, products) in &in_bins {
-                    let (got, exact) = (got[bins.low + i], variance(products, lags));
-                    let error = (got - exact) / exact.max(0.1 * usual);
-                    assert!(error.abs() < 0.1, "{name}, {what}, bin {i}: {got} for {exact}");
+            for weighting in [tapered(0.0), Weighting { taper: 0.0, differences: Some(0.0) }] {
+                let record = record(&present, weighting);
+                let bins = Bins::new(&record, Arc::new(usable(&record)), Arc::new(Vec::new()));
+                let at = bins.column(Part::RandomWalk);
+                let cells = bins.cosines_high[0].iter().map(|c| (a * c).exp()).collect();
+                let low = bins.cosines_low[0].iter().map(|c| (a * c).exp()).collect();
+                let whole =
+                    |i: &usize| bins.mask[bins.ranges[*i].0..bins.ranges[*i].1].iter().all(|&used| used);
+                let shown = (0..bins.ranges.len()).step_by(7).filter(whole);
+                let in_bins: Vec<(usize, Vec<f64>)> =
+                    shown.map(|i| (i, in_densities(&record, bins.ranges[i], &present, weighting))).collect();
+                let count = record.modes.len();
+                let in_modes = in_modes(&record, 0..count, &present, 0.0);
+                for (what, got, lags) in [
+                    ("filter", bins.means(&at, Some(&(low, cells))), &filtered),
+                    ("resonance", bins.unit(resonance), &narrow),
+                ] {
+                    let usual = lags[0] * TAU0;
+                    for (i, products) in &in_bins {
+                        let (got, exact) = (got[bins.low + i], variance(products, lags));
+                        let error = (got - exact) / exact.max(0.1 * usual);
+                        assert!(
+                            error.abs() < 0.1,
+                            "{name}, {weighting:?}, {what}, bin {i}: {got} for {exact}"
+                        );
+                    }
+                    // What leaks into one mode depends on the mask between two nodes, whose mean is known.
+                    let exact = variance(&in_modes, lags);
+                    let error = (got[..count].iter().sum::<f64>() - exact) / exact.max(usual * count as f64);
+                    assert!(error.abs() < 0.2, "{name}, {weighting:?}, {what}, modes: {error}");
                 }
-                // What leaks into one mode depends on the mask between two nodes, whose mean is known.
-                let exact = variance(&in_modes, lags);
-                let error = (got[..count].iter().sum::<f64>() - exact) / exact.max(usual * count as f64);
-                assert!(error.abs() < 0.2, "{name}, {what}, modes: {error}");
             }
         }
     }
@@ -411,13 +451,16 @@ mod tests {
     #[test]
     fn pieces_and_missing_values_do_not_change_a_bit() {
         for (name, present) in masks() {
-            let whole = record(&present, 3.0);
-            let y: Vec<f64> =
-                (0..N).map(|t| if present[t] { ((t * t) as f64 * 0.37).sin() } else { f64::NAN }).collect();
-            for size in [1, 77, 1000] {
-                let mut pass = MaskedPass::new(present.clone(), TAU0, 3.0).unwrap();
-                y.chunks(size).for_each(|piece| pass.push(piece).unwrap());
-                assert!(pass.finish().unwrap() == whole, "{name} by {size}");
+            for weighting in [tapered(3.0), Weighting { taper: 0.0, differences: Some(1.0) }] {
+                let whole = record(&present, weighting);
+                let y: Vec<f64> = (0..N)
+                    .map(|t| if present[t] { ((t * t) as f64 * 0.37).sin() } else { f64::NAN })
+                    .collect();
+                for size in [1, 77, 1000] {
+                    let mut pass = MaskedPass::new(present.clone(), TAU0, weighting).unwrap();
+                    y.chunks(size).for_each(|piece| pass.push(piece).unwrap());
+                    assert!(pass.finish().unwrap() == whole, "{name} by {size}");
+                }
             }
         }
     }
@@ -425,18 +468,22 @@ mod tests {
     #[test]
     fn too_few_samples_or_places_are_refused() {
         let few: Vec<bool> = (0..100_000).map(|t| t % 500 == 0).collect();
-        assert!(matches!(MaskedPass::new(few, 1.0, 0.0), Err(Error::TooShort { got: 200, .. })));
+        assert!(matches!(
+            MaskedPass::new(few, 1.0, Weighting::default()),
+            Err(Error::TooShort { got: 200, .. })
+        ));
         // Enough samples, at the two ends of a long record.
         let ends: Vec<bool> = (0..1_000_000).map(|t| !(400..999_600).contains(&t)).collect();
-        assert!(matches!(MaskedPass::new(ends, 1.0, 0.0), Err(Error::TooShort { .. })));
+        assert!(matches!(MaskedPass::new(ends, 1.0, Weighting::default()), Err(Error::TooShort { .. })));
         let singles: Vec<bool> = (0..100_000).map(|t| t % 10 == 0).collect();
-        assert!(MaskedPass::new(singles, 1.0, 0.0).is_ok());
-        assert!(MaskedPass::new(vec![true; 1000], 0.0, 0.0).is_err());
+        assert!(MaskedPass::new(singles, 1.0, Weighting::default()).is_ok());
+        assert!(MaskedPass::new(vec![true; 1000], 0.0, Weighting::default()).is_err());
     }
 
     #[test]
     fn a_sample_that_is_there_must_be_a_number() {
-        let mut pass = MaskedPass::new((0..1000).map(|t| t % 3 > 0).collect(), 1.0, 0.0).unwrap();
+        let mut pass =
+            MaskedPass::new((0..1000).map(|t| t % 3 > 0).collect(), 1.0, Weighting::default()).unwrap();
         pass.push(&[f64::NAN, 1.0]).unwrap();
         assert_eq!(pass.push(&[1.0, f64::INFINITY]), Ok(()));
         assert_eq!(pass.push(&[f64::INFINITY]), Err(Error::NonFinite { index: 4 }));

@@ -189,7 +189,7 @@ def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> Summary
 
 
 def summarize_masked(pieces: Callable[[], Iterable[Floats]], *, present: NDArray[np.bool_], tau0: float) -> Summary:
-    """The same for a record with missing samples: one pass, or two if there is quantization noise or much of low frequencies.
+    """The same for a record with missing samples: one pass, or two for quantization noise or strong slow noise.
 
     Parameters
     ----------

@@ -195,7 +195,7 @@ fn informed(fit: Fit, bins: &mut Bins) -> Fit {
         let share = masked.information_left(&bins.spread(&weights), &bins.spread(&noise), levels);
         least = Some(least.map_or(share, |l| l.min(share)));
     }
-    bins.inform(least.unwrap_or(masked.in_segments() as f64 / bins.record.samples as f64));
+    bins.inform(least.unwrap_or(masked.share(bins.record.samples)));
     fit.model.clone().fit(bins)
 }
 

@@ -25,7 +25,7 @@ mod select;
 pub use analysis::analyse;
 pub use expected::Part;
 pub use lines::Line;
-pub use masked::MaskedPass;
+pub use masked::{MaskedPass, Weighting};
 pub use outcome::{Drift, Options, Outcome, Process};
 pub use pass::{LEAST_SAMPLES, Pass, Summary};
 pub use profile::Bounds;

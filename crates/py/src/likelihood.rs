@@ -26,8 +26,15 @@ impl LikelihoodPass {
 
     /// A pass over a record with missing samples.
     #[staticmethod]
-    fn masked(present: PyReadonlyArray1<'_, bool>, tau0: f64, taper: f64) -> PyResult<Self> {
-        let pass = likelihood::MaskedPass::new(present.as_slice()?.to_vec(), tau0, taper)
+    #[pyo3(signature = (present, tau0, taper=0.0, differences=None))]
+    fn masked(
+        present: PyReadonlyArray1<'_, bool>,
+        tau0: f64,
+        taper: f64,
+        differences: Option<f64>,
+    ) -> PyResult<Self> {
+        let weighting = likelihood::Weighting { taper, differences };
+        let pass = likelihood::MaskedPass::new(present.as_slice()?.to_vec(), tau0, weighting)
             .map_err(|error| value_error(&error))?;
         Ok(Self(Some(Walk::Masked(Box::new(pass)))))
     }
@@ -74,9 +81,11 @@ impl LikelihoodSummary {
         self.0.centres().into_pyarray(py)
     }
 
-    /// Samples over which the weights of a run should fall to 0 at its ends in another pass.
-    fn run_taper(&self, py: Python<'_>) -> f64 {
-        detached(py, || self.0.run_taper())
+    /// Samples over which the weights of a run should fall to 0 at its ends in another pass, and those of a run of
+    /// differences if they should take the place of the samples.
+    fn weighting(&self, py: Python<'_>) -> (f64, Option<f64>) {
+        let found = detached(py, || self.0.weighting());
+        (found.taper, found.differences)
     }
 
     /// Frequencies and densities of the periodogram.

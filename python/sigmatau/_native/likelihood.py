@@ -102,9 +102,13 @@ class Summary:
         return float(self._native.periodogram[1][1:].min())
 
     @property
-    def run_taper(self) -> float:
-        """Samples over which weights should fall to 0 at the ends of runs; 0 for a record without missing samples."""
-        return self._native.run_taper()
+    def weighting(self) -> tuple[float, float | None]:
+        """How a second pass over a record with missing samples should weight them.
+
+        Samples over which the weights fall to 0 at the ends of runs; and the same for runs of differences, if these should
+        take the place of the samples at high frequencies, else None.
+        """
+        return self._native.weighting()
 
     def analyse(
         self,
@@ -185,7 +189,7 @@ def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> Summary
 
 
 def summarize_masked(pieces: Callable[[], Iterable[Floats]], *, present: NDArray[np.bool_], tau0: float) -> Summary:
-    """The same for a record with missing samples: one pass, or two if there is quantization noise.
+    """The same for a record with missing samples: one pass, or two for quantization noise or strong slow noise.
 
     Parameters
     ----------
@@ -202,15 +206,17 @@ def summarize_masked(pieces: Callable[[], Iterable[Floats]], *, present: NDArray
         As `summarize`; and if the samples that are there are in a few places only, see `enough`.
     """
     there = np.ascontiguousarray(present, dtype=np.bool_)
-    summary = _walked(_core.LikelihoodPass.masked(there, tau0, 0.0), pieces())
-    taper = summary.run_taper
-    return summary if taper < _LEAST_TAPER else _walked(_core.LikelihoodPass.masked(there, tau0, taper), pieces())
+    summary = _walked(_core.LikelihoodPass.masked(there, tau0), pieces())
+    taper, differences = summary.weighting
+    if taper < _LEAST_TAPER and differences is None:
+        return summary
+    return _walked(_core.LikelihoodPass.masked(there, tau0, taper, differences), pieces())
 
 
 def enough(present: NDArray[np.bool_]) -> bool:
     """Whether a record with missing samples has so many, and in so many places, that it can be summarised."""
     try:
-        _core.LikelihoodPass.masked(np.ascontiguousarray(present, dtype=np.bool_), 1.0, 0.0)
+        _core.LikelihoodPass.masked(np.ascontiguousarray(present, dtype=np.bool_), 1.0)
     except ValueError:
         return False
     return True

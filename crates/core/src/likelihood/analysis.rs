@@ -149,7 +149,7 @@ fn unsteadiness(fit: &Fit, bins: &Bins) -> (f64, f64) {
         *w /= sum;
     }
     // Of a record with missing samples, a part counts by what it holds.
-    let shares = bins.record.masked.as_ref().map_or([1.0 / PARTS as f64; PARTS], |masked| masked.parts);
+    let shares = bins.record.masked.as_ref().map_or([1.0 / PARTS as f64; PARTS], |masked| masked.parts());
     let there: Vec<usize> = (0..PARTS).filter(|&p| shares[p] * PARTS as f64 > LEAST_PART).collect();
     let parts = there.len() as f64;
     if there.len() < 2 {

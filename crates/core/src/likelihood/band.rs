@@ -7,7 +7,7 @@ use crate::likelihood::drifts::{GIVEN_AT, with_drifts};
 use crate::likelihood::expected::Part;
 use crate::likelihood::intervals::thresholds;
 use crate::likelihood::lines::{Line, above_model, without_images};
-use crate::likelihood::masked::Levels;
+use crate::likelihood::masked::Weighting;
 use crate::likelihood::model::{Fit, Model};
 use crate::likelihood::outcome::Options;
 use crate::likelihood::pass::Summary;
@@ -171,7 +171,7 @@ fn wanted_terms(record: &Summary, options: &Options) -> [bool; 4] {
     terms
 }
 
-/// With missing samples: the fit with the information that the mask leaves, of quantization noise and random walk the
+/// With missing samples: the fit with the information that the mask leaves, of the two terms for which it is known the
 /// smaller one, if they stand out.
 fn informed(fit: Fit, bins: &mut Bins) -> Fit {
     let Some(masked) = bins.record.masked.clone() else { return fit };
@@ -179,26 +179,23 @@ fn informed(fit: Fit, bins: &mut Bins) -> Fit {
         return fit;
     }
     let covariance = fit.information(bins).0.pseudo_inverse();
-    let at = |part: Part| fit.model.index(part).map(|j| (j, fit.model.theta[j]));
-    let [white, steps] = [Part::RandomWalk, Part::Quantization].map(at);
-    let level = |of: Option<(usize, f64)>| of.map_or(0.0, |(_, theta)| theta);
-    let levels = Levels { quantization: level(steps), random_walk: level(white) };
+    let terms = masked.plain_terms().map(|part| fit.model.index(part).map(|j| (j, fit.model.theta[j])));
+    let levels = masked.levels(terms.map(|of| of.map_or(0.0, |(_, theta)| theta)), bins.record.tau0);
     let mut noise = vec![0.0; bins.len()];
-    for (j, theta) in [white, steps].into_iter().flatten() {
+    for (j, theta) in terms.into_iter().flatten() {
         noise.iter_mut().zip(bins.unit(fit.model.parts[j])).for_each(|(s, c)| *s += theta * c);
     }
     let mut least: Option<f64> = None;
-    for (j, theta) in [white, steps].into_iter().flatten() {
+    for (j, theta) in terms.into_iter().flatten() {
         if theta <= STANDS_OUT * covariance.get(j, j).max(0.0).sqrt() {
             continue;
         }
         let column = bins.unit(fit.model.parts[j]);
         let weights: Vec<f64> = column.iter().zip(&fit.spectrum).map(|(c, s)| c / (s * s)).collect();
-        let share =
-            masked.information_left(&bins.spread(&weights), &bins.spread(&noise), levels, bins.record.tau0);
+        let share = masked.information_left(&bins.spread(&weights), &bins.spread(&noise), levels);
         least = Some(least.map_or(share, |l| l.min(share)));
     }
-    bins.inform(least.unwrap_or(masked.present as f64 / bins.record.samples as f64));
+    bins.inform(least.unwrap_or(masked.share(bins.record.samples)));
     fit.model.clone().fit(bins)
 }
 
@@ -215,16 +212,26 @@ fn fit_of_terms(record: &Summary, mask: Vec<bool>) -> Vec<f64> {
 }
 
 impl Summary {
-    /// Samples over which the weights of a run should fall to 0 at its ends: the root of the ratio of quantization noise to
-    /// random walk, from a fit of the terms. 0 without missing samples.
+    /// The weights that a second pass over a record with missing samples should have, from a fit of the terms.
+    ///
+    /// The weights of a run fall to 0 at its ends over the root of the ratio of quantization noise to random walk. If
+    /// differences of samples have a smaller variance than the samples of a segment, they take their place there; random walk
+    /// and rate random walk are then what quantization noise and random walk are in the samples.
     #[must_use]
-    pub fn run_taper(&self) -> f64 {
-        let Some(masked) = &self.masked else { return 0.0 };
-        if !masked.has_neighbours() {
-            return 0.0;
+    pub fn weighting(&self) -> Weighting {
+        let Some(masked) = &self.masked else { return Weighting::default() };
+        let variance = 2.0 * self.density.iter().sum::<f64>() / (self.segment as f64 * self.tau0);
+        let differenced = masked.wants_differences(variance);
+        if !differenced && !masked.has_neighbours() {
+            return Weighting::default();
         }
         let theta = fit_of_terms(self, usable(self));
-        let (steps, white) = (theta[0] / self.tau0, theta[1]);
-        if steps > 0.0 { (steps / white.max(1e-12 * steps)).sqrt() } else { 0.0 }
+        let root = |above: f64, below: f64| {
+            if above > 0.0 { (above / below.max(1e-12 * above)).sqrt() } else { 0.0 }
+        };
+        Weighting {
+            taper: if masked.has_neighbours() { root(theta[0] / self.tau0, theta[1]) } else { 0.0 },
+            differences: differenced.then(|| root(theta[1], theta[3] * self.tau0 * self.tau0)),
+        }
     }
 }

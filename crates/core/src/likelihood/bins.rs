@@ -149,7 +149,7 @@ impl<'a> Bins<'a> {
             high_power.push(there.iter().map(|&k| record.density[k]).sum::<f64>() / count as f64);
             frequency.push(there.iter().map(|&k| record.frequency(k)).sum::<f64>() / count as f64);
             let (together, alone) = match &record.masked {
-                Some(masked) => (masked.present as f64 / record.samples as f64, masked.freedom_left(count)),
+                Some(masked) => (masked.share(record.samples), masked.freedom_left(count)),
                 None => (1.0, 1.0),
             };
             freedom.push(2.0 * count as f64 * share * together);

@@ -56,7 +56,9 @@ fn freedom_of_one(record: &Summary) -> f64 {
 /// Lines where a filter leaves nothing of the noise. At its zeros medians are no reference: a line must be far above them.
 pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
-    let mut beyond: Vec<bool> = (0..=last).map(|k| k >= first && k < last && !mask[k]).collect();
+    let image =
+        |k: usize| record.masked.as_ref().is_some_and(|masked| masked.repeats(k, record.segment, first));
+    let mut beyond: Vec<bool> = (0..=last).map(|k| k >= first && k < last && !mask[k] && !image(k)).collect();
     standing_above(record, &mut beyond, None, BEYOND)
 }
 

@@ -110,7 +110,7 @@ impl Summary {
     /// Samples that are there.
     #[must_use]
     pub fn present(&self) -> usize {
-        self.masked.as_ref().map_or(self.samples, |masked| masked.present)
+        self.masked.as_ref().map_or(self.samples, |masked| masked.present())
     }
 
     /// Times of the centres of the blocks, from the first sample, where curves are given. [s]

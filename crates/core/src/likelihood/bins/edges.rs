@@ -35,6 +35,11 @@ pub(crate) fn usable(record: &Summary) -> Vec<bool> {
         return mask;
     }
     mask[first..last].fill(true);
+    if let Some(masked) = &record.masked {
+        for (k, used) in mask.iter_mut().enumerate().take(last).skip(first) {
+            *used = !masked.repeats(k, record.segment, first);
+        }
+    }
     let edge = |i: usize| first + (last + 1 - first) * i / PIECES;
     let medians: Vec<f64> = (0..PIECES).map(|i| median(&record.density[edge(i)..edge(i + 1)])).collect();
     let usual = median(&medians[1..PIECES / 2]);

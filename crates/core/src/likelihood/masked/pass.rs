@@ -5,10 +5,11 @@
 //! a segment is kept.
 
 use crate::error::Error;
+use crate::likelihood::masked::differences::Differences;
 use crate::likelihood::masked::nodes::Nodes;
 use crate::likelihood::masked::weights::Weights;
 use crate::likelihood::masked::windows::TaperSums;
-use crate::likelihood::masked::{LEAST_NODES, LEAST_PAIRS, Masked};
+use crate::likelihood::masked::{LEAST_NODES, LEAST_PAIRS, Masked, Seen};
 use crate::likelihood::pass::{LEAST_SAMPLES, PARTS, Summary, hann, smooth};
 use sigmatau_fft::{Complex64, Planner, RealToComplex};
 use std::sync::Arc;
@@ -34,9 +35,21 @@ const TAPERED_SHARE: f64 = 0.125;
 /// A segment with less than so many samples is left out.
 const LEAST_IN_SEGMENT: f64 = 8.0;
 
+/// What a first pass says of the weights of a second one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Weighting {
+    /// Samples over which the weights of a run fall to 0 at its ends.
+    pub taper: f64,
+    /// The same of runs of differences, if these take the place of the samples in the segments.
+    pub differences: Option<f64>,
+}
+
 /// The pass: samples are pushed in pieces of any length.
 pub struct MaskedPass {
     present: Vec<bool>,
+    /// Where there are differences, if the segments have these.
+    pairs_at: Option<Vec<bool>>,
+    differences: Differences,
     count: usize,
     tau0: f64,
     nodes: Nodes,
@@ -44,22 +57,24 @@ pub struct MaskedPass {
     pushed: usize,
     level: Option<f64>,
     sum: f64,
-    last: Option<f64>,
+    neighbours: usize,
     pairs: usize,
     squares: f64,
     fourths: f64,
+    /// The samples of a piece after those one step before it.
     piece: Vec<f64>,
+    steps: Vec<f64>,
 }
 
 impl MaskedPass {
-    /// A pass over a record of so many samples as the mask has. `taper`: samples over which the weights of a run fall to 0
-    /// at its ends, see [`Summary::run_taper`]; 0 for a first pass.
+    /// A pass over a record of so many samples as the mask has. `weighting`: see [`Summary::weighting`]; the default for a
+    /// first pass.
     ///
     /// # Errors
     ///
     /// [`Error::TooShort`] for fewer than [`LEAST_SAMPLES`] present samples, or if these are in so few places that nothing
     /// is known of low frequencies; [`Error::Parameter`] for an interval that is not positive.
-    pub fn new(present: Vec<bool>, tau0: f64, taper: f64) -> Result<Self, Error> {
+    pub fn new(present: Vec<bool>, tau0: f64, weighting: Weighting) -> Result<Self, Error> {
         let samples = present.len();
         let count = present.iter().filter(|&&there| there).count();
         if count < LEAST_SAMPLES {
@@ -73,25 +88,33 @@ impl MaskedPass {
         if filled < LEAST_NODES {
             return Err(Error::TooShort { need: LEAST_NODES * spacing, got: count });
         }
-        let runs = present.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(present[0]);
-        let taper = taper.min(MOST_TAPER * spacing as f64);
-        let high = taper.min(TAPERED_SHARE * count as f64 / runs as f64).min(MOST_TAPER_HIGH);
+        let differences = Differences::new(&present, weighting.differences.is_some());
+        let pairs_at = differences.used.then(|| differences.there(&present));
+        let taper = weighting.taper.min(MOST_TAPER * spacing as f64);
+        let shown = pairs_at.as_ref().unwrap_or(&present);
+        let runs = shown.windows(2).filter(|p| !p[0] && p[1]).count() + usize::from(shown[0]);
+        let there = shown.iter().filter(|&&there| there).count();
+        let high = weighting.differences.unwrap_or(taper);
+        let high = high.min(TAPERED_SHARE * there as f64 / runs as f64).min(MOST_TAPER_HIGH);
         let segment = (SEGMENT * spacing).min(samples / 4);
         let segment = if segment < samples / 4 { smooth(segment) } else { segment - segment % 2 };
         Ok(Self {
             nodes: Nodes::new(samples, spacing, Weights::new(taper)),
-            segments: Segments::new(samples, segment, Weights::new(high)),
+            segments: Segments::new(samples, segment, differences.step, Weights::new(high)),
+            neighbours: present.windows(2).filter(|p| p[0] && p[1]).count(),
+            piece: vec![0.0; differences.step],
+            steps: Vec::new(),
+            pairs_at,
+            differences,
             present,
             count,
             tau0,
             pushed: 0,
             level: None,
             sum: 0.0,
-            last: None,
             pairs: 0,
             squares: 0.0,
             fourths: 0.0,
-            piece: Vec::new(),
         })
     }
 
@@ -105,32 +128,42 @@ impl MaskedPass {
         if self.pushed + samples.len() > self.present.len() {
             return Err(Error::Length { expected: self.present.len(), got: self.pushed + samples.len() });
         }
+        let step = self.differences.step;
         for piece in samples.chunks(self.segments.length) {
-            let there = &self.present[self.pushed..self.pushed + piece.len()];
-            self.piece.clear();
+            let end = self.pushed + piece.len();
+            let there = &self.present[self.pushed..end];
+            let seen = self.piece.len() - step;
+            self.piece.drain(..seen);
+            self.steps.clear();
             for (i, (&x, &there)) in piece.iter().zip(there).enumerate() {
                 if !there {
-                    self.last = None;
                     self.piece.push(0.0);
+                    self.steps.push(0.0);
                     continue;
                 }
+                let at = self.pushed + i;
                 if !x.is_finite() || x.abs() > crate::phase::LARGEST_RATE {
-                    return Err(Error::NonFinite { index: self.pushed + i });
+                    return Err(Error::NonFinite { index: at });
                 }
                 let x = x - *self.level.get_or_insert(x);
-                if let Some(last) = self.last {
-                    let step = (x - last).powi(2);
-                    self.squares += step;
-                    self.fourths += step * step;
+                let paired = at >= step && self.present[at - step];
+                let difference = if paired { x - self.piece[i] } else { 0.0 };
+                if paired {
+                    let square = difference * difference;
+                    self.squares += square;
+                    self.fourths += square * square;
                     self.pairs += 1;
                 }
-                self.last = Some(x);
                 self.sum += x;
                 self.piece.push(x);
+                self.steps.push(difference);
             }
-            self.nodes.take(&self.present, self.pushed, &self.piece);
-            self.pushed += piece.len();
-            self.segments.take(&self.present, self.pushed, &self.piece);
+            self.nodes.take(&self.present, self.pushed, &self.piece[step..]);
+            self.pushed = end;
+            match &self.pairs_at {
+                Some(pairs_at) => self.segments.take(pairs_at, end, &self.steps),
+                None => self.segments.take(&self.present, end, &self.piece[step..]),
+            }
         }
         Ok(())
     }
@@ -147,12 +180,13 @@ impl MaskedPass {
         let (samples, tau0) = (self.present.len(), self.tau0);
         let Segments { length: segment, taper, mut density, mut parts, totals, sums, .. } = self.segments;
         let total: f64 = totals.iter().sum();
-        for x in &mut density {
-            *x *= tau0 / total;
+        let gains = self.differences.gains(segment);
+        for (x, gain) in density.iter_mut().zip(&gains) {
+            *x *= tau0 / (total * gain);
         }
         for (part, own) in parts.iter_mut().zip(&totals) {
-            for x in part {
-                *x *= if *own > 0.0 { tau0 / own } else { 0.0 };
+            for (x, gain) in part.iter_mut().zip(&gains) {
+                *x *= if *own > 0.0 { tau0 / (own * gain) } else { 0.0 };
             }
         }
         let (spacing, blocks) = (self.nodes.spacing, self.nodes.count);
@@ -172,7 +206,16 @@ impl MaskedPass {
             masked: None,
         };
         let parts = totals.map(|own| own / total);
-        let masked = Masked::new((self.count, self.pairs), parts, string, windows, &record);
+        let seen = Seen {
+            present: self.count,
+            neighbours: self.neighbours,
+            pairs: self.pairs,
+            square: self.squares / self.pairs.max(1) as f64,
+            differences: self.differences,
+            gains,
+            parts,
+        };
+        let masked = Masked::new(seen, string, windows, &record);
         record.masked = Some(Arc::new(masked));
         Ok(record)
     }
@@ -210,7 +253,7 @@ struct Segments {
 }
 
 impl Segments {
-    fn new(samples: usize, length: usize, weights: Weights) -> Self {
+    fn new(samples: usize, length: usize, step: usize, weights: Weights) -> Self {
         let count = (STEPS * samples).div_ceil(length);
         let transform = Planner::new().forward(length);
         let (output, scratch) = (transform.make_output_vec(), transform.make_scratch_vec());
@@ -226,7 +269,7 @@ impl Segments {
             density: vec![0.0; output.len()],
             parts: vec![vec![0.0; output.len()]; PARTS],
             totals: [0.0; PARTS],
-            sums: TaperSums::new(length, count),
+            sums: TaperSums::new(length, count, step),
             mask: vec![0.0; length],
             buffer: vec![0.0; length],
             output,

@@ -1,17 +1,39 @@
 //! How much the powers of a record with missing samples say: the mask makes those of different frequencies go together.
 
+use crate::likelihood::expected::Part;
 use crate::likelihood::masked::Masked;
+use crate::likelihood::masked::differences::Differences;
 use crate::likelihood::masked::windows::spectrum;
 use std::f64::consts::PI;
 
-/// Levels of quantization noise and random walk: Q² and N².
+/// Covariance of the values in the segments: of a value with itself, and with that one step later, times τ₀.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Levels {
-    pub quantization: f64,
-    pub random_walk: f64,
+    own: f64,
+    next: f64,
 }
 
 impl Masked {
+    /// The two terms whose information the mask leaves is known: the one with white values in the segments first, and the
+    /// one that has a covariance at a step beside it.
+    pub(crate) fn plain_terms(&self) -> [Part; 2] {
+        if self.seen.differences.used {
+            [Part::RateRandomWalk, Part::RandomWalk]
+        } else {
+            [Part::RandomWalk, Part::Quantization]
+        }
+    }
+
+    /// What these two terms with these squared coefficients add to the covariance.
+    pub(crate) fn levels(&self, [white, stepped]: [f64; 2], tau0: f64) -> Levels {
+        let Differences { step, used } = self.seen.differences;
+        if used {
+            return Levels { own: white * step as f64 * tau0 * tau0 + 2.0 * stepped, next: -stepped };
+        }
+        let next = if step == 1 { -stepped / tau0 } else { 0.0 };
+        Levels { own: white + 2.0 * stepped / tau0, next }
+    }
+
     /// Degrees of freedom of a mean of so many neighbouring densities, over those without missing samples. Isolated losses
     /// leave a single density its freedom, long gaps take their share away.
     pub(crate) fn freedom_left(&self, count: usize) -> f64 {
@@ -26,19 +48,20 @@ impl Masked {
     /// Information on a term in all bins of the periodogram together, over that of bins which are independent and complete.
     ///
     /// The variance of Σ x P, with the weights x that the term has in the fit, for the covariance of the powers P of
-    /// quantization noise and random walk with this mask, against the variance that the fit assumes. `weights`: x by
-    /// density; `noise`: expected densities of these two.
-    pub(crate) fn information_left(&self, weights: &[f64], noise: &[f64], levels: Levels, tau0: f64) -> f64 {
+    /// the two plain terms with this mask, against the variance that the fit assumes. `weights`: x by density; `noise`:
+    /// expected densities of these two.
+    pub(crate) fn information_left(&self, weights: &[f64], noise: &[f64], levels: Levels) -> f64 {
         let period = 2 * (weights.len() - 1);
-        let own = levels.random_walk + 2.0 * levels.quantization / tau0;
-        let next = -levels.quantization / tau0;
-        let turned: Vec<f64> = weights
+        let Levels { own, next } = levels;
+        let step = self.seen.differences.step as f64;
+        let plain: Vec<f64> = weights.iter().zip(&self.seen.gains).map(|(x, gain)| x / gain).collect();
+        let turned: Vec<f64> = plain
             .iter()
             .enumerate()
-            .map(|(k, x)| x * (2.0 * PI * k as f64 / period as f64).cos())
+            .map(|(k, x)| x * (2.0 * PI * k as f64 * step / period as f64).cos())
             .collect();
         let seen: Vec<f64> = weights.iter().zip(noise).map(|(x, s)| x * s).collect();
-        let [plain, turned, seen] = [weights, &turned, &seen].map(|x| spectrum(x, period));
+        let [plain, turned, seen] = [&plain, &turned, &seen].map(|x| spectrum(x, period));
         let [squares, both, pairs] = &self.windows.laws;
         let (mut above, mut below) = (0.0, 0.0);
         for t in 0..plain.len() {

@@ -23,11 +23,13 @@ const LOWEST: f64 = 0.02;
 pub(super) struct TaperSums {
     length: usize,
     segments: usize,
+    /// Distance of the samples whose products are the second law.
+    step: usize,
     total: f64,
     /// Spectra of w ⋆ w, and of A₁ − 2 A₂.
     overlap: Vec<f64>,
     level: Vec<f64>,
-    /// Spectra of w², of w(t) w(t + 1), and of both.
+    /// Spectra of w², of w(t) w(t + step), and of both.
     squares: Vec<f64>,
     next: Vec<f64>,
     both: Vec<f64>,
@@ -43,12 +45,13 @@ pub(super) struct TaperSums {
 }
 
 impl TaperSums {
-    pub(super) fn new(length: usize, segments: usize) -> Self {
+    pub(super) fn new(length: usize, segments: usize, step: usize) -> Self {
         let mut planner = Planner::new();
         let (long, short) = (planner.forward(2 * length), planner.forward(length));
         Self {
             length,
             segments,
+            step,
             total: 0.0,
             overlap: vec![0.0; length + 1],
             level: vec![0.0; length + 1],
@@ -95,8 +98,8 @@ impl TaperSums {
         buffer.iter_mut().zip(weights).for_each(|(b, w)| *b = w * w);
         done = self.long.process(&mut buffer, &mut self.second);
         debug_assert!(done.is_ok());
-        let mut pairs: Vec<f64> = weights.windows(2).map(|p| p[0] * p[1]).collect();
-        pairs.push(0.0);
+        let mut pairs: Vec<f64> = weights.iter().zip(&weights[self.step..]).map(|(a, b)| a * b).collect();
+        pairs.resize(self.length, 0.0);
         done = self.short.process(&mut pairs, &mut self.third);
         debug_assert!(done.is_ok());
         for (k, (z, square)) in self.first.iter().zip(&self.second).enumerate() {
@@ -180,7 +183,7 @@ pub(crate) struct Windows {
     at_zero: Vec<f64>,
     sums: Running,
     level_sums: Running,
-    /// Lags of sums of w⁴ kind: of w², of w² with w(t) w(t + 1), of the latter; and of a segment without missing samples.
+    /// Lags of sums of w⁴ kind: of w², of w² with w(t) w(t + step), of the latter; and of a segment without missing samples.
     pub laws: [Vec<f64>; 3],
     pub law_of_whole: Vec<f64>,
     /// Spectrum of w², of all segments and of a segment without missing samples: shared noise of two densities.

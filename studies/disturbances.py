@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import butter, sosfilt
 
 import sigmatau as st
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -106,6 +107,14 @@ def start(axes: Axes, rng: np.random.Generator) -> None:
         x *= 1 - np.exp(-(np.arange(len(x)) + 0.5) / RATE / 0.5)
 
 
+def low_pass(axes: Axes, rng: np.random.Generator) -> None:
+    """Not a fault: a filter of second order with a corner of 1 Hz."""
+    sections = butter(2, 1.0 / (RATE / 2), output="sos")
+    for x in axes.values():
+        level = x.mean()
+        x[:] = level + sosfilt(sections, x - level)
+
+
 FAULTS: dict[str, Callable[[Axes, np.random.Generator], None]] = {
     "three bumps": bump,
     "a knock": knock,
@@ -115,6 +124,7 @@ FAULTS: dict[str, Callable[[Axes, np.random.Generator], None]] = {
     "1 % spikes": spikes,
     "an outlier of 1e9 σ": outlier,
     "a start transient": start,
+    "a low-pass filter of 1 Hz": low_pass,
 }
 WARM_UP, PULSES = "a warm-up with a thermometer", "pulses of 1 to 3 σ a step"
 CASES = ("nothing", *FAULTS, WARM_UP, PULSES)

@@ -196,7 +196,7 @@ def _beyond_smooth(x: Floats, at: Ints, seen: _Scale, multiple: float) -> Ints:
     there = np.flatnonzero(np.isfinite(x))
     middle = np.clip(np.searchsorted(there, at), 2, len(there) - 3)
     fourth = np.abs(np.diff(x[there[middle[:, None] + np.arange(-2, 3)]], n=4)[:, 0]) / _MIDDLE
-    return at[fourth > multiple * max(seen.fourth, _UNSEEN * seen.step) + _STEPS * seen.step]
+    return np.asarray(at[fourth > multiple * max(seen.fourth, _UNSEEN * seen.step) + _STEPS * seen.step])
 
 
 def _scale(x: Floats) -> _Scale:

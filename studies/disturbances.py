@@ -294,8 +294,8 @@ Of {records} clean records of six axes ([their models](false-alarms.md)), {warne
 and of {left:.1f} % samples are left out ({o:g} % at most).
 """
 
-_FILTERED = f"""White noise of three gyros behind a filter ({FILTERED_RATE:g} Hz, 10 minutes), alone or beside flicker noise or
-a random walk, in half of the records in steps of 0.01 to 5 standard deviations of the change from sample to sample.
+_FILTERED = f"""White noise of three gyros behind a filter ({FILTERED_RATE:g} Hz, 10 minutes), alone or beside flicker noise
+or a random walk, in half of the records in steps of 0.01 to 5 standard deviations of the change from sample to sample.
 Percentage of the records of which samples are left out ({100 * LEFT_OUT:g} % at most), and the causes:
 
 | filter | records | left out | causes |

@@ -69,10 +69,10 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         if held is not None and channel in held.channels:
             kept = lengths > limit(max(held.times, held.longest / 2))
     if kept.any() and found is not None and _is_smooth(x):
-        before, after = x[np.maximum(first - 1, 0)], x[np.minimum(first + lengths, len(x) - 1)]
-        kept &= np.maximum(np.abs(before - x[first]), np.abs(after - x[first])) > max(
-            _JUMP * found.step, _PART_OF_NOISE * found.noise
-        )
+        edges = np.concatenate(([np.nan], x, [np.nan]))
+        changes = np.abs(np.stack([edges[first], edges[first + lengths + 1]]) - x[first])
+        jumps = np.where(np.isnan(changes), math.inf, changes).max(axis=0)
+        kept &= jumps > max(_JUMP * found.step, _PART_OF_NOISE * found.noise)
     return first[kept], lengths[kept]
 
 

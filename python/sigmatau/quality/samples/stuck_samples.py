@@ -19,10 +19,8 @@ from sigmatau.record.streams import Stream
 
 _FALSE_ALARM = 1e-4  # probability that a record of noise alone has a run that is reported
 _SMOOTH = 1.0  # power of the second differences over that of the first, 2 of a random walk, below which noise is smooth
-_JUMP, _PART_OF_NOISE = (
-    1.5,
-    0.5,
-)  # steps of the numbers, and part of the noise, that it changes by beside a fault at least
+# Beside a long run smooth noise changes by less than so many steps of the numbers, or than this times its white part.
+_JUMP, _TIMES_NOISE = 2.5, 1.0
 _LOOKED_AT = 1 << 14
 _MIN_RUN = 5  # shortest run of equal samples that is reported: logs of real sensors have triples without a fault
 
@@ -72,7 +70,7 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         edges = np.concatenate(([np.nan], x, [np.nan]))
         changes = np.abs(np.stack([edges[first], edges[first + lengths + 1]]) - x[first])
         jumps = np.where(np.isnan(changes), math.inf, changes).max(axis=0)
-        kept &= jumps > max(_JUMP * found.step, _PART_OF_NOISE * found.noise)
+        kept &= jumps > max(_JUMP * found.step, _TIMES_NOISE * found.noise)
     return first[kept], lengths[kept]
 
 

@@ -13,9 +13,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import butter, lfilter, sosfilt
 
 import sigmatau as st
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.samples.disturbances import without
 from studies import false_alarms
 from studies.runner import run
 
@@ -180,11 +183,55 @@ def clean_part(seed: int, grade: str, length: str) -> list[tuple[bool, bool]]:
     return rows
 
 
+FILTERS = (
+    *(f"Butterworth, order {k}, 0.3 to 20 Hz" for k in (1, 2, 3, 4)),
+    "mean of 2 to 200",
+    "exponential, 0.02 to 2 s",
+)
+FILTERED, FILTERED_PARTS, FILTERED_RATE, FILTERED_SAMPLES = 200, 4, 100.0, 60_000
+
+
+def filtered(rng: np.random.Generator, name: str) -> st.Record:
+    """Three gyros at 100 Hz with white noise behind a filter, alone or beside flicker noise or a walk; half are rounded."""
+    n, rate = FILTERED_SAMPLES, FILTERED_RATE
+    x = rng.standard_normal((3, 2 * n))
+    if name.startswith("B"):
+        corner = math.exp(rng.uniform(math.log(0.3), math.log(20)))
+        x = sosfilt(butter(int(name.split()[2][0]), corner / (rate / 2), output="sos"), x)
+    elif name.startswith("m"):
+        k = round(math.exp(rng.uniform(math.log(2), math.log(200))))
+        x = lfilter(np.full(k, 1 / k), [1.0], x)
+    else:
+        x = lfilter([1.0], [1.0, -math.exp(-1 / rate / math.exp(rng.uniform(math.log(0.02), math.log(2))))], x)
+    x = x[:, n:] / x[:, n:].std()
+    f = np.fft.rfftfreq(2 * n, 1 / rate)
+    f[0] = f[1]
+    if beside := rng.integers(3):
+        slow = np.fft.irfft(np.fft.rfft(rng.standard_normal((3, 2 * n))) * f ** (-beside / 2))[:, :n]
+        x = x + slow / slow.std() * 10 ** rng.uniform(-1.5, 1)
+    if rng.random() < 0.5:
+        step = np.diff(x).std() * 10 ** rng.uniform(-2, 0.7)
+        x = np.round(x / step) * step
+    return st.Record.from_arrays(rate=rate, gyro=1e-3 * x.T)
+
+
+def filtered_part(seed: int, name: str) -> list[list[str]]:
+    """Causes for which samples of clean filtered records are left out."""
+    rng, rows = np.random.default_rng(seed), []
+    for _ in range(FILTERED // FILTERED_PARTS):
+        with facts_kept():
+            found = without(filtered(rng, name).streams[0])[1]
+        rows.append(sorted({f.code for f in found if f.left_out}))
+    return rows
+
+
 def main(parts: int = PARTS) -> None:
     """Run the study and write docs/study/disturbances.md."""
     cells: dict[str, tuple[Any, tuple[Any, ...]]] = {
         f"clean {name}": (clean_part, what) for name, (_, what) in false_alarms.cells().items()
     }
+    for name in FILTERS:
+        cells |= {f"filtered {name} {k}": (filtered_part, (name,)) for k in range(min(parts, FILTERED_PARTS))}
     cells |= {f"{case} {k}": (part, (case,)) for k in range(parts) for case in CASES}
     results = run("disturbances", cells, settings=repr((RECORDS, PARTS, MINUTES, RATE, MODEL, CASES)))
     Path("docs/study/disturbances.md").write_text(page(results), encoding="utf-8")
@@ -211,8 +258,18 @@ def page(results: Mapping[str, Any]) -> str:
     for share, limit, what in zip(shares, (WARNED, LEFT_OUT), ("warnings", "left out"), strict=True):
         if share > limit + 3 * math.sqrt(limit * (1 - limit) / len(every)):
             fails.append(f"clean records, {what}")
+    rows = []
+    for name in FILTERS:
+        lost = [causes for cell, some in results.items() if cell.startswith(f"filtered {name}") for causes in some]
+        share = sum(map(bool, lost)) / len(lost)
+        rows.append(
+            f"| {name} | {len(lost)} | {100 * share:.1f} | {', '.join(sorted({c for causes in lost for c in causes}))} |"
+        )
+        if share > LEFT_OUT + 3 * math.sqrt(LEFT_OUT * (1 - LEFT_OUT) / len(lost)):
+            fails.append(name)
     warned, out = (100 * share for share in shares)
     lines.append(_CLEAN.format(records=len(every), warned=warned, left=out, w=100 * WARNED, o=100 * LEFT_OUT))
+    lines += [_FILTERED, *rows, ""]
     lines.append(f"Limits that do not hold: {', '.join(fails) if fails else 'none'}.\n")
     return "\n".join(lines)
 
@@ -236,6 +293,13 @@ _CLEAN = """
 Of {records} clean records of six axes ([their models](false-alarms.md)), {warned:.1f} % have a warning ({w:g} % at most)
 and of {left:.1f} % samples are left out ({o:g} % at most).
 """
+
+_FILTERED = f"""White noise of three gyros behind a filter ({FILTERED_RATE:g} Hz, 10 minutes), alone or beside flicker noise
+or a random walk, in half of the records in steps of 0.01 to 5 standard deviations of the change from sample to sample.
+Percentage of the records of which samples are left out ({100 * LEFT_OUT:g} % at most), and the causes:
+
+| filter | records | left out | causes |
+|---|---|---|---|"""
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
 import sigmatau as st
 from sigmatau.fitting.channel import fit_channel
@@ -22,10 +23,10 @@ from studies import false_alarms
 from studies.motions import GRADES, KINDS, band, handled, moving
 from studies.runner import run
 
-MOVING, CLEAN, HANDLED = 204, 300, 200
+MOVING, CLEAN, HANDLED = 204, 360, 200
 A_CELL = 10
 SENSORS = {"both": "six axes", "gyro": "gyros only", "accel": "accelerometers only"}
-DISTURBED = ("warm-up", "lines", "coarse", "filtered", "vibrated")
+DISTURBED = ("warm-up", "lines", "coarse", "filtered", "vibrated", "Gauss-Markov")
 LIMIT_FALSE, LEAST_COVERED = 0.02, 0.92
 TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 
@@ -69,6 +70,10 @@ def at_rest(seed: int, kind: str, length: str) -> st.Record:
             f = np.fft.rfftfreq(len(x), 1 / rate)
             gain = 1 / np.sqrt(1 + (f / (rng.uniform(0.02, 0.3) * rate)) ** 4)
             x = level + np.fft.irfft(np.fft.rfft(x - level) * gain, len(x))
+        elif kind == "Gauss-Markov":
+            time, power = rng.uniform(1, 3), rng.uniform(1, 5) * white / math.sqrt(rate)
+            a = math.exp(-1 / rate / time)
+            x = x + lfilter([power * math.sqrt((1 - a * a) / (2 * time))], [1, -a], rng.standard_normal(len(x)))
         else:
             shaken = (0.3 if name.startswith("gyro") else 5.0) * one
             x = x + rng.uniform(0.2, 2) * shaken * band(rng, len(x), rate, 0.2 * rate, 0.45 * rate)
@@ -176,8 +181,8 @@ with simulated records.
 
 Cars, walks, drones, hand-held sensors, turntables and ships at anchor (studies/motions.py): 1 to 10 min at 50 to 200 Hz,
 with gravity, rigid-body rotation and the noise of MEMS or tactical sensors. Turntables have constant rates above 20 deg/s,
-steps, or oscillations. Accelerometers alone do not always show the motion of a drone beside strong vibration of its motors,
-or a level turntable with a constant rate.
+steps, or oscillations. Accelerometers alone do not always show the motion of a drone for a minute or two beside strong
+vibration of its motors. On a level turntable with a constant rate they rest, beside a line.
 
 Number of records not at rest / partly at rest / at rest:
 
@@ -188,8 +193,10 @@ _CLEAN = """
 ## Clean records
 
 The grades of the [study of false alarms](false-alarms.md), and consumer MEMS with a warm-up of up to 1 deg/s or 20 mg, eight
-lines from 0.1 Hz on, steps of 2 to 20 standard deviations, a low-pass filter from 0.02 of the sampling rate on, or the
-vibration of an engine. Number of records that are not called at rest:
+lines from 0.1 Hz on, steps of 2 to 20 standard deviations, a low-pass filter from 0.02 of the sampling rate on, the
+vibration of an engine, or a Gauss–Markov process of 1 to 3 s that is one to five times the white noise at zero frequency.
+One more than 8 times the white noise, and beyond 0.05 (deg/s)/√Hz or 15 (mm/s²)/√Hz, is called motion: it has the spectrum
+of motion. `--at-rest` analyses it. Number of records that are not called at rest:
 
 | grade | 20 min at 50 Hz | 1 h at 100 Hz | 2 h at 25 Hz |
 |---|---|---|---|"""

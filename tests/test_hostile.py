@@ -1,11 +1,13 @@
 """Hostile input and a machine's limits: a clean error or a result, in seconds and within the memory there is."""
 
 import gzip
+import json
 import os
 import re
 import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -197,6 +199,19 @@ class TestMemory:
         assert 0 < int(done.stdout) < 2 << 30
         assert available() is not None
 
+    def test_the_limit_of_the_control_group_counts(self, monkeypatch):
+        """100 MB left by the group above: 1000 less 950 used, of which 50 are of files."""
+        words = {
+            "/proc/self/cgroup": "0::/above/below\n",
+            "/sys/fs/cgroup/above/below/memory.max": "max\n",
+            "/sys/fs/cgroup/above/memory.max": "1000000000\n",
+            "/sys/fs/cgroup/above/memory.current": "950000000\n",
+            "/sys/fs/cgroup/above/memory.stat": "anon 1\ninactive_file 50000000\n",
+        }
+        read_text = Path.read_text
+        monkeypatch.setattr(Path, "read_text", lambda p, *a, **k: words.get(str(p)) or read_text(p, *a, **k))
+        assert available() == 100_000_000
+
     @linux
     def test_an_array_is_analysed_in_pieces(self, tmp_path):
         """480 MB, more than a process of 700 MB has free."""
@@ -265,6 +280,22 @@ class TestNames:
     def test_of_models(self, tmp_path, capsys, argv):
         path = tmp_path / "model.toml"
         st.NoiseModel(channels={self.EVIL: {"random_walk": 1e-4, "rate_random_walk": 1e-6}}).write(path)
+        self.shown(capsys, argv[0], path, *argv[1:])
+
+    @pytest.mark.parametrize(
+        "argv",
+        [
+            ("plan", "--term", "bias_instability"),
+            ("predict", "--after", "60s"),
+            ("compare", "--datasheet", "icm42688p"),
+            ("export", "--to", "ieee952"),
+        ],
+    )
+    def test_of_results(self, tmp_path, capsys, argv):
+        samples = np.random.default_rng(8).standard_normal(3000)
+        result = st.analyze(st.Record.from_arrays(rate=100, unit={"gyro": "deg/s"}, gyro_x=samples)).to_dict()
+        path = tmp_path / "result.json"
+        path.write_text(json.dumps(result).replace("gyro_x", json.dumps(self.EVIL)[1:-1]))
         self.shown(capsys, argv[0], path, *argv[1:])
 
     def test_of_text(self, tmp_path, capsys):

@@ -156,6 +156,19 @@ def test_an_outlier_of_a_billion_deviations_is_left_out():
     assert analysis.fits["gyro_z"]["random_walk"].value == pytest.approx(2e-5, rel=0.015)
 
 
+def test_spikes_of_one_axis_do_not_hide_those_of_another():
+    """A hundred in the first seconds of x, ten on y: the same rows are not theirs."""
+    gyro, accel = white("spikes of two axes")
+    gyro[10:1000:10, 0] += 1.0
+    at = np.arange(5_000, 55_000, 5_000)
+    gyro[at, 1] += 0.05
+    analysis = analyze(record_of(gyro, accel), method="read-off")
+    assert [(f.code, f.channel, f.left_out) for f in analysis.findings] == [
+        ("spikes", "gyro_x", 99),
+        ("spikes", "gyro_y", 10),
+    ]
+
+
 def zeros(name, count=40):
     gyro, accel = white(name)
     rng = np.random.default_rng(seed_of(f"{name}, where"))

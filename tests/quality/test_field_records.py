@@ -4,6 +4,7 @@ import pytest
 from clean_records import check_samples as check
 
 from sigmatau import analyze, read
+from sigmatau.fitting.channel import fit_channel
 from sigmatau.quality.samples.resolution import resolution
 
 HFI = {"time": 1, "gyro": "2:4", "accel": "5:7"}
@@ -97,3 +98,14 @@ def test_a_first_row_of_zeros_is_left_out(field_data):
     one = found.fits["accel_z"].terms["quantization"]
     assert not one.observed
     assert (one.upper_limit or 0.0) < 8e-6
+
+
+def test_slow_lines_beside_each_other(field_data):
+    """Seven narrow ones from 0.189 Hz on; they were told as one of 34 Hz, 26 Hz wide, and the gyros were refused."""
+    record = read(field_data / "field" / "ch104.mat", rate=100, unit={"gyro": "deg/s", "accel": "g"})
+    assert max(record.stream_of("accel_z").column("accel_z")) == pytest.approx(9.8, rel=0.05)  # not on a gyro
+    fitted = fit_channel(record, "gyro_x")
+    lines = [line.frequency.value for line in fitted.sinusoid]
+    for frequency in (0.189, 1.33, 1.70, 2.85, 3.23, 4.33, 4.71):
+        assert min(abs(line - frequency) for line in lines) < 0.01
+    assert fitted["random_walk"].low > 0

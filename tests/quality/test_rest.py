@@ -28,7 +28,7 @@ def test_moving_records(kind):
     assert verdict(moving(seed_of(f"moving {kind} 0"), kind)).verdict == "not_at_rest"
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "drone"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("sensors", ["gyro", "accel"])
 def test_moving_records_of_one_sensor(kind, sensors):
     assert verdict(moving(seed_of(f"moving {kind} {sensors}"), kind, sensors=sensors)).verdict == "not_at_rest"

@@ -6,12 +6,13 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 from clean_records import mixture
+from scipy.signal import butter, lfilter, sosfilt
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, simulate
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
-from sigmatau.quality.samples.disturbances import without
+from sigmatau.quality.samples.disturbances import disturbances, without
 from sigmatau.quality.samples.spikes import _multiple, find_spikes, spike_mask, spikes
 from sigmatau.record.streams import Columns, Transform
 
@@ -85,6 +86,42 @@ def test_mixtures_of_all_terms_have_none(k):
     assert not find_spikes(x).any()
     assert dense_spikes(x, 0.0) is None
     assert not hidden(x, 0.0)
+
+
+FILTERS = {
+    **{f"order {k}, {f} Hz": butter(k, f / 50, output="sos") for k in (1, 2, 3, 4) for f in (0.3, 1, 3, 10, 20)},
+    **{f"mean of {k}": (np.ones(k) / k, [1.0]) for k in (2, 5, 20, 60, 200)},
+    **{f"exponential, {t} s": ([1.0], [1, -np.exp(-1 / RATE / t)]) for t in (0.02, 0.1, 0.5, 2)},
+}
+
+
+def filtered(name, n=60_000):
+    """White noise behind a filter, of one standard deviation; three axes."""
+    x = white(f"filtered {name}", 6 * n).reshape(3, -1)
+    x = (sosfilt(FILTERS[name], x) if name.startswith("order") else lfilter(*FILTERS[name], x))[:, n:]
+    return x / x.std()
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_filtered_noise_loses_no_sample(name):
+    """Medians do not follow the extremes of smooth noise, which looked like spikes; its numbers rest there when rounded."""
+    rng = np.random.default_rng(seed_of(f"filtered in steps {name}"))
+    slow = np.cumsum(rng.normal(size=60_000)) / 3e3
+    columns = dict(zip(("gyro_x", "gyro_y", "gyro_z"), filtered(name) + np.outer([0, 1, 30], slow), strict=True))
+    step = {c: np.std(np.diff(y)) * 10 ** rng.uniform(-2, 0.7) for c, y in columns.items()}
+    for each in (columns, {c: np.round(y / step[c]) * step[c] for c, y in columns.items()}):
+        assert [one.cause for one in disturbances(Record.from_arrays(rate=RATE, **each).streams[0])] == []
+
+
+@pytest.mark.parametrize(("name", "height"), [("order 2, 1 Hz", 1.5), ("order 4, 3 Hz", 2), ("order 1, 1 Hz", 10)])
+def test_spikes_in_filtered_noise_are_found(name, height):
+    x, at = filtered(name)[0], np.arange(0, 60_000, 997)
+    x[at] += height * np.where(np.arange(len(at)) % 2, 1, -1)
+    x[-1] += 20
+    found = find_spikes(x)
+    assert found[at].all()
+    assert found[-1]
+    assert np.count_nonzero(found) < 1.2 * len(at)  # few neighbours of them
 
 
 def test_a_change_of_level_and_a_knock_are_no_spikes():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from clean_records import check_samples as check
+from scipy.signal import butter, sosfilt
 
 import sigmatau
 from known import seed_of
@@ -206,6 +207,17 @@ class TestStuck:
         """Its neighbours differ by more than those of white noise, so that it seems larger than it is."""
         x = np.diff(white(f"quantization {ratio}", (4 * N, 3)), axis=0) * ratio
         assert stuck_samples(gyro(np.round(x))) == []
+
+    @pytest.mark.parametrize(("start", "stop"), [(20_000, 20_300), (N - 300, N), (20_000, 20_080)])
+    def test_a_run_in_smooth_noise(self, start, stop):
+        """Behind a filter numbers rest at their extremes; a stuck sensor jumps after it, or never moves again."""
+        x = sosfilt(butter(2, 0.06, output="sos"), white("smooth"), axis=0)
+        x = np.round(x / np.diff(x, axis=0).std()) + 50
+        assert stuck_samples(gyro(x)) == []
+        x[start:stop, 1] = x[start, 1]
+        ((finding, _),) = stuck_samples(gyro(x))
+        assert (finding.channel, finding.details.runs) == ("gyro_y", 1)
+        assert finding.details.longest == pytest.approx((stop - start) / 100, abs=0.05)
 
     def test_a_run_among_held_samples(self):
         x = np.repeat(white("held", (N // 4, 3)), 4, axis=0)

@@ -95,6 +95,14 @@ def test_a_known_step_tells_the_unit(sensitivity, truth, stated):
     assert (finding.details.evidence, finding.details.likely, finding.details.stated) == ("step", truth, stated)
 
 
+@pytest.mark.parametrize("sigma", [0.01, 0.0125, 0.02, 0.04])
+def test_rounding_says_nothing_of_the_unit(sigma):
+    """Steps of 0.1 deg/s that hide the noise: so little that it seemed that of an optical gyro, read in the wrong unit."""
+    x = np.round(triad(f"coarse {sigma}", 0.3, sigma, 60_000), 1)
+    for unit in ("deg/s", "rad/s"):
+        assert implausible_unit(Record.from_arrays(rate=100, unit={"gyro": unit}, gyro=x).streams[0]) == []
+
+
 @pytest.mark.parametrize("decimals", [1, 2, 3, 4, 5, 6])
 def test_decimals_are_no_known_step(decimals):
     x = np.round(triad(f"decimals {decimals}", 0.0, 0.3), decimals)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
@@ -20,8 +21,8 @@ from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.record.streams import Stream
 
 FALSE_SPIKES = 1e-4
-"""Spikes that noise alone makes in a record, on average. The residual of Gaussian noise of any spectrum (a sample less a
-median of its neighbours) is Gaussian in its tail, and a spike must be one on both sides."""
+"""Spikes that noise alone makes in a record, on average. The residual (a sample less a median of its neighbours) of Gaussian
+noise no smoother than a random walk is Gaussian in its tail, and a spike must be one on both sides."""
 
 _SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
 
@@ -45,6 +46,13 @@ _AROUND = 32  # neighbours on either side whose scatter a spike must exceed too:
 _FEW = 1024  # with fewer samples that have all four neighbours before them, samples with two of these count too
 _LEAST = 32  # samples from which a scale can be taken
 
+# Behind a low-pass filter far below the sampling rate, medians of neighbours follow slopes, but no extremes: all residuals
+# are small but those, which are not spikes. A fourth difference is Gaussian whatever the spectrum; of white noise it is
+# √70 = 8.4 standard deviations, of a single spike in its middle 6 heights. Divided by 6, it has 0.8 of the scale of the
+# residual for white noise and 0.53 for a random walk; noise is smooth below this part. A spike beyond the threshold then
+# has 15 standard deviations of it.
+_SMOOTH, _MIDDLE = 0.4, 6.0
+
 
 def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
     """Samples that stand out from the medians of the four samples before and of the four samples after them; shape (n,).
@@ -57,7 +65,8 @@ def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
     The threshold is six standard deviations of that residual or more, so that Gaussian noise of any of the five terms gives
     less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a median
     over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a shock,
-    theirs counts. A step of the mean is not a spike. Fewer than 32 samples that can be judged have none.
+    theirs counts. In noise smoother than a random walk, a spike must stand out in the fourth differences too. A step of the
+    mean is not a spike. Fewer than 32 samples that can be judged have none.
     """
     x = np.asarray(x, dtype=np.float64)
     n = len(x)
@@ -65,27 +74,28 @@ def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
     if n < _LEAST:
         return found
     rest, part = x, 0.5
+    multiple = _multiple(n, false_spikes)
     for k in range(_ROUNDS):
-        scale, step, side, far = _scale(rest)
-        if k == 0 and far >= _TAIL_COUNT:
-            many = dense_spikes(x, step)
+        seen = _scale(rest)
+        if k == 0 and seen.far >= _TAIL_COUNT:
+            many = dense_spikes(x, seen.step)
             if many is not None:
-                found |= many
-                rest = np.where(many, np.nan, x)
-                scale, step, side, far = _scale(rest)
-        least = _STEPS * step
-        threshold = _multiple(n, false_spikes) * max(scale, _UNSEEN * step) + least
+                found[_beyond_smooth(x, np.flatnonzero(many), seen, multiple)] = True
+                rest = np.where(found, np.nan, x)
+                seen = _scale(rest)
+        least = _STEPS * seen.step
+        threshold = multiple * max(seen.noise, _UNSEEN * seen.step) + least
         if not (math.isfinite(threshold) and threshold > 0):
             break
-        multiple = _multiple(n, false_spikes)
-        more = outliers(rest, threshold=threshold, multiple=multiple, least=least, side=side, part=part)
+        more = outliers(rest, threshold=threshold, multiple=multiple, least=least, side=seen.side, part=part)
+        more = _beyond_smooth(x, more, seen, multiple)
         if len(more) == 0:
             break
         found[more] = True
         if rest is x:
             rest = x.copy()
         rest[more] = np.nan
-        part = 0.25 if side == _WIDE else 0.5  # where half of the changes about a spike may be to others
+        part = 0.25 if seen.side == _WIDE else 0.5  # where half of the changes about a spike may be to others
     return found
 
 
@@ -99,7 +109,8 @@ def spike_mask(stream: Stream, channel: str) -> Bools:
 
 def more_below(rest: Floats) -> bool:
     """Whether a record without its spikes has more outliers than noise makes: smaller spikes remain."""
-    return hidden(rest, _scale(rest)[1])
+    seen = _scale(rest)
+    return not seen.smooth and hidden(rest, seen.step)
 
 
 @stream_fact
@@ -163,8 +174,33 @@ def _heights(x: Floats, clean: Floats, at: Ints) -> Floats:
     return heights
 
 
-def _scale(x: Floats) -> tuple[float, float, int, int]:
-    """Standard deviation of the residual against one side, step of the numbers, neighbours a side, residuals in the tail."""
+@dataclass(frozen=True, slots=True)
+class _Scale:
+    """What a sample is compared with."""
+
+    noise: float  # standard deviation of the residual against one side
+    step: float  # of the numbers
+    side: int  # neighbours on either side
+    far: int  # residuals in the tail
+    fourth: float  # standard deviation of the fourth differences, over 6
+
+    @property
+    def smooth(self) -> bool:
+        return self.fourth < _SMOOTH * self.noise
+
+
+def _beyond_smooth(x: Floats, at: Ints, seen: _Scale, multiple: float) -> Ints:
+    """Of some samples those that stand out in the fourth differences too, if the noise is smooth; all if it is not."""
+    if len(at) == 0 or not seen.smooth:
+        return at
+    there = np.flatnonzero(np.isfinite(x))
+    middle = np.clip(np.searchsorted(there, at), 2, len(there) - 3)
+    fourth = np.abs(np.diff(x[there[middle[:, None] + np.arange(-2, 3)]], n=4)[:, 0]) / _MIDDLE
+    return np.asarray(at[fourth > multiple * max(seen.fourth, _UNSEEN * seen.step) + _STEPS * seen.step])
+
+
+def _scale(x: Floats) -> _Scale:
+    """The noise of a part of the record."""
     n = len(x)
     if n <= _STRETCH * _STRETCHES:
         parts = [x]
@@ -181,15 +217,17 @@ def _scale(x: Floats) -> tuple[float, float, int, int]:
     if np.count_nonzero(np.isfinite(residual)) < _FEW:
         residual = _where_two_are(x)
         if len(residual) < _LEAST:
-            return math.nan, 0.0, _SIDE, 0
+            return _Scale(math.nan, 0.0, _SIDE, 0, math.inf)
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = median(np.abs(present(residual))) / NormalDist().inv_cdf(0.75)
     far = int(np.count_nonzero(np.abs(residual) > _TAIL_FROM * min(scale, usual + step / 2)))
+    fourth = present(np.abs(np.diff(rows, n=4, axis=1)).ravel())
+    smooth = median(fourth) / NormalDist().inv_cdf(0.75) / _MIDDLE if len(fourth) >= _LEAST else math.inf
     if scale > _SPOILED * (usual + step):
-        return usual + step / 2, step, _WIDE, far
-    return scale, step, _SIDE, far
+        return _Scale(usual + step / 2, step, _WIDE, far, smooth)
+    return _Scale(scale, step, _SIDE, far, smooth)
 
 
 def _where_two_are(x: Floats) -> Floats:

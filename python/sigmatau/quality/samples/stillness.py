@@ -22,6 +22,7 @@ from sigmatau.findings.kinds.rest import Motion
 from sigmatau.quality.facts import in_threads
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.resolution import step_of
+from sigmatau.quality.samples.units import GRAVITY, GRAVITY_TOLERANCE
 from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
 
 Counts = NDArray[np.int64]
@@ -38,6 +39,9 @@ _LEAST = 5  # second differences that a level can be taken from
 # gyros for sale is up to 0.05 (deg/s)/√Hz, that of accelerometers up to 1 mg/√Hz, see `units`. [SI unit/√Hz]
 _LEVELS = {"angular_rate": (math.radians(0.05), math.radians(0.175)), "acceleration": (0.015, 0.03)}
 _RISE, _RISE_OF_HIGH = 8.0, 1.6
+# The same over 2 s and 4 s, where vibration has averaged out: ten times the noise of any accelerometer, so that no rise is
+# asked for. Only where three axes measure gravity: a wrong unit would make noise as large.
+_LOUD, _LOUD_FROM = 0.1, 5  # [m/s^2/√Hz], octave
 _NORMAL_MEDIAN = 0.6745  # of absolute normal deviates
 _ERRORS = 3.0  # a level by the median of n differences is wrong by no more than so many times 1/√n
 
@@ -91,7 +95,12 @@ def _of_stream(stream: Stream, threads: int | None) -> Sequence[_Means]:
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
     known = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
     found = in_threads(lambda channel: _Means(stream, channel, base, first), known, threads)
-    return [one for one in found.values() if one.floor > 0]  # a constant is not measured
+    means = [one for one in found.values() if one.floor > 0]  # a constant is not measured
+    if stream.quantity == "acceleration" and len(means) == len(stream.channels) == 3:
+        gravity = math.hypot(*(one.level for one in means))
+        for one in means:
+            one.loud = _LOUD if abs(gravity / GRAVITY - 1) < GRAVITY_TOLERANCE else math.inf
+    return means
 
 
 def joined(spans: Iterable[Span], gap: float = _GAP) -> tuple[Span, ...]:
@@ -119,6 +128,13 @@ class _Means:
             means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
         self.step = step_of(stream, channel) or 0.0
         self.floor = self._floor()
+        self.loud = math.inf  # √τ times the deviation of means that no sensor at rest has, where the unit is sure
+
+    @property
+    def level(self) -> float:
+        """Mean of the channel."""
+        known = present(self.by_octave[_SECOND])
+        return float(known.mean()) if len(known) else 0.0
 
     def tau(self, octave: int) -> float:
         """Averaging time of an octave. [s]"""
@@ -226,7 +242,9 @@ def _judged(found: _Means, start: float, stop: float) -> Motion | None:
         times = level / found.floor if found.floor > 0 else math.inf
         sure = level * (1 - _ERRORS / math.sqrt(len(inside)))
         high = level > high_limit and sure > _RISE_OF_HIGH * lowest
-        if usual > _STEPS * found.step and (high or (octave > _FLOOR and level > limit and times > _RISE)):
+        risen = octave > _FLOOR and level > limit and times > _RISE
+        loud = octave >= _LOUD_FROM and sure > found.loud
+        if usual > _STEPS * found.step and (high or risen or loud):
             motions.append(found.motion("varies", usual / _NORMAL_MEDIAN, max(times, level / limit), tau))
         lowest = min(lowest, level)
     return max(motions, key=lambda one: one.times, default=None)

@@ -7,17 +7,21 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sigmatau.arrays import Bools, Runs
+from sigmatau.arrays import Bools, Floats, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Dropout, StuckSamples
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import growing_step, longest_spans, mask_of_runs, present
+from sigmatau.quality.samples.common import block_rms, growing_step, longest_spans, mask_of_runs, present
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, runs_of_places
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
 
 _FALSE_ALARM = 1e-4  # probability that a record of noise alone has a run that is reported
+_SMOOTH = 1.0  # power of the second differences over that of the first, 2 of a random walk, below which noise is smooth
+# Beside a long run smooth noise changes by less than so many steps of the numbers, or than this times its white part.
+_JUMP, _TIMES_NOISE = 2.5, 1.0
+_LOOKED_AT = 1 << 14
 _MIN_RUN = 5  # shortest run of equal samples that is reported: logs of real sensors have triples without a fault
 
 # Least noise seen, in steps, for which runs are judged. Rounded noise of 0.15 steps, which may rest on one value, shows 0 to
@@ -34,7 +38,8 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
     """First samples and lengths of the runs of equal samples of a channel that are longer than the noise can explain.
 
     A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
-    into the middle of a step, the largest there can be. No run is reported where less than 0.6 steps of noise are seen:
+    into the middle of a step, the largest there can be. Noise behind a low-pass filter rests on one value at its extremes:
+    beside a run that is a fault it jumps. No run is reported where less than 0.6 steps of noise are seen:
     then the mean may be near the border of a step, and the noise may rest on one value in the middle of another.
     """
     x = stream.column(channel)
@@ -61,7 +66,18 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         held = repeats(stream)
         if held is not None and channel in held.channels:
             kept = lengths > limit(max(held.times, held.longest / 2))
+    if kept.any() and found is not None and _is_smooth(x):
+        edges = np.concatenate(([np.nan], x, [np.nan]))
+        changes = np.abs(np.stack([edges[first], edges[first + lengths + 1]]) - x[first])
+        jumps = np.where(np.isnan(changes), math.inf, changes).max(axis=0)
+        kept &= jumps > max(_JUMP * found.step, _TIMES_NOISE * found.noise)
     return first[kept], lengths[kept]
+
+
+def _is_smooth(x: Floats) -> bool:
+    """Whether noise is smoother than a random walk."""
+    changes = np.diff(present(x[:_LOOKED_AT]))
+    return 0 < block_rms(np.diff(changes)) ** 2 < _SMOOTH * block_rms(changes) ** 2
 
 
 def zero_rate(stream: Stream, channel: str) -> float | None:

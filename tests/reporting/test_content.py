@@ -193,3 +193,27 @@ def test_what_was_done(analysis, record):
     assert done["Command"].endswith("r.html")
     assert done["Confidence level"] == "95 %"
     assert "0 s to 720 s" in done["Analysed"]
+
+
+def test_a_dead_axis_and_a_thermometer_are_among_the_time_series():
+    rng = np.random.default_rng(8)
+    x = 1e-3 * rng.standard_normal((20_000, 3))
+    x[:, 1] = 0.25
+    record = st.Record.from_arrays(rate=100.0, gyro=x, temperature=20 + np.arange(20_000) / 1e4)
+    channels = content_of(st.analyze(record), record).charts["channels"]
+    assert set(channels["gyro_y"]) == {"series"}
+    assert channels["gyro_y"]["series"]["outside"] == [[0.0, 200.0]]
+    assert channels["temperature"]["series"]["outside"] == []
+    low = unpacked(channels["temperature"]["series"]["low"])
+    assert (low[0], low[-1]) == (pytest.approx(20.0), pytest.approx(22.0, abs=0.01))
+
+
+def test_rest_is_told_of_inertial_sensors(analysis):
+    signal = st.Record.from_arrays(rate=100.0, voltage=np.random.default_rng(2).standard_normal(5000))
+    assert content_of(st.analyze(signal), signal).verdict == ""
+    assert content_of(analysis, None).verdict == "at_rest"
+
+
+def test_notes(analysis):
+    content = content_of(analysis, None, notes={"serial number": "A123\n"})
+    assert content.notes == (("serial number", "A123\\n"),)

@@ -172,6 +172,31 @@ def test_command(log, tmp_path, capsys):
     assert "--report r.html" in capsys.readouterr().err
 
 
+def test_notes_of_the_user(log, tmp_path, capsys):
+    out = tmp_path / "r.html"
+    notes = ["--note", "serial number=A<1>, 2", "--note", "operator = N. N."]
+    assert main(["analyze", str(log), *OPTIONS, "--report", str(out), *notes]) == 0
+    text = out.read_text(encoding="utf-8")
+    assert "<bdi>A&lt;1&gt;, 2</bdi>" in text
+    assert "<bdi>operator</bdi>" in text
+    assert main(["analyze", str(log), *OPTIONS, *notes]) == 2
+    assert "--note needs --report" in capsys.readouterr().err
+    assert main(["analyze", str(log), *OPTIONS, "--report", str(out), "--note", "A123"]) == 2
+    assert "NAME=TEXT" in capsys.readouterr().err
+
+
+def test_the_result_is_written_before_the_report(log, tmp_path, monkeypatch):
+    """A report that cannot be written costs no result."""
+
+    def fails(*_, **__):
+        raise DataError("no space left")
+
+    monkeypatch.setattr("sigmatau.cli.analyze.write_report", fails)
+    out = tmp_path / "r.json"
+    assert main(["analyze", str(log), *OPTIONS, "--json", str(out), "--report", str(tmp_path / "r.html")]) == 1
+    assert json.loads(out.read_text(encoding="utf-8"))["channels"]["gyro_x"]["fit"]
+
+
 def test_command_with_several_logs(log, tmp_path):
     import shutil
 

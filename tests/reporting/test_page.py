@@ -346,3 +346,17 @@ def test_hostile_names_are_text(opened, tmp_path):
     rows = csv_of(tab, "deviation")
     assert {HOSTILE["quotes"], HOSTILE["ends"]} <= {row[0] for row in rows}
     json.dumps(rows)
+
+
+def test_a_dead_axis_keeps_its_place(opened, tmp_path):
+    """It is among the time series only, and the axes after it keep their colours."""
+    x = 1e-3 * np.random.default_rng(8).standard_normal((6000, 3))
+    x[:, 1] = 0.25
+    record = st.Record.from_arrays(rate=100.0, gyro=x, temperature=20 + np.arange(6000) / 1e4)
+    st.report(st.analyze(record), tmp_path / "x.html", record=record)
+    tab = opened(tmp_path / "x.html")
+    assert figure(tab, "series").locator(".plot").count() == 3
+    assert figure(tab, "series", "temperature").locator(".plot").count() == 1
+    assert figure(tab, "deviation").get_by_role("checkbox", name="y", exact=True).count() == 0
+    colours = "[...document.querySelectorAll('[data-chart=%s] [data-channel=gyro_z]')].map((i) => i.style.background)"
+    assert tab.evaluate(colours % "deviation") == tab.evaluate(colours % "series")

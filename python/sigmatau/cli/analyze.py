@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -72,6 +72,7 @@ def analyze_command(
     at_rest: Annotated[bool, Parameter(negative=())] = False,
     bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
     report: Path | None = None,
+    note: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
     stability: Path | None = None,
     style: Literal["screen", "paper"] = "screen",
@@ -123,6 +124,8 @@ def analyze_command(
     report
         Write one page with curves, coefficients, findings and what was done: .html opens offline, .pdf is to print; for
         several logs, a folder for one .html each.
+    note
+        What the report says of the record at its head, "serial number=A123"; may be repeated.
     plot
         Draw all axes: .png, .svg or .pdf; for several logs, a folder for one .png each.
     stability
@@ -167,7 +170,9 @@ def analyze_command(
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
     check_style(style, plot, stability)
-    outputs = Outputs(report=report, plot=plot, stability=stability, json=json, csv=csv, style=style)
+    outputs = Outputs(
+        report=report, notes=_notes(note or [], report), plot=plot, stability=stability, json=json, csv=csv, style=style
+    )
     # A shell pattern may match a single log.
     folders = [place for place in (*logs, report, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(
@@ -183,11 +188,25 @@ def analyze_command(
     return _many(logs, reading, settings, outputs, jobs=jobs, verbose=verbose, quiet=quiet)
 
 
+def _notes(texts: Sequence[str], report: Path | None) -> dict[str, str]:
+    """``["serial number=A123"]`` as a dictionary; raises `OptionError` for another form, or without a report."""
+    if texts and report is None:
+        raise OptionError("--note needs --report r.html", option="note")
+    notes = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise OptionError(f'--note {text!r}: must be NAME=TEXT, e.g. --note "serial number=A123"', option="note")
+        notes[name] = value
+    return notes
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outputs:
     """Output files, or output folders for several logs."""
 
     report: Path | None
+    notes: Mapping[str, str]
     plot: Path | None
     stability: Path | None
     json: Path | None
@@ -235,19 +254,19 @@ def _one(
             analysis = analyze(record, **settings)
         if checksum.ident is not None:
             checksum.join()
+    if outputs.csv is not None:
+        write_csv(analysis, outputs.csv)
+    if outputs.json is not None:
+        write_result("", analysis.to_dict(), outputs.json)
     if outputs.report is not None:
         with working(f"writing {outputs.report}", quiet=quiet):
-            write_report(analysis, outputs.report, record=record, command=command_line())
+            write_report(analysis, outputs.report, record=record, notes=outputs.notes, command=command_line())
     if outputs.plot is not None:
         with drawing(outputs.plot, outputs.style, quiet=quiet):
             write_figure(analysis.plot(style=outputs.style), outputs.plot)
     if outputs.stability is not None and analysis.stability:
         with drawing(outputs.stability, outputs.style, quiet=quiet):
             write_figure(analysis.plot_stability(), outputs.stability)
-    if outputs.csv is not None:
-        write_csv(analysis, outputs.csv)
-    if outputs.json is not None:
-        write_result("", analysis.to_dict(), outputs.json)
     with_table = str(outputs.json) != "-"
     if verbose:
         _by_sensor(analysis, with_table=with_table, quiet=quiet)
@@ -352,7 +371,8 @@ def _in_a_process(
     record = read_log(log, reading, quiet=True)
     analysis = analyze(record, **settings)
     if outputs.report is not None:
-        write_report(analysis, outputs.report / f"{names[log]}.html", record=record, command=command_line())
+        file = outputs.report / f"{names[log]}.html"
+        write_report(analysis, file, record=record, notes=outputs.notes, command=command_line())
     if outputs.plot is not None:
         write_figure(analysis.plot(style=outputs.style), outputs.plot / f"{names[log]}.png")
     if outputs.stability is not None and analysis.stability:

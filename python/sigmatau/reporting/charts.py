@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,8 +38,10 @@ _PER_OCTAVE, _PER_LOW_OCTAVE = 24, 8  # densities that are drawn: of many segmen
 _BINS, _LEAST_BINS, _FULL_CHANNELS = 2000, 300, 12  # of a time series; channels up to which each has the most
 _WINDOWS = 20  # in the record, of a map
 _STEPS_PER_WINDOW = 4
-_LONGEST = 1 << 24  # samples of a stream that its densities and its map are made of
 _LOST = 0xFFFF  # packed NaN
+
+LONGEST = 1 << 24
+"""Samples of a stream that its densities and its map are made of."""
 
 UNITS: Mapping[str, tuple[str, ...]] = {
     "angular_rate": ("deg/h", "deg/s", "mdeg/s", "rad/s"),
@@ -61,24 +63,25 @@ def charts_of(analysis: Analysis, record: Record | None, used: Record | None) ->
     used : Record or None
         What was analysed of it, for densities and maps.
     """
+    kinds: Mapping[str, _Kind] = analysis.curves if record is None else _kinds(analysis, record)
     sensors: dict[str, dict[str, Any]] = {}
-    for channel, curve in analysis.curves.items():
+    for channel, kind in kinds.items():
         name = stream_name(channel)
         if name not in sensors:
-            units = [find(unit) for unit in UNITS.get(curve.quantity, ())]
+            units = [find(unit) for unit in UNITS.get(kind.quantity, ())]
             sensors[name] = {
                 "name": name,
-                "title": TITLES.get(curve.quantity, name),
+                "title": TITLES.get(kind.quantity, name),
                 "units": [{"text": one.text, "factor": one.factor} for one in units]
-                or [{"text": curve.unit, "factor": 1.0}],
+                or [{"text": kind.unit, "factor": 1.0}],
                 "channels": [],
             }
         sensors[name]["channels"].append(channel)
-    names = tuple(analysis.curves)
+    names = tuple(kinds)
     bins = max(_LEAST_BINS, min(_BINS, _BINS * _FULL_CHANNELS // len(names)))
-    channels: dict[str, dict[str, Any]] = {
-        name: {"deviation": _deviation(curve, analysis.fits.get(name))} for name, curve in analysis.curves.items()
-    }
+    channels: dict[str, dict[str, Any]] = {name: {} for name in names}
+    for name, curve in analysis.curves.items():
+        channels[name]["deviation"] = _deviation(curve, analysis.fits.get(name))
     if record is not None and used is not None:
         samples = in_threads(lambda name: _of_samples(analysis, record, used, name, bins), names)
         for name in names:
@@ -86,12 +89,30 @@ def charts_of(analysis: Analysis, record: Record | None, used: Record | None) ->
     return {"sensors": list(sensors.values()), "channels": channels}
 
 
+class _Kind(Protocol):
+    """What a channel measures."""
+
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+
+
+def _kinds(analysis: Analysis, record: Record) -> dict[str, _Kind]:
+    """Channels of a record, with those that were not analysed: a dead axis or a thermometer is what a reader looks for."""
+    known: dict[str, _Kind] = {channel: stream for stream in record.streams for channel in stream.channels}
+    return {channel: analysis.curves.get(channel, stream) for channel, stream in known.items()}
+
+
 def _of_samples(analysis: Analysis, record: Record, used: Record, channel: str, bins: int) -> dict[str, Any]:
-    """Density, time series and map of a channel; without those that it is too short for."""
-    whole, part = record.stream_of(channel), used.stream_of(channel).only(channel)
-    if part.grid.n > _LONGEST:
-        part = part.cut(0, _LONGEST)
-    found: dict[str, Any] = {"series": _series(whole, channel, analysis.used[channel], bins)}
+    """Density, time series and map of a channel; without those that it is too short for, or was not analysed for."""
+    whole = record.stream_of(channel)
+    found: dict[str, Any] = {"series": _series(whole, channel, analysis.used.get(channel), bins)}
+    if channel not in analysis.used:
+        return found
+    part = used.stream_of(channel).only(channel)
+    if part.grid.n > LONGEST:
+        part = part.cut(0, LONGEST)
     if (density := _density(part, channel, analysis.fits.get(channel))) is not None:
         found["density"] = density
     if (map_ := _map(part, channel)) is not None:
@@ -174,11 +195,14 @@ def _density(stream: Stream, channel: str, fitted: NoiseFit | None) -> dict[str,
     return found
 
 
-def _series(stream: Stream, channel: str, used: Floats, bins: int) -> dict[str, Any]:
-    """Smallest and largest sample of each stretch of the whole record, and where it was not analysed."""
+def _series(stream: Stream, channel: str, used: Floats | None, bins: int) -> dict[str, Any]:
+    """Smallest and largest sample of each stretch of the whole record, and where it was not analysed: None for nowhere, but
+    for thermometers, which are there to explain the others.
+    """
     n, tau0, lead = stream.grid.n, stream.grid.tau0, stream.grid.lead
     low, high, edges = envelope(stream, channel, bins)
-    inside = span_samples(used, stream)
+    nothing = [[0, n if stream.quantity == "temperature" else 0]]
+    inside = np.array(nothing) if used is None else span_samples(used, stream)
     outside = np.stack([np.append(0, inside[:, 1]), np.append(inside[:, 0], n)], axis=1)
     outside = outside[outside[:, 1] > outside[:, 0]]
     # Spans nearer than a bin look like one.

@@ -22,9 +22,9 @@ from sigmatau.fitting.read_off import Coefficient
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.quality.selection.exclusion import from_the_start
-from sigmatau.record.record import Record
+from sigmatau.record.record import QUANTITIES, Record
 from sigmatau.record.used import only_used
-from sigmatau.reporting.charts import charts_of
+from sigmatau.reporting.charts import LONGEST, charts_of
 from sigmatau.results import duration_text, printable, seconds, two_digits
 
 _LARGEST_FILE = 20_000  # characters of a filter's file that is shown
@@ -72,6 +72,7 @@ class Content:
     verdict: str  # of the record: "at_rest" …
     date: str
     made_by: str
+    notes: tuple[tuple[str, str], ...]  # of the user: serial number, operator …
     overview: tuple[tuple[str, ...], ...]  # head and rows, see `sigmatau.fitting.overview.overview_rows`
     findings: tuple[Told, ...]
     coefficients: tuple[Coefficients, ...]
@@ -84,7 +85,12 @@ class Content:
 
 
 def content_of(
-    analysis: Analysis, record: Record | None, *, command: str | None = None, date: datetime | None = None
+    analysis: Analysis,
+    record: Record | None,
+    *,
+    notes: Mapping[str, str] | None = None,
+    command: str | None = None,
+    date: datetime | None = None,
 ) -> Content:
     """Collect what a report says.
 
@@ -93,6 +99,8 @@ def content_of(
     analysis : Analysis
     record : Record or None
         As it was given to the analysis; without it the report has no densities, no time series and no map.
+    notes : mapping of str to str, optional
+        What the user says of the record, by name.
     command : str, optional
         The command line that made the report.
     date : datetime, optional
@@ -110,6 +118,7 @@ def content_of(
         verdict=_verdict(analysis),
         date=moment.strftime("%Y-%m-%d %H:%M UTC" if moment.tzinfo is UTC else "%Y-%m-%d %H:%M"),
         made_by=f"sigmatau {__version__}",
+        notes=tuple((printable(str(key)), printable(str(text))) for key, text in (notes or {}).items()),
         overview=tuple(overview_rows(analysis.fits, analysis.findings)) if analysis.fits else (),
         findings=tuple(_told(one) for one in analysis.findings),
         coefficients=tuple(_coefficients(analysis, channel) for channel in analysis.curves),
@@ -154,7 +163,8 @@ def _title(analysis: Analysis) -> str:
 
 
 def _verdict(analysis: Analysis) -> str:
-    if analysis.rest is None:
+    inertial = any(curve.quantity in QUANTITIES for curve in analysis.curves.values())
+    if analysis.rest is None or not inertial:
         return ""
     moving = analysis.rest.verdict == "not_at_rest"
     return "assumed" if moving and analysis.fits else analysis.rest.verdict
@@ -225,6 +235,7 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
         *((f"Samples, {name}", text.partition(": ")[2]) for name, text in analysis.grids.items()),
         *(_analysed(analysis)),
         ("Curves", _curves_text(analysis)),
+        ("Densities, stability", _cut_text(analysis)),
         ("Coefficients", ", ".join(_METHODS.get(one, one) for one in methods)),
         ("Confidence level", _level(analysis)),
         ("Command", command or ""),
@@ -253,6 +264,15 @@ def _analysed(analysis: Analysis) -> list[tuple[str, str]]:
         text += f", {two_digits(100 * lost)} % of it missing or left out" if lost > 1e-9 else ""
         groups.setdefault((text,), []).append(channel)
     return [("Analysed", f"{text}: {short_axes(channels)}") for (text,), channels in groups.items()]
+
+
+def _cut_text(analysis: Analysis) -> str:
+    """What densities and maps are made of, if that is not all; empty without them."""
+    longest = max((one.n * one.tau0 for one in analysis.curves.values() if one.n > LONGEST), default=0.0)
+    if not longest:
+        return ""
+    tau0 = next(one.tau0 for one in analysis.curves.values() if one.n > LONGEST)
+    return f"of the first {duration_text(LONGEST * tau0)} of {duration_text(longest)}"
 
 
 def _curves_text(analysis: Analysis) -> str:

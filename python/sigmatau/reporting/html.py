@@ -80,8 +80,16 @@ def _head(content: Content) -> Markup:
         element("p", "Sensor noise report", class_="kind"),
         element("h1", name(content.title)),
         element("p", element("span", content.headline), chip, class_="headline"),
+        _notes(content),
         theme,
     )
+
+
+def _notes(content: Content) -> Markup:
+    if not content.notes:
+        return Markup("")
+    rows = (element("div", element("dt", name(key)), element("dd", name(text))) for key, text in content.notes)
+    return element("dl", rows, class_="given")
 
 
 def _summary(content: Content) -> Markup:
@@ -205,7 +213,7 @@ def _charts(content: Content) -> list[Section]:
 
 def _of_missing(content: Content) -> str:
     """Why a measured curve lies above a model that holds: a cluster with missing samples averages fewer."""
-    share = max(channel["deviation"]["missing"] for channel in content.charts["channels"].values())
+    share = max(one["deviation"]["missing"] for one in content.charts["channels"].values() if "deviation" in one)
     if share < _MUCH_MISSING:
         return ""
     return (

@@ -82,6 +82,7 @@ def _values(content: Content) -> dict[str, Any]:
         "verdict": VERDICTS.get(content.verdict, ("", "")),
         "date": content.date,
         "made_by": content.made_by,
+        "given": [[_cut(key, _MOST_NAME), _cut(text, _MOST_TITLE)] for key, text in content.notes],
         "checksum": dict(content.done).get("SHA-256", ""),
         "overview": _overview(content),
         "no_overview": "" if content.overview else _no_coefficients(content),
@@ -219,7 +220,7 @@ def _figures(charts: Mapping[str, Any]) -> dict[str, Any]:
     found["fitted"] = bool(found["residuals"])
     found["bands"] = all(len(panel.names) <= printed.MOST_BANDS for panel in panels)
     found["first"] = len(panels) <= _WITH_RESULTS
-    found["interval"] = next((one["deviation"]["interval"] for one in channels.values()), "")
+    found["interval"] = next((one["deviation"]["interval"] for one in channels.values() if "deviation" in one), "")
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +23,7 @@ def report(
     path: str | Path,
     *,
     record: Record | None = None,
+    notes: Mapping[str, str] | None = None,
     command: str | None = None,
     date: datetime | None = None,
 ) -> None:
@@ -38,6 +40,8 @@ def report(
         ``pip install 'sigmatau[pdf]'``.
     record : Record, optional
         As it was given to `analyze`. Without it the report has no densities, no time series and no dynamic Allan deviation.
+    notes : mapping of str to str, optional
+        What to say of the record at its head: ``{"serial number": "A123", "operator": "N. N."}``.
     command : str, optional
         How the report was made, to be told in it.
     date : datetime, optional
@@ -71,7 +75,7 @@ def report(
         raise OptionError(f"{{option}} {file.name!r}: the name must end in {' or '.join(ENDINGS)}", option="path")
     from sigmatau.reporting.content import content_of
 
-    content = content_of(analysis, record, command=command, date=date)
+    content = content_of(analysis, record, notes=notes, command=command, date=date)
     if file.suffix.lower() == ".html":
         from sigmatau.reporting.html import page
 

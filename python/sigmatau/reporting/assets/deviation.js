@@ -1,6 +1,6 @@
 // Allan deviation: curves with intervals, the fitted model, its terms, and lines of the slopes.
 
-const hasModel = (sensor) => sensor.channels.some((name) => content.channels[name].deviation.model);
+const hasModel = (sensor) => sensor.channels.some((name) => content.channels[name].deviation?.model);
 
 const deviation = {
   id: "deviation",
@@ -16,7 +16,7 @@ const deviation = {
   describe(sensor, state) {
     const lines = [];
     for (const name of sensor.channels) {
-      if (!state.seen.has(name)) continue;
+      if (!content.channels[name].deviation || !state.seen.has(name)) continue;
       const { tau, adev, low, high, model, parts, from, to } = content.channels[name].deviation;
       const inUnit = (values) => values.map((value) => (value === null ? null : value / state.unit.factor));
       const main = { name: shortName(sensor, name), x: tau, y: inUnit(adev), colour: colourOf(sensor, name), points: tau.length < 120, read: true };

@@ -10,8 +10,8 @@ const residuals = {
   describe(sensor, state) {
     const lines = [];
     for (const name of sensor.channels) {
+      if (!residuals.has(content.channels[name]) || !state.seen.has(name)) continue;
       const { tau, adev, low, high, model } = content.channels[name].deviation;
-      if (!model || !state.seen.has(name)) continue;
       const over = (values) => values.map((value, k) => (value === null || !(model[k] > 0) ? null : value / model[k]));
       const line = { name: shortName(sensor, name), x: tau, y: over(adev), colour: colourOf(sensor, name), points: tau.length < 120, width: 1.2, read: true };
       if (state.bands) Object.assign(line, { low: over(low), high: over(high) });

@@ -109,7 +109,7 @@ DRIFTS = [("warm_up", "info"), ("temperature_drift", "info")]
 def _fitted(record: Record) -> tuple[dict[str, NoiseFit], list[Finding]]:
     """Fits of the sensor of a record, and what they say."""
     fits = {channel: fit_channel(record, channel) for channel in record.streams[0].channels}
-    return fits, by_channel(fits, ())
+    return fits, by_channel(fits, (), record)
 
 
 def _model(rng: np.random.Generator, duration: float, rate: float) -> NoiseModel:

@@ -205,7 +205,8 @@ def analyze(
 
         for channel, (found, final, curve) in in_threads(fitted, tuple(curves), threads).items():
             fits[channel], curves[channel] = final, curve
-            findings += fit_findings(found, missing=_lost(record, channel), beside=findings)
+            start = record.stream_of(channel).grid.lead
+            findings += fit_findings(found, start=start, missing=_lost(record, channel), beside=findings)
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=threads)
         findings = [*without_consequences(findings, fits), *of_fits]
     maps: Mapping[str, DynamicAllan] = {}

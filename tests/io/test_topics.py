@@ -14,9 +14,11 @@ GYRO = tuple(f"gyro_{a} [rad/s]" for a in "xyz")
 ACCEL = tuple(f"accel_{a} [m/s^2]" for a in "xyz")
 
 
-def table(topic, names, rate=100.0, n=50, findings=(), late=()):
+def table(topic, names, rate=100.0, n=50, findings=(), late=(), times=None):
     names = ("time [s]", *names)
-    columns = {0: np.arange(n) / rate} | {i: np.full(n, float(i)) for i in range(1, len(names))}
+    columns = {0: np.arange(n) / rate if times is None else times} | {
+        i: np.full(n, float(i)) for i in range(1, len(names))
+    }
     return Table(
         format="made",
         columns=tuple(Column(name=name) for name in names),
@@ -101,6 +103,14 @@ class TestRecord:
         assert sorted(f.code for f in record.findings) == ["damaged", *["unit_overruled"] * 3]
         assert gyro.column("gyro_x")[0] == pytest.approx(np.pi / 180)
         assert any(note.startswith("g: gyro_x: deg/s") for note in record.provenance.conversions)
+
+    def test_times_count_from_the_first_sample_of_all_topics(self, file):
+        """The second sensor begins 20 s later and loses a second after 3 s."""
+        times = 20 + np.delete(np.arange(1000), np.s_[300:400]) / 100
+        tables = [table("g", GYRO, n=5000), table("a", ACCEL, n=len(times), times=times)]
+        (gaps,) = assemble.assemble(tables, file, options()).findings
+        assert gaps.spans == (pytest.approx((23.0, 24.0)),)
+        assert gaps.details.longest[0].start == gaps.spans[0][0]
 
     def test_a_slip_of_the_pen_is_seen(self, file):
         tables = [table("g", GYRO), table("a", ACCEL)]

@@ -46,7 +46,7 @@ class DynamicAllan(Printed):
     channel: str
     quantity: str  # Of the rate; SI
     unit: str
-    times: NDArray[np.float64]  # shape (n_times,); middle of each window, from the first sample of the stream. [s]
+    times: NDArray[np.float64]  # shape (n_times,); middle of each window, from the beginning of the whole record. [s]
     tau: NDArray[np.float64]  # shape (n_tau,); averaging times. [s]
     # shape (n_times, n_tau); overlapped Allan deviation of each window; NaN where a window misses more than a tenth of
     # its samples. [unit]
@@ -191,7 +191,7 @@ def dynamic_allan(
         channel=channel,
         quantity=stream.quantity,
         unit=stream.unit,
-        times=np.asarray((np.arange(count) * stride + n / 2) * tau0, dtype=np.float64),
+        times=np.array([stream.grid.time(k * stride + n / 2) for k in range(count)], dtype=np.float64),
         tau=np.asarray(sizes * tau0, dtype=np.float64),
         adev=adev,
         n=n,

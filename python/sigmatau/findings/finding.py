@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Severity = Literal["info", "warning", "error"]
 
 Span = tuple[float, float]
-"""Beginning and end, from the beginning of the record; equal for a single instant. [s]"""
+"""Beginning and end, from the beginning of the whole record, whatever part is analysed; equal for an instant. [s]"""
 
 _MOVES = "not_at_rest"
 _FIRST = "no_adequate_model"  # no number has an interval then, which matters more than any other warning
@@ -47,7 +47,7 @@ class Finding:
     channels : tuple of str
         The channels concerned; empty for the whole record.
     spans : tuple of (float, float)
-        Where in the record: beginnings and ends. [s]
+        Where in the record: beginnings and ends, from the beginning of the whole record. [s]
     size : float or None
         How large it is, in `unit`.
     unit : str

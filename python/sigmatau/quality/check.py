@@ -22,6 +22,7 @@ from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
 from sigmatau.quality.samples.masking import bridged, mask_of, masked
 from sigmatau.quality.samples.shocks_and_steps import between_steps
+from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.spectrum.aliasing import aliasing
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
 from sigmatau.record.record import Record
@@ -76,7 +77,7 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
             f"{{option}} must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",
             option="looked_at",
         )
-    return examine(record, bandwidth=bandwidth, looked_at=looked_at)[1]
+    return examine(from_the_start(record), bandwidth=bandwidth, looked_at=looked_at)[1]
 
 
 @facts_kept()

@@ -23,6 +23,7 @@ from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
 from sigmatau.fitting.noise_fit import NoiseFit, Sinusoid
 from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
+from sigmatau.record.record import Record
 
 _MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
 _LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
@@ -31,12 +32,16 @@ _MAINS_ERROR = 0.2  # the mains wander by no more [Hz]
 _HIGHEST_MULTIPLE = 16  # of a line: higher ones match weak lines by chance
 
 
-def fit_findings(fitted: NoiseFit, *, missing: float = 0.0, beside: Sequence[Finding] = ()) -> list[Finding]:
+def fit_findings(
+    fitted: NoiseFit, *, start: float = 0.0, missing: float = 0.0, beside: Sequence[Finding] = ()
+) -> list[Finding]:
     """What a fit says of its channel beside the coefficients.
 
     Parameters
     ----------
     fitted : NoiseFit
+    start : float
+        Time of the first sample from the beginning of the whole record. [s]
     missing : float
         Share of missing samples.
     beside : sequence of Finding
@@ -89,7 +94,7 @@ def fit_findings(fitted: NoiseFit, *, missing: float = 0.0, beside: Sequence[Fin
     for one in () if disturbed else fitted.resonance:
         resonance = Resonance(quantity=fitted.quantity, frequency=one.frequency.value, width=one.width.value)
         found.append(_sized(resonance, fitted, one.sigma.value))
-    found += _drifts(fitted)
+    found += _drifts(fitted, start)
     if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > _LONGER_START * fitted.tau0:
         late = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
         found.append(Finding(details=late, severity="info", channels=channels))
@@ -167,7 +172,7 @@ def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
     return Finding(details=details, severity=severity, channels=(fitted.channel,), size=size)
 
 
-def _drifts(fitted: NoiseFit) -> list[Finding]:
+def _drifts(fitted: NoiseFit, start: float) -> list[Finding]:
     found, channels = [], (fitted.channel,)
     if fitted.warm_up is not None:
         amplitude = fitted.warm_up.amplitude
@@ -177,7 +182,7 @@ def _drifts(fitted: NoiseFit) -> list[Finding]:
             low=amplitude.low or 0.0,
             high=amplitude.high or 0.0,
         )
-        span = (0.0, min(5 * fitted.warm_up.time, fitted.n * fitted.tau0))
+        span = (start, start + min(5 * fitted.warm_up.time, fitted.n * fitted.tau0))
         found.append(
             Finding(
                 details=details,
@@ -198,9 +203,10 @@ def _drifts(fitted: NoiseFit) -> list[Finding]:
     return found
 
 
-def by_channel(fits: Mapping[str, NoiseFit], beside: Sequence[Finding]) -> list[Finding]:
-    """The findings of all fits."""
-    return [finding for fitted in fits.values() for finding in fit_findings(fitted, beside=beside)]
+def by_channel(fits: Mapping[str, NoiseFit], beside: Sequence[Finding], record: Record) -> list[Finding]:
+    """The findings of all fits of a record."""
+    starts = {channel: stream.grid.lead for stream in record.streams for channel in stream.channels}
+    return [one for c, fitted in fits.items() for one in fit_findings(fitted, start=starts[c], beside=beside)]
 
 
 def without_consequences(found: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:

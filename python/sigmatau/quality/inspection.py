@@ -114,7 +114,11 @@ def _against_fits(record: Record, found: Sequence[Finding], bounded: Sequence[st
             with contextlib.suppress(DataError):  # too short, or too many samples are missing
                 fits[channel] = fit_channel(record, channel)
     beside = tuple(found)
-    return [*without_consequences(found, fits), *by_channel(fits, beside), *check_fits(record, fits, found=beside)]
+    return [
+        *without_consequences(found, fits),
+        *by_channel(fits, beside, record),
+        *check_fits(record, fits, found=beside),
+    ]
 
 
 def _varies(stream: Stream, channel: str) -> bool:

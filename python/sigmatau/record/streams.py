@@ -83,6 +83,14 @@ class Grid:
         """Length of the record, n·tau0. [s]"""
         return self.n * self.tau0
 
+    def time(self, sample: float) -> float:
+        """Time of a sample from the beginning of the whole record, as findings and options count it. [s]"""
+        return self.lead + sample * self.tau0
+
+    def sample(self, time: float) -> int:
+        """The sample nearest to a time from the beginning of the whole record [s]; it may be beyond either end."""
+        return round((time - self.lead) / self.tau0)
+
 
 @frozen
 class Transform:

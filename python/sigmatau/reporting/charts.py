@@ -199,7 +199,7 @@ def _series(stream: Stream, channel: str, used: Floats | None, bins: int) -> dic
     """Smallest and largest sample of each stretch of the whole record, and where it was not analysed: None for nowhere, but
     for thermometers, which are there to explain the others.
     """
-    n, tau0, lead = stream.grid.n, stream.grid.tau0, stream.grid.lead
+    n, grid = stream.grid.n, stream.grid
     low, high, edges = envelope(stream, channel, bins)
     nothing = [[0, n if stream.quantity == "temperature" else 0]]
     inside = np.array(nothing) if used is None else span_samples(used, stream)
@@ -213,12 +213,12 @@ def _series(stream: Stream, channel: str, used: Floats | None, bins: int) -> dic
         else:
             joined.append([start, stop])
     return {
-        "from": lead,
-        "duration": n * tau0,
+        "from": grid.lead,
+        "duration": grid.duration,
         "bins": len(edges) - 1,
         "low": packed(low),
         "high": packed(high),
-        "outside": [[float(f"{lead + x * tau0:.9g}") for x in span] for span in joined],
+        "outside": [[float(f"{grid.time(x):.9g}") for x in span] for span in joined],
     }
 
 
@@ -237,7 +237,7 @@ def _map(stream: Stream, channel: str) -> dict[str, Any] | None:
     return {
         "least": digits(low),
         "most": digits(high),
-        "times": digits(found.times + stream.grid.lead),
+        "times": digits(found.times),
         "tau": digits(found.tau),
         "window": found.window,
         "log10": packed(logarithm.ravel()),

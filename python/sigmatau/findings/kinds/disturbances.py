@@ -67,7 +67,7 @@ class Spikes(Details, code="spikes"):
 class StartTransient(Details, code="start_transient"):
     """A record that begins near zero and settles at its mean, as a filter does that starts from zero."""
 
-    settled: float  # from the beginning of the record [s]
+    settled: float  # from the first sample on [s]
 
 
 @frozen
@@ -92,7 +92,7 @@ class ChosenWindow:
     """The most stable window of a stream."""
 
     stream: str
-    start: float  # from the first sample of the stream [s]
+    start: float  # from the beginning of the record [s]
     # least range of a temperature, least scatter of the other kind of sensor, or of the stream itself
     criterion: Literal["temperature", "other", "own"]
     by: str  # the stream that was looked at

@@ -36,7 +36,8 @@ class SegmentSpread:
     # at any time by itself [s]
     tau_min: float
     tau_max: float
-    largest_at: float  # beginnings of the segments with the largest and the smallest deviation [s]
+    # beginnings of the segments with the largest and the smallest deviation, from the beginning of the record [s]
+    largest_at: float
     smallest_at: float
     length: float  # length of a segment [s]
 
@@ -45,7 +46,7 @@ class SegmentSpread:
 class NoiseChange:
     """A change of the short-time noise, found by the cusum of squared first differences."""
 
-    time: float  # [s]
+    time: float  # from the beginning of the record [s]
     ratio: float  # root mean square of the first differences after the change over that before
 
 

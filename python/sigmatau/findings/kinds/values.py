@@ -15,7 +15,7 @@ class HeldRuns(Details):
     samples: int  # samples concerned
     share: float  # part of all samples
     runs: int  # number of runs
-    start: float  # beginning and length of the longest run [s]
+    start: float  # beginning of the longest run, from the beginning of the record, and its length [s]
     longest: float
 
 
@@ -39,7 +39,7 @@ class Saturation(Details, code="saturation"):
     low: float | None  # the ends that are reached [unit]
     high: float | None
     unit: str
-    start: float  # time of the first of these samples [s]
+    start: float  # time of the first of these samples, from the beginning of the record [s]
     longest: float  # longest run of one value; 0 if no run is longer than the noise can explain [s]
     spread: bool  # whether these samples are spread over the whole record, so that the effect on white noise is known
 
@@ -81,7 +81,7 @@ class FilledOutages:
     """Long stretches that were filled in with straight lines."""
 
     count: int
-    start: float  # beginning and length of the longest [s]
+    start: float  # beginning of the longest, from the beginning of the record, and its length [s]
     longest: float
 
 

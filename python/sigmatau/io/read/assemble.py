@@ -13,6 +13,7 @@ from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
+from sigmatau.io.read.time.stamps import later
 from sigmatau.record.record import Checksum, Provenance, Record, stream_name
 from sigmatau.record.streams import Stream
 
@@ -24,7 +25,17 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Re
         raise OptionError(
             f"--channels applies to one topic, but {topics} are read; choose one by --topic", option="channels"
         )
-    return joined([part(table, of_table(table, tables, options)) for table in tables], tables, file)
+    return joined(of_one_clock([part(table, of_table(table, tables, options)) for table in tables]), tables, file)
+
+
+def of_one_clock(parts: Sequence[Part]) -> list[Part]:
+    """The parts with the times of their findings from the beginning of the earliest stream of all parts."""
+    origin = min(stream.grid.start for stream in _one_temperature([s for each in parts for s in each.streams]))
+    starts = [min(stream.grid.start for stream in each.streams) for each in parts]
+    return [
+        replace(each, findings=tuple(later(finding, start - origin) for finding in each.findings))
+        for each, start in zip(parts, starts, strict=True)
+    ]
 
 
 def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) -> Record:

@@ -127,16 +127,22 @@ def inspect(
             if options.topic:
                 raise
             chosen, wanting = [], error.for_command_line()
-        found, parts = [], []
+        found, parts, at = [], list[Part](), list[int]()
         for table in tables:
             wanted = any(table is one for one in chosen)
             of_this = options if len(chosen) == 1 else replace(options, channels={})
             if wanted or (sensors(table) and not options.topic):
                 info, made = _looked_into(table, chosen or [table], of_this, chosen=wanted)
+                if wanted and made is not None:
+                    at.append(len(found))
+                    parts.append(made)
                 found.append(info)
-                parts += [made] if wanted and made is not None else []
             else:
                 found.append(_named(table))
+        if parts:
+            parts = assemble.of_one_clock(parts)
+            for k, made in zip(at, parts, strict=True):
+                found[k] = replace(found[k], findings=made.findings)
         record = None
         if chosen and len(parts) == len(chosen):
             with contextlib.suppress(OptionError):  # raised again when the record is read

@@ -20,7 +20,7 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table, all_without_absurd
 from sigmatau.io.read.time import rows
-from sigmatau.io.read.time.stamps import Timing
+from sigmatau.io.read.time.stamps import Timing, later
 from sigmatau.io.read.time.timing import (
     jitter_findings,
     missing_in,
@@ -150,6 +150,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         warm, noted = temperature_stream(table.label(index), choice.temperature, raw, shared, missing=index in missing)
         streams += warm
         notes = [*notes, noted]
+    begins = min(stream.grid.start for stream in streams)
     used = {*choice.channels.values(), choice.time, *(warmth if streams[-1].quantity == "temperature" else ())}
     return Part(
         topic=table.topic,
@@ -172,7 +173,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *table.findings,
             *loaded.findings,
             *overruled,
-            *(finding for timing in times for finding in timing.findings),
+            *(later(finding, timing.start - begins) for timing in times for finding in timing.findings),
             *said,
         ),
     )

@@ -30,7 +30,7 @@ from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpr
 from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
-from sigmatau.record.streams import Stream
+from sigmatau.record.streams import Grid, Stream
 
 SEGMENTS = 8
 _LEAST_SEGMENTS = 4  # without missing samples
@@ -81,10 +81,10 @@ def non_stationary(
     findings = []
     for channel in stream.channels:
         x, fitted = stream.column(channel), fits.get(channel)
-        spread = None if fitted is None else _segment_spread(x, fitted, false_alarm)
+        spread = None if fitted is None else _segment_spread(x, fitted, stream.grid, false_alarm)
         ratio = 1.0 if spread is None else spread.ratio
         spans: tuple[Span, ...] = () if spread is None else ((spread.largest_at, spread.largest_at + spread.length),)
-        change = _noise_change(x, stream.grid.tau0, false_alarm)
+        change = _noise_change(x, stream.grid, false_alarm)
         if change is not None:
             size = max(change.ratio, 1 / change.ratio) if change.ratio > 0 else np.inf
             if spread is not None and size < min_ratio:
@@ -98,7 +98,7 @@ def non_stationary(
     return findings
 
 
-def _segment_spread(x: Floats, fitted: NoiseFit, false_alarm: float) -> SegmentSpread | None:
+def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid, false_alarm: float) -> SegmentSpread | None:
     """The significant differences of segments, where the evidence is strongest, which is not where the ratio is largest."""
     tested = segment_test(x, fitted)
     if tested is None or not tested.p_value < false_alarm:
@@ -113,17 +113,17 @@ def _segment_spread(x: Floats, fitted: NoiseFit, false_alarm: float) -> SegmentS
         tau=tau,
         tau_min=float(significant[0]) if len(significant) else tau,
         tau_max=float(significant[-1]) if len(significant) else tau,
-        largest_at=int(tested.starts[np.argmax(deviation)]) * tau0,
-        smallest_at=int(tested.starts[np.argmin(deviation)]) * tau0,
+        largest_at=grid.time(int(tested.starts[np.argmax(deviation)])),
+        smallest_at=grid.time(int(tested.starts[np.argmin(deviation)])),
         length=len(x) // SEGMENTS * tau0,
     )
 
 
-def _noise_change(x: Floats, tau0: float, false_alarm: float) -> NoiseChange | None:
+def _noise_change(x: Floats, grid: Grid, false_alarm: float) -> NoiseChange | None:
     found = cusum(x)
     if found is None or not found.p_value < false_alarm:
         return None
-    return NoiseChange(time=found.at * tau0, ratio=float(np.sqrt(found.ratio)))
+    return NoiseChange(time=grid.time(found.at), ratio=float(np.sqrt(found.ratio)))
 
 
 def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:

@@ -217,10 +217,10 @@ MOST_SPANS = 8  # spans that a finding of many runs lists: the longest
 
 
 def longest_spans(stream: Stream, first: Ints, lengths: Ints) -> tuple[Span, ...]:
-    """Beginnings and ends of the longest `MOST_SPANS` runs, in order of time. [s]"""
-    tau0 = stream.grid.tau0
+    """Beginnings and ends of the longest `MOST_SPANS` runs, in order of time, from the beginning of the whole record. [s]"""
+    time = stream.grid.time
     kept = np.sort(np.argsort(-lengths, kind="stable")[:MOST_SPANS])
-    return tuple((float(a * tau0), float((a + m) * tau0)) for a, m in zip(first[kept], lengths[kept], strict=True))
+    return tuple((time(int(a)), time(int(a + m))) for a, m in zip(first[kept], lengths[kept], strict=True))
 
 
 def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:

@@ -83,8 +83,8 @@ def filled_outages(stream: Stream) -> list[Found]:
     masks = [mask_of_runs(stream.grid.n, *gaps.get(channel, (empty, empty))) for channel in stream.channels]
     strongest = max(gaps, key=lambda c: int(gaps[c][1].max()))
     first, lengths = gaps[strongest]
-    k, tau0 = int(np.argmax(lengths)), stream.grid.tau0
-    outages = FilledOutages(count=len(first), start=int(first[k]) * tau0, longest=int(lengths[k]) * tau0)
+    k, grid = int(np.argmax(lengths)), stream.grid
+    outages = FilledOutages(count=len(first), start=grid.time(int(first[k])), longest=int(lengths[k]) * grid.tau0)
     finding = Finding(
         details=Interpolated(strongest=strongest, share=float(lengths.sum()) / stream.grid.n, outages=outages),
         severity="warning",

@@ -59,10 +59,9 @@ def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> Bools:
     return mask
 
 
-def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]], *, of_log: bool = False) -> tuple[Span, ...]:
-    """Stretches of samples as times from the beginning of the record, or of the log that it is a window of. [s]"""
-    tau0, lead = stream.grid.tau0, stream.grid.lead if of_log else 0.0
-    return tuple((start * tau0 + lead, stop * tau0 + lead) for start, stop in spans)
+def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]]) -> tuple[Span, ...]:
+    """Stretches of samples as times from the beginning of the whole record. [s]"""
+    return tuple((stream.grid.time(start), stream.grid.time(stop)) for start, stop in spans)
 
 
 _CANCELS = 0.3  # two steps whose sum is less than this part of the larger one are a change of the mean that ends
@@ -74,15 +73,15 @@ def without_steps(
     """What to leave out, or else what to keep, of a record with steps: sample, uncertainty in samples, and size of each.
 
     The stretch between two steps that cancel is left out; otherwise the longest part between steps is kept, because a
-    record without the moment of a step still has both means. From the beginning of the log; None for an end of it. [s]
+    record without the moment of a step still has both means. From the beginning of the whole record; None for its ends. [s]
     """
     n = stream.grid.n
     if len(steps) == 2:
         (first, near, up), (second, wide, down) = steps
         if abs(up + down) < _CANCELS * max(abs(up), abs(down)):
-            return in_seconds(stream, [(max(first - near, 0), min(second + wide, n))], of_log=True), None
+            return in_seconds(stream, [(max(first - near, 0), min(second + wide, n))]), None
     edges = [(0, 0), *((at, about) for at, about, _ in steps), (n, 0)]
     k = max(range(len(edges) - 1), key=lambda i: edges[i + 1][0] - edges[i][0])
-    ((start, stop),) = in_seconds(stream, [(edges[k][0] + edges[k][1], edges[k + 1][0] - edges[k + 1][1])], of_log=True)
+    ((start, stop),) = in_seconds(stream, [(edges[k][0] + edges[k][1], edges[k + 1][0] - edges[k + 1][1])])
     whole = stream.grid.lead == 0
     return (), (None if k == 0 and whole else start, None if k == len(steps) and whole else stop)

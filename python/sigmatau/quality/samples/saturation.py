@@ -132,7 +132,7 @@ def _finding(
         low=ends[0] if len(clipped[0]) else None,
         high=ends[1] if len(clipped[1]) else None,
         unit=stream.unit,
-        start=int(at[0]) * stream.grid.tau0,
+        start=stream.grid.time(int(at[0])),
         longest=longest,
         spread=spread,
     )

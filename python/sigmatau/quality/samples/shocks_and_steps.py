@@ -78,8 +78,7 @@ def between_steps(stream: Stream, found: Sequence[Finding]) -> Stream:
     for finding in found:
         if isinstance(finding.details, NotStatic) and finding.channel in stream.channels:
             for step in finding.details.steps:
-                ends = (step.time - step.uncertainty, step.time + step.uncertainty)
-                first, last = (round(time / stream.grid.tau0) for time in ends)
+                first, last = map(stream.grid.sample, (step.time - step.uncertainty, step.time + step.uncertainty))
                 mask[max(first, 0) : max(last, 0), stream.channels.index(finding.channel)] = True
     return masked(stream, mask)
 
@@ -193,7 +192,7 @@ def level_finding(
     leave_out, keep = without_steps(stream, [(c.sample, c.window, c.size) for c in changes])
     steps = tuple(
         LevelStep(
-            time=change.sample * tau0,
+            time=stream.grid.time(change.sample),
             uncertainty=change.around * tau0,
             size=change.size,
             ratio=change.times,

@@ -144,7 +144,7 @@ def _finding(stream: Stream, channel: str, found: Bools) -> Finding:
             samples=len(x),
             share=len(at) / int(np.count_nonzero(np.isfinite(x))),
             height=float(heights[largest]),
-            time=int(at[largest]) * stream.grid.tau0,
+            time=stream.grid.time(int(at[largest])),
             more_below=more_below(clean),
         ),
         severity="warning",

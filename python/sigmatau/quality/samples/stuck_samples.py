@@ -127,15 +127,15 @@ def held(kind: type[Dropout | StuckSamples], stream: Stream, mask: Bools) -> lis
     if not mask.any():
         return []
     counts = np.count_nonzero(mask, axis=0)
-    strongest, tau0 = int(np.argmax(counts)), stream.grid.tau0
+    strongest = int(np.argmax(counts))
     first, lengths = runs_of_places(np.flatnonzero(mask[:, strongest]))
     k = int(np.argmax(lengths))
     details = kind(
         samples=int(counts[strongest]),
         share=float(counts[strongest] / stream.grid.n),
         runs=len(first),
-        start=int(first[k]) * tau0,
-        longest=int(lengths[k]) * tau0,
+        start=stream.grid.time(int(first[k])),
+        longest=int(lengths[k]) * stream.grid.tau0,
     )
     channels = tuple(channel for channel, count in zip(stream.channels, counts, strict=True) if count)
     spans, share = longest_spans(stream, first, lengths), details.share

@@ -43,7 +43,7 @@ class Rest:
     ----------
     verdict : {"at_rest", "partly_at_rest", "not_at_rest"}
     still : tuple of (float, float)
-        Stretches at rest of 20 s or longer, in order of time, from the beginning of the log. [s]
+        Stretches at rest of 20 s or longer, in order of time, from the beginning of the whole record. [s]
     motion : Motion or None
         The strongest motion; None at rest.
     """
@@ -138,7 +138,7 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
     finding = Finding(
         details=details_of,
         severity="info" if lost < LITTLE else "warning",
-        spans=tuple((a - begins, b - begins) for a, b in gone_spans),
+        spans=gone_spans,
         size=lost,
     )
     said = f"left out, not at rest: {', '.join(f'{a:.6g} s to {b:.6g} s' for a, b in gone_spans[:5])}"
@@ -171,7 +171,7 @@ def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
 
 
 def _at(stream: Stream, time: float) -> int:
-    return min(max(round((time - stream.grid.lead) / stream.grid.tau0), 0), stream.grid.n)
+    return min(max(stream.grid.sample(time), 0), stream.grid.n)
 
 
 def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int) -> bool:

@@ -104,6 +104,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
         For a window longer than the record, or of fewer than 4 samples.
     """
     streams, told = [], list[ChosenWindow]()
+    origin = min(stream.grid.start for stream in record.streams)
     for stream in record.streams:
         by = criterion(record, stream)
         total = stream.grid.duration
@@ -121,7 +122,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
             told.append(
                 ChosenWindow(
                     stream=stream.name,
-                    start=begin - stream.grid.start,
+                    start=begin - origin,
                     criterion=by.kind,
                     by=by.stream.name,
                     block=block,

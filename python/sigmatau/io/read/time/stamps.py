@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -321,6 +321,16 @@ def rate_changed(*, at: float, end: float, details: RateChange, empty: bool) -> 
     most = max(details.before, details.after) / min(details.before, details.after)
     factors = () if empty else (("random_walk", math.sqrt(most)),)
     return Finding(details=details, severity="warning", spans=((at, end),), size=most, factors=factors)
+
+
+def later(finding: Finding, by: float) -> Finding:
+    """A finding about stamps of a sensor that begins so many seconds after the whole record."""
+    details = finding.details
+    if by == 0:
+        return finding
+    if isinstance(details, Gaps):
+        details = replace(details, longest=tuple(replace(gap, start=gap.start + by) for gap in details.longest))
+    return replace(finding, details=details, spans=tuple((start + by, stop + by) for start, stop in finding.spans))
 
 
 def _rate_drift(found: GridFit, tau0: float, *, least: float = _DRIFT_INFO) -> tuple[Finding, ...]:

@@ -127,7 +127,7 @@ def inspect(
             if options.topic:
                 raise
             chosen, wanting = [], error.for_command_line()
-        found, parts, at = [], list[Part](), list[int]()
+        found, parts, at = list[TableInfo](), list[Part](), list[int]()
         for table in tables:
             wanted = any(table is one for one in chosen)
             of_this = options if len(chosen) == 1 else replace(options, channels={})

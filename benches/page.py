@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from benches import checks, fits, growth, job, kernels, peers, processes, simulation, stream, text
+from benches.reasons import REASONS
 
 SECTIONS = {
     module.__name__.split(".")[-1]: module
@@ -59,4 +60,6 @@ def _summary(reached: list[text.Gate]) -> list[str]:
     passed = sum(gate.passed for gate in reached)
     rows = [[g.what, g.aim, f"**{g.got}**", "reached" if g.passed else "not reached"] for g in reached]
     head = ["## Targets", "", f"{passed} of {len(reached)} targets are reached.", ""]
-    return [*head, *text.table(["", "target", "measured", ""], rows)]
+    table = text.table(["", "target", "measured", ""], rows)
+    why = [f"- {g.what}: {REASONS[g.what]}" for g in reached if not g.passed and g.what in REASONS]
+    return [*head, *table, *(["Why the others are not:", "", *why, ""] if why else [])]

@@ -43,7 +43,8 @@ def test_one_small_file(page):
     assert not re.search(r"url\((?!data:|#)", text)
     assert "default-src 'none'" in unescape(text)
     uplot = text.split("var uPlot=")[0]
-    assert "https://github.com/leeoniya/uPlot" in uplot  # its notice is kept
+    assert "https://github.com/leeoniya/uPlot" in uplot
+    assert "Permission is hereby granted" in uplot  # its licence goes with it
 
 
 def test_the_same_report_twice_is_the_same_file(page, record, analysis, tmp_path):

@@ -61,7 +61,8 @@ def _asset(path: str) -> str:
 def _scripts() -> str:
     """uPlot, then our modules, which share one scope."""
     own = "\n".join(_asset(f"{module}.js") for module in _SCRIPTS)
-    return f'{_asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{own}\n}})();'
+    notice = _asset("uplot/LICENSE").strip()
+    return f'/* uPlot:\n{notice}\n*/\n{_asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{own}\n}})();'
 
 
 Section = tuple[str, str, Markup]
@@ -116,7 +117,7 @@ def _overview(content: Content) -> Markup:
         values = (element("td", text, class_="value") for text in row[1:-1])
         trust = element("td", element("span", row[-1], class_=f"chip {row[-1]}", title=TRUST.get(row[-1], "")))
         groups.append(element("tr", element("th", name(row[0]), scope="row"), values, trust))
-    legend = "; ".join(f"{word}: {text}" for word, text in trust_told(rows).items())
+    legend = f"Trust: {'; '.join(f'{word} – {text}' for word, text in trust_told(rows).items())}."
     table = element("table", element("thead", element("tr", cells)), element("tbody", groups), class_="overview")
     about = (
         f"Values with their {content.level} confidence intervals; below: upper limit of a term that is not observed."

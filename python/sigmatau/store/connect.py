@@ -50,7 +50,11 @@ def engine_of(place: str | Path, *, create: bool = True) -> Engine:
     try:
         _up_to_date(engine, place)
     except sqlalchemy.exc.SQLAlchemyError as error:
+        engine.dispose()
         raise DataError(f"{_shown(place)}: {reason(error)}") from None
+    except DataError:
+        engine.dispose()
+        raise
     return engine
 
 

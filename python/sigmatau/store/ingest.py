@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from sqlalchemy.engine import Connection
 
 _SCHEMAS = (1, 2)
+_ATTEMPTS = 5  # of a transaction that meets another writer
+
 State = Literal["fitted", "not_fitted", "not_at_rest", "failed"]
 
 
@@ -56,20 +58,37 @@ def add(engine: Engine, entries: Iterable[Entry], *, batch: int = 200) -> Added:
     DataError
         For a result that is none, or a database that does not take it; earlier batches stay.
     """
-    import sqlalchemy
-
     total = Added()
     source = iter(entries)
     while chunk := [_prepared(entry) for entry in islice(source, batch)]:
-        try:
-            with engine.connect().execution_options(writes=True) as connection, connection.begin():
-                one = _add(connection, chunk)
-        except sqlalchemy.exc.SQLAlchemyError as error:
-            from sigmatau.store.connect import reason
-
-            raise DataError(f"the store did not take the results: {reason(error)}") from None
+        one = _committed(engine, chunk)
         total = Added(new=total.new + one.new, revised=total.revised + one.revised, known=total.known + one.known)
     return total
+
+
+def _committed(engine: Engine, chunk: Sequence[tuple[Entry, str, Packed]]) -> Added:
+    """Add results in a transaction. If another writer added the same runs meanwhile, they are compared with its rows."""
+    import sqlalchemy
+
+    from sigmatau.store.connect import reason
+
+    for attempt in range(_ATTEMPTS):
+        try:
+            with engine.connect().execution_options(writes=True) as connection, connection.begin():
+                return _add(connection, chunk)
+        except (sqlalchemy.exc.IntegrityError, sqlalchemy.exc.OperationalError) as error:
+            if attempt == _ATTEMPTS - 1 or not _may_pass(error):
+                raise DataError(f"the store did not take the results: {reason(error)}") from None
+        except sqlalchemy.exc.SQLAlchemyError as error:
+            raise DataError(f"the store did not take the results: {reason(error)}") from None
+    raise AssertionError
+
+
+def _may_pass(error: Exception) -> bool:
+    """Whether a second attempt may succeed: rows of another writer, or a deadlock with it."""
+    import sqlalchemy
+
+    return isinstance(error, sqlalchemy.exc.IntegrityError) or "deadlock" in str(error).lower()
 
 
 def _prepared(entry: Entry) -> tuple[Entry, str, Packed]:
@@ -112,7 +131,8 @@ def _add(connection: Connection, chunk: Sequence[tuple[Entry, str, Packed]]) -> 
         made = insert(tables.run).returning(tables.run.c.id, sort_by_parameter_order=True)
         ids = connection.execute(made, list(rows.values())).scalars().all()
         _add_contents(connection, zip(ids, results, strict=True))
-    return Added(new=len(rows) - len(replaced), revised=len(replaced), known=len(chunk) - len(rows))
+    new = sum(revision == 1 for _, revision in rows)
+    return Added(new=new, revised=len(rows) - new, known=len(chunk) - len(rows))
 
 
 def _latest(connection: Connection, identities: set[str]) -> dict[str, tuple[int, str]]:

@@ -41,6 +41,7 @@ from .spectrum.transfer import transfer
 from .statespace.arma import arma
 from .statespace.state_space import state_space
 from .statespace.verify import verify
+from .store.store import Store
 
 __all__ = [
     "Accumulator",
@@ -71,6 +72,7 @@ __all__ = [
     "RunComparison",
     "Sinusoid",
     "Spectrum",
+    "Store",
     "Stream",
     "Verdict",
     "__version__",

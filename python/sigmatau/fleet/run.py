@@ -12,7 +12,7 @@ from sigmatau.fleet.tasks import analyse
 from sigmatau.frozen import frozen
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 _BATCH_BYTES = 32 << 20  # logs of one task, so that a task takes a second or more and its overhead of 3 ms is small
 _BATCH_LOGS = 16

@@ -44,7 +44,7 @@ def _result(log: Log, reading: Mapping[str, Any], settings: Mapping[str, Any]) -
         return failed_result(log.place, str(error), exit_code=1)
     except MemoryError:
         return failed_result(log.place, f"{log.place}: not enough memory for this record", exit_code=1)
-    except Exception as error:  # noqa: BLE001  a defect of the program must not end the other logs
+    except Exception as error:
         return failed_result(log.place, f"{log.place}: {type(error).__name__}: {error}", exit_code=1)
 
 

@@ -13,6 +13,7 @@ import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.wording import sentence
@@ -25,6 +26,7 @@ from sigmatau.io.read.registry import reader_of
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
+from sigmatau.results import plain
 
 _GZIP = b"\x1f\x8b"
 
@@ -98,8 +100,14 @@ def read(
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
+    chosen: dict[str, Any] = {"rate": rate, "unit": unit, "channels": channels, "input": input, "scale": scale, "offset": offset}
+    chosen |= {"topic": topic, "layout": layout}
     with opened(path, layout, max_expansion) as (file, tables):
-        return assemble.assemble(choose_tables(tables, options.topic), file, options)
+        record = assemble.assemble(choose_tables(tables, options.topic), file, options)
+    stated = plain(
+        None, **{name: value for name, value in chosen.items() if value and (name, value) != ("input", "rate")}
+    )
+    return replace(record, provenance=replace(record.provenance, options=stated)) if stated else record
 
 
 @contextlib.contextmanager

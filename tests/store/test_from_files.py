@@ -62,7 +62,7 @@ def test_missing_file_is_a_problem(tmp_path):
     with Store(tmp_path / "x.db") as store:
         found = store.add_files([tmp_path / "gone.json"], Naming(unit="A"))
     [problem] = found.problems
-    assert problem.message == "No such file or directory"
+    assert problem.reason == "No such file or directory"
 
 
 def test_folder_without_results(tmp_path):

@@ -163,6 +163,8 @@ def _write_logs(folder):
         note = ["--note", "serial number=A123", "--note", f"run=day {day}"]
         assert main(["analyze", str(log), "--json", str(folder / f"day{day}.json"), *note, "-q"]) == 0
         shutil.copy(folder / f"day{day}.json", folder / "results" / f"day{day}.json")
+    add = ["store", "add", str(folder / "results"), "--store", str(folder / "lab.db"), "--date", "2026-05-01", "-q"]
+    assert main(add) == 0
 
 
 def _typed(unit, values):

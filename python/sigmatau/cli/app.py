@@ -88,7 +88,8 @@ sigmatau watch growing.csv --idle 60 --json last.json""",
         """\
 sigmatau compare day1.json day2.json day3.json --plot forest.png
 sigmatau compare results --table --csv repeatability.csv
-sigmatau compare table1.csv""",
+sigmatau compare table1.csv
+sigmatau compare --store lab.db --unit "A*\"""",
     ),
     "lot": (
         "Judge a lot of units against a specification and each other; exit code 3 if a unit fails, 4 if one is not judged.",
@@ -116,7 +117,7 @@ _STORE = {
         "Add results of analyze to a store, each once.",
         """\
 sigmatau store add results --store lab.db --unit A123 --model tactical --date 2026-05-01
-sigmatau store add results --store lab.db --unit-from "(night[0-9])" --temperature 25""",
+sigmatau store add results --store lab.db --unit-from folder --temperature 25""",
     ),
     "list": (
         "List the units or the runs of a store.",

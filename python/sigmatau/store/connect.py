@@ -42,11 +42,15 @@ def engine_of(place: str | Path, *, create: bool = True) -> Engine:
     """
     try:
         import alembic  # noqa: F401
+        import orjson  # noqa: F401
         import sqlalchemy
     except ImportError:
-        raise ImportError("a store needs SQLAlchemy and Alembic: pip install 'sigmatau[store]'") from None
+        raise ImportError("a store needs SQLAlchemy, Alembic and orjson: pip install 'sigmatau[store]'") from None
     url = _url(place, create=create)
-    engine = sqlalchemy.create_engine(url, **_arguments(url))
+    try:
+        engine = sqlalchemy.create_engine(url, **_arguments(url))
+    except ImportError:
+        raise ImportError("a store on PostgreSQL needs psycopg: pip install 'sigmatau[postgresql]'") from None
     if engine.dialect.name == "sqlite":
         _prepare_sqlite(engine, to_read="mode" in url.query)
     try:

@@ -93,12 +93,13 @@ class Store:
 
     Examples
     --------
-    >>> import numpy as np
     >>> import sigmatau as st
-    >>> record = st.Record.from_arrays(rate=100, gyro_x=np.random.default_rng(1).normal(size=9000), unit={"gyro": "rad/s"})
-    >>> with st.Store("doctest.db") as store:  # doctest: +SKIP
-    ...     store.add(st.analyze(record), unit="A1")
-    ...     print(store.coefficients(term="random_walk"))
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.analyze(st.simulate(model, duration=600, rate=20, rng=day)) for day in range(3)]
+    >>> with st.Store("lab.db") as store:
+    ...     added = [store.add(day, unit="A1") for day in days]
+    ...     print(store.compare()["gyro_x", "random_walk"].judgement)
+    repeatable
     """
 
     def __init__(self, place: str | Path, *, create: bool = True) -> None:

@@ -125,7 +125,7 @@ def test_exports_are_the_table(lab, capsys):
     (["trend", "--store", "lab.db", "--level", "95"], 2, "--level must be between 0 and 1"),
     (["export", "--store", "lab.db", "-o", "c.xlsx"], 2, "must end in .parquet, .csv"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--unit", "B"], 1, "nothing is written"),
-    (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "random_walk"], 2, "--term is of coefficients"),
+    (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "mean"], 2, "--term is of coefficients"),
 ])  # fmt: skip
 def test_errors_are_one_line(lab, capsys, argv, code, told):
     found = run(capsys, *argv)

@@ -58,7 +58,7 @@ def test_characters_that_databases_refuse(place):
     (Entry(result=result(0), unit=" "), "name of the unit is empty"),
     (Entry(result=result(0), unit="x" * 401), "401 characters, more than 400"),
     (Entry(result=result(0), unit="A", model="m" * 201), "201 characters"),
-    (Entry(result=result(0) | {"channels": {"gyro_x": {}}}, unit="A"), "'quantity' is missing"),
+    (Entry(result=result(0) | {"channels": {"gyro_x": {}}}, unit="A"), "'(quantity|curve)' is missing"),
     (Entry(result=result(0) | {"channels": {"gyro_x": 3}}, unit="A"), "damaged"),
     (Entry(result=result(0) | {"source": 5}, unit="A"), "damaged"),
 ])  # fmt: skip

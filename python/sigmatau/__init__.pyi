@@ -20,6 +20,8 @@ from .fitting.read_off import ReadOff, read_off
 from .io.read import read
 from .io.read.frame import from_frame
 from .io.write import write
+from .lots.comparison import RunComparison, compare_runs
+from .lots.repeatability import RandomEffects, random_effects
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
@@ -61,10 +63,12 @@ __all__ = [
     "NonFiniteError",
     "OptionError",
     "Plan",
+    "RandomEffects",
     "ReadOff",
     "Record",
     "RecordTooShortError",
     "Resonance",
+    "RunComparison",
     "Sinusoid",
     "Spectrum",
     "Stream",
@@ -74,6 +78,7 @@ __all__ = [
     "analyze",
     "arma",
     "check",
+    "compare_runs",
     "compare_with",
     "cross_spectrum",
     "datasheet",
@@ -88,6 +93,7 @@ __all__ = [
     "plan",
     "predict",
     "psd",
+    "random_effects",
     "read",
     "read_off",
     "report",

@@ -83,10 +83,11 @@ logger | sigmatau watch --rate 200 --channels gyro=1:3 --unit gyro=deg/s
 sigmatau watch growing.csv --idle 60 --json last.json""",
     ),
     "compare": (
-        "Test whether units meet their datasheet, by noise term and in sigmas; exit code 3 if a unit does not.",
+        "Compare runs of a unit: what repeats, what varies and by how much, which run does not belong.",
         """\
-sigmatau compare result.json --datasheet icm42688p
-sigmatau compare unit1.json unit2.json --datasheet spec.toml --undecided fail --json""",
+sigmatau compare day1.json day2.json day3.json --plot forest.png
+sigmatau compare results --table --csv repeatability.csv
+sigmatau compare table1.csv""",
     ),
     "datasheet": (
         "List published values of common sensors with their sources; print a sensor as a noise model.",

@@ -119,11 +119,11 @@ class RandomEffects(Printed):
         lines = [f"{self.k} {'run' if self.k == 1 else 'runs'}: mean {value} {interval}".rstrip()]
         if self.std is not None and self.tau is not None and self.tau_low is not None and self.tau_high is not None:
             lines.append(f"  standard deviation   {self._size(self.std_relative if self._percent else self.std)}")
-            low, high = self._size(self.tau_low), self._size(self.tau_high)
-            lines.append(f"  between runs         {self._size(self.tau)} [{low}, {high}]")
+            low = self._size(self.tau_low).removesuffix(" %")
+            lines.append(f"  between runs         {self._size(self.tau)} [{low}, {self._size(self.tau_high)}]")
             lines.append(f"  next run             within ±{self._size(self.next_error)}")
         if self.p_value is not None:
-            lines.append(f"  homogeneity          p = {self.p_value:.2g}")
+            lines.append(f"  homogeneity          p {p_text(self.p_value)}")
         return "\n".join([*lines, f"  {JUDGEMENTS[self.judgement].format(run=self.outlier)}"])
 
     @property
@@ -144,6 +144,11 @@ JUDGEMENTS: dict[Judgement, str] = {
     "one_run": "one run: nothing to compare",
     "without_errors": "the errors are not known: no test",
 }
+
+
+def p_text(p: float) -> str:
+    """``= 0.41``, or ``< 0.0001``."""
+    return f"= {p:.2g}" if p >= 1e-4 else "< 0.0001"
 
 
 def judgement_of(
@@ -222,9 +227,9 @@ def random_effects(
     >>> st.random_effects(days, [0.00066] * 7)
     7 runs: mean 0.951 [0.936, 0.967]
       standard deviation   1.8 %
-      between runs         1.8 % [1.2, 4.0 %]
+      between runs         1.8 % [1.2, 4 %]
       next run             within ±4.7 %
-      homogeneity          p = 0
+      homogeneity          p < 0.0001
       varies between runs
     """
     check_level(level)

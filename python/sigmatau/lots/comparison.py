@@ -128,6 +128,21 @@ class RunComparison(Tabular):
                 found[at] = self.runs[self.table.run[self.cells.rows(at)[self.effects.outlier[at]]]]
         return found
 
+    def below(self) -> dict[int, list[Run]]:
+        """By row, the runs that do not show the term although they should: their upper limit is below the prediction interval
+        of one more run. A ramp's limit is that of its magnitude.
+        """
+        found: dict[int, list[Run]] = {}
+        for at in np.flatnonzero((self.cells.seen > 1) & (self.cells.looked > self.cells.seen)).tolist():
+            one = self.row(at)
+            if one.next_low is None or one.next_high is None or one.next_low < 0 < one.next_high:
+                continue
+            least = min(abs(one.next_low), abs(one.next_high))
+            runs = [self.runs[self.table.run[k]] for k in self.cells.limited(at) if self.table.limit[k] < least]
+            if runs:
+                found[at] = runs
+        return found
+
     def columns(self) -> dict[str, list[Any]]:
         """A row a group, channel and term, see `Tabular.columns`. Numbers are in SI, spreads relative or in SI."""
         labels = [self.table.labels[k] for k in self.cells.label]
@@ -152,6 +167,8 @@ class RunComparison(Tabular):
         ]
         found["judgement"] = list(self.judgements())
         found["outlier"] = [outliers[at].name if at in outliers else None for at in range(len(self))]
+        below = self.below()
+        found["runs_below"] = [" ".join(run.name for run in below.get(at, ())) or None for at in range(len(self))]
         return found
 
     def _numbers(self, signed: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:

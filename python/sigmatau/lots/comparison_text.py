@@ -182,10 +182,20 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
                 f"! {label.channel} {term_name(label)}: {what} {name} does not belong:"
                 f" {_against(value, float(np.mean(others)))} the mean of the others"
             )
+    below = comparison.below()
+    for at in rows:
+        if at in below:
+            label, runs = comparison.key(at)[1], below[at]
+            unit, size = unit_of(label)
+            limit = min(comparison.table.limit[comparison.cells.limited(at)]) / size
+            lines.append(
+                f"! {label.channel} {term_name(label)}: {what} {runs[0].name} should show it:"
+                f" below {two_digits(limit)} {unit}, less than expected of a {what}"
+            )
     if len(lines) > _MOST_NAMED:
         lines = [
             *lines[:_MOST_NAMED],
-            f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: --table",
+            f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: --csv",
         ]
     alike = sum(judgements[at] == "too_alike" for at in rows)
     if alike:
@@ -249,7 +259,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
     channels: dict[str, int] = {}
     for label in labels:
         channels.setdefault(label.channel, len(channels))
-    head = ("", "", f"{group}s", "STD %", f"between {what}s %", "repeatable", "vary", "outlier")
+    head = ("", "", f"{group}s", "STD %", f"between {what}s %", "repeat", "vary", "outlier")
     cells: list[tuple[str, ...]] = [head]
     listed = sorted(rows, key=lambda key: (channels[key[0]], order.index(key[1])))
     for channel, term in listed[:_MOST_ROWS]:

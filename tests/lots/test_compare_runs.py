@@ -201,6 +201,25 @@ class TestNotUsed:
                     one.pop("upper_limit", None)
         assert "no coefficient has an interval" in self.reasons(days)["r1"]
 
+    @pytest.mark.parametrize(
+        "damage",
+        [
+            lambda gyro: gyro["fit"]["terms"].__setitem__("random_walk", "x"),
+            lambda gyro: gyro["fit"]["terms"]["random_walk"].__setitem__("level", 2),
+            lambda gyro: gyro.__setitem__("mean", [1]),
+            lambda gyro: gyro["fit"]["terms"]["random_walk"].pop("unit"),
+            lambda gyro: gyro.pop("quantity"),
+        ],
+    )
+    def test_changed_by_hand(self, days, damage):
+        damage(days[1]["channels"]["gyro_x"])
+        assert self.reasons(days)["r1"].startswith("channel 'gyro_x': ")
+
+    def test_no_values(self, days, tmp_path):
+        path = tmp_path / "none.csv"
+        path.write_text("run,channel,term,value,unit\n1,gyro_x,random_walk,,deg/sqrt(h)\n")
+        assert list(compare_runs([*days, path]).unused.values()) == ["no values"]
+
     def test_nothing_is_left(self, days):
         with pytest.raises(DataError, match="not a result"):
             compare_runs({"a": 1})
@@ -303,7 +322,7 @@ class TestCommand:
         [
             ([], 2, "no results; give JSON files"),
             (["none.json"], 1, "none.json: No such file"),
-            (["day1.json", "--datasheet", "bmi088"], 2, "is an option of sigmatau lot now: sigmatau lot RESULTS --spec bmi088"),
+            (["day1.json", "--datasheet", "bmi088"], 2, "is an option of sigmatau lot now"),
             (["day1.json", "--level", "1.5"], 2, "--level must be between 0 and 1"),
             (["day1.json", "--jobs", "0"], 2, "--jobs 0: must be"),
             (["day1.json", "--plot", "f.txt"], 2, "the name must end in"),

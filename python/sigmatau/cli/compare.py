@@ -121,5 +121,5 @@ def _tell_unused(comparison: RunComparison, *, quiet: bool) -> int:
         else:
             say(line, quiet=quiet)
     if len(lines) > _MOST_UNUSED:
-        say(f"{len(lines) - _MOST_UNUSED} more results are not used: --json lists them")
+        say(f"and {len(lines) - _MOST_UNUSED} more: --json lists them")
     return _UNUSABLE if comparison.unused else 0

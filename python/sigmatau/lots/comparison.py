@@ -129,8 +129,8 @@ class RunComparison(Tabular):
         return found
 
     def below(self) -> dict[int, list[Run]]:
-        """By row, the runs that do not show the term although they should: their upper limit is below the prediction interval
-        of one more run. A ramp's limit is that of its magnitude.
+        """By row, the runs that do not show the term although they should: their upper limit is below the prediction
+        interval of one more run. A ramp's limit is that of its magnitude.
         """
         found: dict[int, list[Run]] = {}
         for at in np.flatnonzero((self.cells.seen > 1) & (self.cells.looked > self.cells.seen)).tolist():
@@ -388,6 +388,9 @@ def _without_copies(table: RunTable) -> tuple[Run, ...]:
     found = []
     for k, run in enumerate(table.runs):
         own = order[ends[k] : ends[k + 1]]
+        if not len(own) and not run.problem:
+            found.append(replace(run, problem="no values"))
+            continue
         keys: list[object] = [] if run.sha256 is None else [run.sha256]
         if not run.typed and len(own):
             keys.append((table.label[own].tobytes(), table.value[own].tobytes(), table.limit[own].tobytes()))

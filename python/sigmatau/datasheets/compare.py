@@ -17,8 +17,8 @@ from pathlib import Path
 from statistics import NormalDist
 from typing import Any, Protocol
 
-from sigmatau.datasheets.claims import AXES, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
-from sigmatau.datasheets.measured import Measured, measured
+from sigmatau.datasheets.claims import AXES, MEANS, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
+from sigmatau.datasheets.measured import Measured, means_of, measured, stability
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.datasheets.verdict import Comparison, Judged, Reading, Status, Verdict
@@ -96,13 +96,14 @@ def compare_with(
     if factor is not None and not (_is_number(factor) and 1 <= factor <= LARGEST):
         raise OptionError(f"{{option}} must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
     sheet = datasheet if isinstance(datasheet, Datasheet) else find_datasheet(datasheet)
-    models, without = _models(result)
+    models, without, means = _models(result)
     judged, unsaid = [], []
     for channel, model in models.items():
         claims = sheet.of(channel)
         for claim in claims:
             readings = tuple(
-                _reading(claim, meaning, model, level, factor) for meaning in claim.meanings(sided=sided, bias=bias)
+                _reading(claim, meaning, model, means.get(channel, {}), level, factor)
+                for meaning in claim.meanings(sided=sided, bias=bias)
             )
             status, reason = _status(readings) if model.adequate else ("undecided", NOT_ADEQUATE)
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
@@ -137,10 +138,15 @@ def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(sorted(absent))
 
 
-def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
-    """The models by channel, and the channels without a model."""
+Means = Mapping[str, Mapping[float, Measured]]  # standard deviations of means by channel and averaging time in s
+
+
+def _models(
+    result: NoiseModel | Fitted | Mapping[str, Any],
+) -> tuple[dict[str, ChannelModel], list[str], Means]:
+    """The models by channel, the channels without a model, and the standard deviations of means."""
     if isinstance(result, NoiseModel):
-        return dict(result.channels), []
+        return dict(result.channels), [], {}
     if isinstance(result, Mapping):
         channels = results_by_channel(result)
     elif hasattr(result, "fits"):
@@ -150,6 +156,9 @@ def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, 
             name: {"fit": fit.to_dict(), "quantity": fit.quantity, "curve": {"unit": fit.rate_unit}}
             for name, fit in result.fits.items()
         }
+        for name, found in getattr(result, "mean_stability", {}).items():
+            if name in channels:
+                channels[name]["mean_stability"] = [one.to_dict() for one in found]
     else:
         raise DataError(f"{type(result).__name__} is not a result: give an Analysis, its JSON form or a NoiseModel")
     models, without = models_of(channels)
@@ -159,11 +168,25 @@ def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, 
         measures = (channels[name]["quantity"], channels[name]["curve"]["unit"])
         if QUANTITIES.get(stream_name(name), measures) != measures:
             raise DataError(f"channel {name!r}: this name does not fit {' in '.join(measures)}")
-    return models, without
+    return models, without, {name: _means_of(name, channel) for name, channel in channels.items()}
 
 
-def _reading(claim: Claim, meaning: Meaning, model: ChannelModel, level: float, factor: float | None) -> Reading:
-    found = measured(model, meaning.of)
+def _means_of(name: str, channel: Mapping[str, Any]) -> dict[float, Measured]:
+    try:
+        return means_of(channel.get("mean_stability") or ())
+    except (DataError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"channel {name!r}: {error}") from None
+
+
+def _reading(
+    claim: Claim,
+    meaning: Meaning,
+    model: ChannelModel,
+    means: Mapping[float, Measured],
+    level: float,
+    factor: float | None,
+) -> Reading:
+    found = stability(means, claim.average or 0.0) if meaning.of == MEANS else measured(model, meaning.of)
     maximum = claim.maximum
     if maximum is None and factor is not None and claim.typical is not None:
         maximum = factor * claim.typical

@@ -20,6 +20,8 @@ from .fitting.read_off import ReadOff, read_off
 from .io.read import read
 from .io.read.frame import from_frame
 from .io.write import write
+from .lots.lot import judge_lot
+from .lots.lot_result import Lot
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
@@ -28,6 +30,7 @@ from .quality.check import check
 from .quality.inspection import inspect
 from .record.record import Record
 from .record.streams import Stream
+from .reporting.lot_report import lot_report
 from .reporting.report import report
 from .simulation.imperfections import Imperfections
 from .simulation.in_memory import simulate
@@ -55,6 +58,7 @@ __all__ = [
     "Finding",
     "GaussMarkov",
     "Imperfections",
+    "Lot",
     "LowPass",
     "NoiseFit",
     "NoiseModel",
@@ -84,7 +88,9 @@ __all__ = [
     "fit_channel",
     "from_frame",
     "inspect",
+    "judge_lot",
     "list_datasheets",
+    "lot_report",
     "plan",
     "predict",
     "psd",

@@ -8,7 +8,8 @@ from sigmatau._version import __version__
 
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
-    " · 3 a unit does not meet its specification (compare) · 4 done with the readable part of a damaged file"
+    " · 3 a unit does not meet its specification (lot) · 4 done with the readable part of a damaged file, or not every unit"
+    " of a lot is judged (lot)"
     " · 5 the sensor is not at rest, so that there are no coefficients (analyze)"
     " · 130 interrupted · 143 terminated."
     " Tables and JSON go to standard output, messages to standard error."
@@ -87,6 +88,13 @@ sigmatau watch growing.csv --idle 60 --json last.json""",
         """\
 sigmatau compare result.json --datasheet icm42688p
 sigmatau compare unit1.json unit2.json --datasheet spec.toml --undecided fail --json""",
+    ),
+    "lot": (
+        "Judge a lot of units against a specification and each other; every unit is accounted for, exit code 3 if one fails.",
+        """\
+sigmatau lot unit1.json unit2.json --spec spec.toml -o lot.html
+sigmatau lot shift --expect 2 --spec icm42688p --sided one --factor 1.5 -o lot.pdf -o lot.xml
+sigmatau lot shift --spec spec.toml --fail-on warning --accept short_record --results results""",
     ),
     "datasheet": (
         "List published values of common sensors with their sources; print a sensor as a noise model.",

@@ -203,9 +203,7 @@ def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:
         mean = mean + fitted.warm_up.amplitude.value * np.exp(-t / fitted.warm_up.time)
     found = np.zeros(n - 1)
     if mean.any():
-        from scipy.fft import dct
-
-        found += np.asarray(dct(mean, type=2, norm="ortho"))[1:] ** 2
+        found += _cosines(mean)[1:] ** 2
     for line in fitted.sinusoid:
         frequency = line.frequency.value
         amplitude = line.amplitude.value * abs(np.sinc(frequency * span))
@@ -213,6 +211,15 @@ def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:
         mode = min(max(round(2 * n * span * seen), 1), n - 1)
         found[mode - 1] += n * amplitude**2 / 2
     return found
+
+
+def _cosines(x: Floats) -> Floats:
+    """Orthonormal cosine transform, type II."""
+    n = len(x)
+    turned = np.fft.fft(np.concatenate([x[::2], x[1::2][::-1]]))
+    found = math.sqrt(2 / n) * (turned * np.exp(-0.5j * math.pi * np.arange(n) / n)).real
+    found[0] /= math.sqrt(2)
+    return np.asarray(found, dtype=np.float64)
 
 
 def quantile(weights: Floats, shifts: Floats, probability: float) -> float:

@@ -309,8 +309,9 @@ def _accepted(remark: Remark, settings: Settings) -> Remark:
 
 def _without_path(error: str, path: str) -> str:
     """The message of an error without the file in front, which the unit is named by."""
-    for prefix in (f"{path}: ", f"{Path(path).name}: ") if path else ():
+    for prefix in (f"{path}: ", f"{path} ", f"{Path(path).name}: ") if path else ():
         if error.startswith(prefix):
-            return error.removeprefix(prefix)
+            rest = error.removeprefix(prefix)
+            return f"the file {rest}" if prefix.endswith(" ") and not prefix.endswith(": ") else rest
     return error
 

@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sigmatau._version import __version__
+from sigmatau.datasheets.claims import MINIMUM
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.verdict import Verdict
 from sigmatau.frozen import frozen
 from sigmatau.lots.lot_remark import STATES, Remark, State
-from sigmatau.lots.lot_statistics import Band, Distribution
+from sigmatau.lots.lot_statistics import Band, Distribution, Floats
 from sigmatau.lots.lot_unit import UnitResult
 from sigmatau.lots.lot_words import remark_text, what_text, what_unit
+from sigmatau.noise.terms import BIAS_LEVEL
 from sigmatau.results import Tabular, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from sigmatau.plot.lot import LotCurves
+
 SCHEMA = 1
 """Version of the JSON form of a lot."""
+
+_MOST_REASONS = 2  # that are told in a table
 
 FAILED, OPEN = 3, 4
 """Exit codes: a unit failed; not all units are judged, read and there."""
@@ -76,6 +83,13 @@ class JudgedUnit:
     def reason(self) -> str:
         """Why the unit is not passed, in words; empty if it is."""
         return "; ".join(dict.fromkeys(remark_text(one) for one in self.reasons))
+
+    @property
+    def brief(self) -> str:
+        """The first reasons, and how many more there are."""
+        texts = list(dict.fromkeys(remark_text(one) for one in self.reasons))
+        more = len(texts) - _MOST_REASONS
+        return "; ".join(texts[:_MOST_REASONS]) + (f"; and {more} more" if more > 0 else "")
 
     @property
     def notes(self) -> tuple[Remark, ...]:
@@ -185,15 +199,16 @@ class Lot(Tabular):
         """Maxima of the specification for a coefficient; two if its convention is open. [SI]"""
         found: set[float] = set()
         for claim in () if self.spec is None else self.spec.of(channel):
-            name = claim.term if claim.average is None else f"means_{claim.average:g}"
             maximum = claim.maximum
             if maximum is None and self.settings.factor is not None and claim.typical is not None:
                 maximum = self.settings.factor * claim.typical
-            if maximum is None or name != what:
+            if maximum is None:
                 continue
             sided: Any = self.settings.sided
             bias: Any = self.settings.bias
-            found |= {maximum * one.factor for one in claim.meanings(sided=sided, bias=bias) if one.of in (what, "bias_stability")}
+            for one in claim.meanings(sided=sided, bias=bias):
+                name = one.of if claim.average is None else f"means_{claim.average:g}"
+                found |= {maximum * one.factor} if name == what else set()
         return tuple(sorted(found))
 
     def to_dict(self) -> dict[str, Any]:
@@ -242,10 +257,55 @@ class Lot(Tabular):
         """
         from sigmatau.plot.lot import draw_lot
 
-        shown = [one for one in self.bands if not channels or one.channel in channels]
-        marked = {one.name for one in self.units if one.state == "failed" or any(r.kind == "lot" for r in one.remarks)}
-        panels = [(f"{one.channel}", one.unit, one.tau, one.median, one.low, one.high, one.curves) for one in shown]
-        return draw_lot(panels, marked, ax=ax)
+        for name in channels:
+            if name not in (known := [one.channel for one in self.bands]):
+                raise KeyError(f"no channel {name!r}; channels: {', '.join(known)}")
+        panels = [self.curves_of(one) for one in self.bands if not channels or one.channel in channels]
+        return draw_lot(panels, {name for one in self.bands for name in self.marked(one.channel)}, ax=ax)
+
+    def marked(self, channel: str, *, most: int = 5) -> list[str]:
+        """Units whose curve of a channel is drawn with a colour: failed, or unlike the others."""
+        found = []
+        for one in self.units:
+            about = [r for r in one.remarks if r.kind in ("limit", "lot") or r.code in ("outlier", "other_scale")]
+            if any(not r.channels or channel in r.channels for r in about):
+                found.append(one.name)
+        return found[:most]
+
+    def curves_of(self, one: Band) -> LotCurves:
+        """The curves of a channel in its display unit, with the maxima of the specification."""
+        from sigmatau.plot.lot import LotCurves
+
+        text, factor = what_unit("means_10", one.quantity, one.unit)
+        return LotCurves(
+            title=one.channel,
+            unit=text,
+            tau=one.tau,
+            median=one.median / factor,
+            low=one.low / factor,
+            high=one.high / factor,
+            units={name: curve / factor for name, curve in one.curves.items()},
+            limits=tuple(line / factor for _, line in self.limit_lines(one.channel, one.tau)),
+        )
+
+    def limit_lines(self, channel: str, tau: Floats) -> list[tuple[str, Floats]]:
+        """Maxima of the specification as lines among the curves, with the name of the coefficient: a term alone must lie
+        below its line. [unit of the rate]
+        """
+        shapes = {
+            "quantization": math.sqrt(3) / tau,
+            "random_walk": 1 / np.sqrt(tau),
+            "bias_instability": np.full_like(tau, BIAS_LEVEL),
+            MINIMUM: np.ones_like(tau),
+            "rate_random_walk": np.sqrt(tau / 3),
+            "rate_ramp": tau / math.sqrt(2),
+        }
+        quantity, _ = self.quantity_of(channel)
+        return [
+            ("Allan minimum" if what == MINIMUM else what_text(what, quantity), limit * shape)
+            for what, shape in shapes.items()
+            for limit in self.limits(channel, what)
+        ]
 
     def __repr__(self) -> str:
         from sigmatau.lots.lot_screen import screen

@@ -15,36 +15,24 @@ from numpy.typing import NDArray
 from sigmatau.lots.lot_result import Lot
 from sigmatau.lots.lot_statistics import Band, Distribution
 from sigmatau.lots.lot_words import what_text, what_unit
-from sigmatau.noise.terms import BIAS_LEVEL, display_units
+from sigmatau.noise.terms import display_units
 from sigmatau.record.record import stream_name
 
 Floats = NDArray[np.float64]
 
 _DIGITS = 4
 _STEP = 1000  # of a decade
-_MOST_NAMED = 8  # curves that have a colour and a name of their own, a channel
 
 
 def charts_of(lot: Lot) -> dict[str, Any]:
     """Names of the units, panels of curves by channel, and panels of values over the order of the units by coefficient."""
-    names = [one.name for one in lot.units if one.result.channels]
+    names = [one.name for one in lot.units]
     number = {name: k for k, name in enumerate(names)}
     return {
         "units": names,
-        "states": [one.state for one in lot.units if one.result.channels],
         "curves": [_curves(lot, one, number) for one in lot.bands if len(one.tau)],
         "values": _values(lot, number),
     }
-
-
-def marked_of(lot: Lot, channel: str) -> list[str]:
-    """Units whose curve of a channel is drawn by name: failed, or unlike the others."""
-    found = []
-    for one in lot.units:
-        about = [r for r in one.remarks if r.kind in ("limit", "lot") or r.code in ("outlier", "other_scale")]
-        if any(not r.channels or channel in r.channels for r in about):
-            found.append(one.name)
-    return found[:_MOST_NAMED]
 
 
 def _curves(lot: Lot, one: Band, number: Mapping[str, int]) -> dict[str, Any]:
@@ -64,29 +52,12 @@ def _curves(lot: Lot, one: Band, number: Mapping[str, int]) -> dict[str, Any]:
         "high": _short(one.high / factor),
         "rows": list(rows.values()),
         "of": list(rows),
-        "marked": [number[name] for name in marked_of(lot, one.channel) if name in number],
+        "marked": [number[name] for name in lot.marked(one.channel) if name in number],
         "limits": [
-            {"text": label, "adev": _short(line / factor)} for label, line in limit_lines(lot, one.channel, one.tau)
+            {"text": f"maximum of {label}", "adev": _short(line / factor)}
+            for label, line in lot.limit_lines(one.channel, one.tau)
         ],
     }
-
-
-def limit_lines(lot: Lot, channel: str, tau: Floats) -> list[tuple[str, Floats]]:
-    """Maxima of a specification as lines among the curves: a term alone must lie below its line. [unit of the rate]"""
-    shapes = {
-        "quantization": math.sqrt(3) / tau,
-        "random_walk": 1 / np.sqrt(tau),
-        "bias_instability": np.full_like(tau, BIAS_LEVEL),
-        "minimum": np.ones_like(tau),
-        "rate_random_walk": np.sqrt(tau / 3),
-        "rate_ramp": tau / math.sqrt(2),
-    }
-    found = []
-    quantity, _ = lot.quantity_of(channel)
-    for what, shape in shapes.items():
-        label = "Allan minimum" if what == "minimum" else what_text(what, quantity)
-        found += [(f"maximum of {label}", limit * shape) for limit in lot.limits(channel, what)]
-    return found
 
 
 def _values(lot: Lot, number: Mapping[str, int]) -> list[dict[str, Any]]:

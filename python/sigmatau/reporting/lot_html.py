@@ -2,32 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from datetime import UTC, datetime
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime
 from functools import cache
 
 from sigmatau._version import __version__
-from sigmatau.lots.lot_remark import CODES, STATES, Remark
+from sigmatau.lots.lot_remark import CODES, STATES, Remark, State
 from sigmatau.lots.lot_result import JudgedUnit, Lot, pooled
 from sigmatau.lots.lot_screen import drift_lines
-from sigmatau.lots.lot_words import STATE_WORDS, count_text, listed, percent, remark_text, what_text, what_unit
-from sigmatau.record.record import stream_name
+from sigmatau.lots.lot_words import STATE_WORDS, count_text, remark_text
 from sigmatau.reporting.html import POLICY, asset
 from sigmatau.reporting.lot_charts import charts_of
+from sigmatau.reporting.lot_content import (
+    DISTRIBUTION_HEADS,
+    MARKS,
+    Column,
+    claim_rows,
+    columns_of,
+    distribution_rows,
+    done_rows,
+    moment_text,
+    unit_values,
+)
 from sigmatau.reporting.markup import Markup, data, element, joined, name, raised, script, style
 from sigmatau.results import printable
 
 _SCRIPTS = ("page", "numbers", "plot", "lot")
-MARKS = {"passed": "good", "failed": "poor", "not_judged": "partial", "unreadable": "error", "missing": "error"}
-"""Colours of the states, as those of trust."""
-
-_COLUMNS = ("random_walk", "bias_instability")  # coefficients with a column of their own, the largest of the axes
-_MOST_COLUMNS = 6
-
 
 def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
     """The lot as HTML."""
-    moment = date.strftime("%Y-%m-%d %H:%M UTC" if date.tzinfo is UTC else "%Y-%m-%d %H:%M")
+    moment = moment_text(date)
     spec = "" if lot.spec is None else lot.spec.name
     made_by = f"sigmatau {__version__}"
     sections = [
@@ -94,17 +98,10 @@ def _summary(lot: Lot) -> Markup:
 
 def _claims(lot: Lot) -> Markup:
     """The specification, number by number, with how it is judged."""
-    if lot.spec is None or not lot.spec.claims:
+    claims = claim_rows(lot)
+    if not claims:
         return Markup("")
-    factor = lot.settings.factor
-    rows = []
-    for claim in lot.spec.claims:
-        maximum = claim.maximum_text
-        if not maximum:
-            maximum = "none: not judged" if factor is None else f"{factor:g} × {claim.usual}"
-        usual = f"{claim.typical_text} ({claim.usual})" if claim.typical_text else "–"
-        cells = (claim.sensor, claim.label, maximum, usual, claim.convention)
-        rows.append(element("tr", (element("td", raised(text)) for text in cells)))
+    rows = (element("tr", (element("td", raised(text)) for text in row)) for row in claims)
     head = (element("th", text, scope="col") for text in ("Sensor", "Value", "Maximum", "Typical", "Convention"))
     table = element("table", element("thead", element("tr", head)), element("tbody", rows), class_="distributions")
     return joined(element("h3", "Specification"), _scrolled(table))
@@ -115,99 +112,42 @@ def _scrolled(table: Markup) -> Markup:
 
 
 def _units(lot: Lot) -> Markup:
-    columns = _columns(lot)
+    columns = columns_of(lot)
     heads = [
         element("th", "Unit", scope="col", data_sort="text"),
         element("th", "State", scope="col", data_sort="number"),
+        element("th", "Why", scope="col"),
+        *(element("th", raised(head), scope="col", data_sort="number") for _, _, head, _ in columns),
     ]
-    if lot.spec is not None:
-        heads.append(element("th", "of maximum, %", scope="col", data_sort="number", title="Largest share of a maximum"))
-    heads += [
-        element("th", raised(f"{sensor} {_SHORT[what]} [{text}]"), scope="col", data_sort="number")
-        for sensor, what, text, _ in columns
-    ]
-    heads.append(element("th", "Why", scope="col"))
     order = {state: k for k, state in enumerate(STATES)}
-    rows = [_unit(one, lot, columns, order) for one in sorted(lot.units, key=lambda one: order[one.state])]
+    rows = [_unit(one, columns, order) for one in sorted(lot.units, key=lambda one: order[one.state])]
     table = element("table", element("thead", element("tr", heads)), element("tbody", rows), class_="units")
     about = "Of coefficients, the largest of the axes. A head of the table sorts it."
     return joined(element("p", about, class_="about"), _scrolled(table))
 
 
-_SHORT = {"random_walk": "N", "bias_instability": "B", "means_10": "10 s means", "means_100": "100 s means"}
-
-
-def _columns(lot: Lot) -> list[tuple[str, str, str, float]]:
-    """Sensor, coefficient, unit and factor of the columns."""
-    found = {}
-    for one in lot.distributions:
-        if one.what in (*_COLUMNS, "means_10"):
-            text, factor = what_unit(one.what, *lot.quantity_of(one.channel))
-            found.setdefault((stream_name(one.channel), one.what), (text, factor))
-    return [(*key, *value) for key, value in found.items()][:_MOST_COLUMNS]
-
-
-def _unit(
-    one: JudgedUnit, lot: Lot, columns: list[tuple[str, str, str, float]], order: Mapping[str, int]
-) -> Markup:
+def _unit(one: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int]) -> Markup:
     chip = element("span", STATE_WORDS[one.state], class_=f"chip {MARKS[one.state]}")
-    cells = [
+    why = one.brief if one.state != "passed" else "; ".join(remark_text(r) for r in one.notes if r.code in CODES)
+    return element(
+        "tr",
         element("th", name(printable(one.name)), scope="row", title=printable(one.name)),
         element("td", chip, data_key=str(order[one.state])),
-    ]
-    if lot.spec is not None:
-        share = worst_share(one)
-        cells.append(element("td", "" if share is None else f"{100 * share:.3g}", class_="value"))
-    for sensor, what, _, factor in columns:
-        values = [
-            coefficient.value
-            for channel, part in one.result.channels.items()
-            if stream_name(channel) == sensor and (coefficient := part.coefficients.get(what)) is not None
-            if coefficient.value is not None
-        ]
-        cells.append(element("td", f"{max(values) / factor:.3g}" if values else "", class_="value"))
-    why = one.reason if one.state != "passed" else "; ".join(remark_text(r) for r in one.notes if r.code in CODES)
-    return element("tr", cells, element("td", why, class_="reason"))
-
-
-def worst_share(one: JudgedUnit) -> float | None:
-    """The largest share of a maximum that a value of a unit has; None without any."""
-    shares = [
-        (reading.measured.value if reading.measured.value is not None else reading.measured.upper_limit or 0.0)
-        / reading.maximum.limit
-        for judged in (one.verdict.judged if one.verdict is not None else ())
-        for reading in judged.readings
-        if reading.maximum is not None and reading.measured.anything and reading.maximum.limit > 0
-    ]
-    return max(shares) if shares else None
+        element("td", why, class_="reason"),
+        (element("td", cell, class_="value") for cell in unit_values(one, columns)),
+    )
 
 
 def _distribution(lot: Lot) -> Markup:
     if not lot.distributions:
         return element("p", "No coefficient is shown by half of the units or more.", class_="none")
-    heads = ("Axis", "Coefficient", "Units", "Median", "± %", "Smallest", "Largest", "Maximum", "Unit", "Drift, %", "Outliers")
-    rows = []
-    for one in lot.distributions:
-        quantity, unit = lot.quantity_of(one.channel)
-        text, factor = what_unit(one.what, quantity, unit)
-        limits = " or ".join(f"{limit / factor:.3g}" for limit in lot.limits(one.channel, one.what)) or "–"
-        cells = (
-            what_text(one.what, quantity),
-            f"{len(one.units)}" + (f" of {len(one.units) + one.below}" if one.below else ""),
-            f"{one.median / factor:.3g}",
-            percent(one.spread),
-            f"{one.low / factor:.3g}",
-            f"{one.high / factor:.3g}",
-            limits,
-            text,
-            "–" if one.drift is None else f"{100 * one.drift:+.2g}",
-            listed(one.outliers) or "–",
-        )
-        head = element("th", name(printable(one.channel)), scope="row")
-        rows.append(element("tr", head, (element("td", raised(cell)) for cell in cells)))
+    rows = [
+        element("tr", element("th", name(row[0]), scope="row"), (element("td", raised(cell)) for cell in row[1:]))
+        for row in distribution_rows(lot)
+    ]
     table = element(
         "table",
-        element("thead", element("tr", (element("th", text, scope="col") for text in heads))),
+        element("thead", element("tr", (element("th", text, scope="col") for text in DISTRIBUTION_HEADS))),
         element("tbody", rows),
         class_="distributions",
     )
@@ -261,19 +201,5 @@ def _action(remark: Remark, actions: Mapping[str, str]) -> str:
 
 
 def _done(lot: Lot, command: str | None, moment: str) -> Markup:
-    settings = lot.settings
-    shown = {
-        "Specification": "none" if lot.spec is None else f"{lot.spec.name} ({lot.spec.maker}); {lot.spec.source}",
-        "Expected": "not stated" if lot.expected is None else f"{lot.expected} units",
-        "Confidence level": f"{100 * settings.level:g} % of above and of below a maximum, each",
-        "Without a maximum": "not judged" if settings.factor is None else f"{settings.factor:g} × typical or 1 σ value",
-        "Undecided": settings.undecided.replace("-", " "),
-        "Warnings": "fail a unit" if settings.fail_on else "a unit is not judged",
-        "Accepted": ", ".join(settings.accept) or "nothing",
-        "Exit code": str(lot.exit_code),
-        "Command": command or "",
-        "Date": moment,
-        "Version": f"sigmatau {__version__}",
-    }
-    rows = (element("div", element("dt", key), element("dd", name(printable(text)))) for key, text in shown.items() if text)
-    return element("dl", rows)
+    rows = done_rows(lot, command, moment)
+    return element("dl", (element("div", element("dt", key), element("dd", name(text))) for key, text in rows))

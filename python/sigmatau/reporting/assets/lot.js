@@ -5,12 +5,12 @@ const root = document.documentElement, dark = matchMedia("(prefers-color-scheme:
 const MOST_COLOURS = 6;
 
 /** A figure that is drawn when it comes near the window. */
-function lotFigure(place, title, describe, read) {
+function lotFigure(place, title, height, legend, describe, read) {
   const body = make("div", { className: "plot" }), readout = make("div", { className: "readout" });
-  body.style.minHeight = "300px";
+  body.style.minHeight = `${height}px`;
   const zoomIn = make("button", { type: "button", title: "Zoom in" }, "+"), zoomOut = make("button", { type: "button", title: "Zoom out" }, "−");
   const all = make("button", { type: "button", title: "Show all" }, "Reset");
-  const element = make("figure", {}, make("div", { className: "top" }, make("figcaption", {}, title), make("div", { className: "controls tools" }, zoomIn, zoomOut, all)), body, readout);
+  const element = make("figure", {}, make("div", { className: "top" }, make("figcaption", {}, title), make("div", { className: "controls tools" }, zoomIn, zoomOut, all)), legendOf(legend), body, readout);
   const hint = "Point to read, drag to zoom, double-click for all.";
   const figure = { element, plot: null };
   figure.draw = () => {
@@ -28,6 +28,15 @@ function lotFigure(place, title, describe, read) {
   lotWatcher.observe(element);
 }
 
+/** Names of what is drawn, in their colours of the style sheet. */
+function legendOf(entries) {
+  return make("div", { className: "controls" }, ...entries.map(([name, paint]) => {
+    const swatch = make("i");
+    swatch.style.background = paint;
+    return make("span", { className: "swatch" }, swatch, make("bdi", {}, name));
+  }));
+}
+
 const lotWatcher = new IntersectionObserver((entries) => {
   for (const entry of entries) {
     if (!entry.isIntersecting) continue;
@@ -39,6 +48,7 @@ const lotWatcher = new IntersectionObserver((entries) => {
 /** One figure a time when the page has nothing else to do, so that scrolling stays smooth. */
 const requestIdle = window.requestIdleCallback ? (task) => requestIdleCallback(task, { timeout: 300 }) : (task) => setTimeout(task, 0);
 
+const markedColour = (k) => `axis-${1 + (k % (MOST_COLOURS - 1))}`;
 const faint = () => faded(colour("guide"), 0.35);
 
 /** Curves of a channel. Those of units without a name of their own are one line each, thin and without points. */
@@ -53,7 +63,7 @@ function describeCurves(panel) {
   panel.limits.forEach(({ text: name, adev }) => lines.push({ name, x: tau, y: adev, colour: () => colour("poor"), width: 1.2, dash: [6, 4], read: true, framed: false }));
   panel.marked.forEach((unit_, k) => {
     const at = panel.of.indexOf(unit_);
-    if (at >= 0) lines.push({ name: content.units[unit_], x: tau, y: values(panel.rows[at]), colour: () => colour(`axis-${1 + (k % (MOST_COLOURS - 1))}`), width: 1.3, read: true });
+    if (at >= 0) lines.push({ name: content.units[unit_], x: tau, y: values(panel.rows[at]), colour: () => colour(markedColour(k)), width: 1.3, read: true });
   });
   return {
     title: `Allan deviation, ${panel.channel}`, height: 300, lines,
@@ -97,8 +107,14 @@ function readValues(panel) {
 }
 
 for (const place of document.querySelectorAll("[data-lot]")) {
-  if (place.dataset.lot === "curves") for (const panel of content.curves) lotFigure(place, make("bdi", {}, panel.channel), () => describeCurves(panel), readCurves(panel));
-  else for (const panel of content.values) lotFigure(place, make("bdi", {}, panel.title), () => describeValues(panel), readValues(panel));
+  if (place.dataset.lot === "curves") for (const panel of content.curves) {
+    const legend = [["median, 10–90 %", "var(--axis-0)"], ...(panel.limits.length ? [["maximum", "var(--poor)"]] : []), ...panel.marked.map((unit, k) => [content.units[unit], `var(--${markedColour(k)})`])];
+    lotFigure(place, make("bdi", {}, panel.channel), 300, legend, () => describeCurves(panel), readCurves(panel));
+  } else for (const panel of content.values) {
+    const legend = panel.channels.map((one, k) => [one.name, panel.channels.length <= MOST_COLOURS ? `var(--axis-${k})` : "var(--soft)"]);
+    if (panel.limits.length) legend.push(["maximum", "var(--poor)"]);
+    lotFigure(place, make("bdi", {}, panel.title), 260, legend, () => describeValues(panel), readValues(panel));
+  }
 }
 
 // A head of the table sorts its rows, by the numbers of their cells if they have any.

@@ -87,13 +87,14 @@ def main() -> None:
             ok = covered >= _LEVEL - gate(stated)
             failed += [] if ok else [f"{case}, {name} s"]
             rows.append(
-                f"| {case} | {name} s | {100 * width:.0f} | {100 * covered:.1f} | {100 * below / stated:.1f} | {100 * above / stated:.1f} |"
-                f" {without} | {'yes' if ok else '**no**'} |"
+                f"| {case} | {name} s | {100 * width:.0f} | {100 * covered:.1f} | {100 * below / stated:.1f}"
+                f" | {100 * above / stated:.1f} | {without} | {'yes' if ok else '**no**'} |"
             )
     PAGE.write_text(_text(rows, failed), encoding="utf-8")
 
 
 def _text(rows: list[str], failed: list[str]) -> str:
+    cases = "; ".join(f"{case}: {', '.join(f'{k} {v:g}' for k, v in model.items())}" for case, model in CASES.items())
     verdict = "All cells meet it." if not failed else f"Cells that do not: {'; '.join(failed)}."
     return f"""# Coverage of the standard deviation of means
 
@@ -102,7 +103,7 @@ analysed. The interval of the standard deviation of 10 s and 100 s means is comp
 expectation, which follows from the Allan variances of the model: for 2^k means, s² is n/(n − 1) times half the sum of the
 Allan variances of 1, 2, 4 … n/2 means. For 51 means of 100 s it is interpolated between 32 and 64.
 
-Coefficients in SI: {"; ".join(f"{case}: {', '.join(f'{k} {v:g}' for k, v in model.items())}" for case, model in CASES.items())}.
+Coefficients in SI: {cases}.
 
 | noise | means of | ±, % | covered, % | truth above, % | truth below, % | no interval | gate |
 |---|---|---|---|---|---|---|---|

@@ -90,7 +90,7 @@ sigmatau compare result.json --datasheet icm42688p
 sigmatau compare unit1.json unit2.json --datasheet spec.toml --undecided fail --json""",
     ),
     "lot": (
-        "Judge a lot of units against a specification and each other; every unit is accounted for, exit code 3 if one fails.",
+        "Judge a lot of units against a specification and each other; exit code 3 if a unit fails, 4 if one is not judged.",
         """\
 sigmatau lot unit1.json unit2.json --spec spec.toml -o lot.html
 sigmatau lot shift --expect 2 --spec icm42688p --sided one --factor 1.5 -o lot.pdf -o lot.xml

@@ -186,9 +186,7 @@ def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int 
     return process.exitcode
 
 
-def _work(
-    work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], object] | None, logs: Connection
-) -> None:
+def _work(work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], object] | None, logs: Connection) -> None:
     """Outcomes of logs until no more come: most modules are imported once for all logs of a process."""
     # Ctrl-C reaches all processes of the terminal; the parent ends the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)

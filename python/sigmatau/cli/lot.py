@@ -1,4 +1,4 @@
-"""``sigmatau lot``: a lot of units from logs or results; every unit accounted for, and an exit code that a line can trust."""
+"""``sigmatau lot``: judge a lot of units from logs or results; every unit is accounted for."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ from sigmatau.cli.options import (
     working,
     write_json,
 )
+from sigmatau.datasheets.compare import check_options
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.errors import DataError, OptionError
@@ -113,10 +114,10 @@ def lot_command(
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     accepted = [code.strip() for text in accept or [] for code in text.split(",") if code.strip()]
     check_choices(undecided, fail_on, accepted)
+    check_options(level=level, factor=factor, sided=sided, bias=bias)
     sheet = None if spec is None else find_datasheet(spec)
     expected = None if expect is None else _expected(expect)
     options: dict[str, Any] = {"level": level, "factor": factor, "sided": sided, "bias": bias}
-    judge_lot({}, sheet, expect=1, **options)  # an option that is wrong is told before the first log is read
     outputs = _outputs(output or [])
     logs, files = _gather(units, expecting=expected is not None, quiet=quiet)
     for path in outputs:
@@ -255,7 +256,9 @@ def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
     """The folder for the results of this run; results of other units in it are told, because they are not of this run."""
     check_folder(folder, "results")
     expect_files(*(folder / f"{name}.json" for name in names))
-    others = [file for file in folder.glob("*.json") if file.name.removesuffix(".json") not in names and is_result(file)]
+    others = [
+        file for file in folder.glob("*.json") if file.name.removesuffix(".json") not in names and is_result(file)
+    ]
     if others:
         say(f"warning: {folder} has results of {len(others)} other units, which are not of this run", quiet=quiet)
 

@@ -90,11 +90,7 @@ def compare_with(
     ----------
     ISO 14253-1:2017, section 5; JCGM 106:2012, section 8.
     """
-    check_meanings(sided, bias)
-    if not (_is_number(level) and 0.5 <= level < 1):
-        raise OptionError(f"{{option}} must be a number from 0.5 to below 1, not {level!r}", option="level")
-    if factor is not None and not (_is_number(factor) and 1 <= factor <= LARGEST):
-        raise OptionError(f"{{option}} must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
+    check_options(level=level, factor=factor, sided=sided, bias=bias)
     sheet = datasheet if isinstance(datasheet, Datasheet) else find_datasheet(datasheet)
     models, without, means = _models(result)
     judged, unsaid = [], []
@@ -120,6 +116,15 @@ def compare_with(
         level=level,
         factor=factor,
     )
+
+
+def check_options(*, level: object, factor: object, sided: str | None, bias: str | None) -> None:
+    """Raise `OptionError` for invalid options of a comparison."""
+    check_meanings(sided, bias)
+    if not (_is_number(level) and 0.5 <= level < 1):
+        raise OptionError(f"{{option}} must be a number from 0.5 to below 1, not {level!r}", option="level")
+    if factor is not None and not (_is_number(factor) and 1 <= factor <= LARGEST):
+        raise OptionError(f"{{option}} must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
 
 
 def _is_number(value: object) -> bool:

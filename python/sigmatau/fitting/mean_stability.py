@@ -203,7 +203,7 @@ def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:
         mean = mean + fitted.warm_up.amplitude.value * np.exp(-t / fitted.warm_up.time)
     found = np.zeros(n - 1)
     if mean.any():
-        found += _cosines(mean)[1:] ** 2
+        found += _cosines(np.asarray(mean, dtype=np.float64))[1:] ** 2
     for line in fitted.sinusoid:
         frequency = line.frequency.value
         amplitude = line.amplitude.value * abs(np.sinc(frequency * span))
@@ -270,4 +270,3 @@ def _below(weights: Floats, shifts: Floats, tilt: float) -> tuple[float, float]:
     w = math.copysign(math.sqrt(max(2 * (tilt * value - cumulant), 1e-300)), tilt)
     v = tilt * math.sqrt(curvature)
     return value, float(normal_below(w + math.log(v / w) / w))
-

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 
 from sigmatau.analysed import Analysis
 from sigmatau.datasheets.claims import Bias, Sided
-from sigmatau.datasheets.compare import compare_with
+from sigmatau.datasheets.compare import check_options, compare_with
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.datasheets.verdict import Verdict
@@ -17,7 +17,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.lots.lot_judging import of_findings, of_verdict
 from sigmatau.lots.lot_others import beside_others, distributions_of
-from sigmatau.lots.lot_remark import CODES, Remark
+from sigmatau.lots.lot_remark import CODES, Remark, State
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Settings
 from sigmatau.lots.lot_unit import UnitResult, content_of, not_at_rest, unit_of, without_result
 
@@ -58,9 +58,7 @@ def examine(
             unit = replace(unit, path=path)
         if unit.error or not_at_rest(unit) or sheet is None:
             return Examined(result=unit)
-        verdict = compare_with(
-            content, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias
-        )
+        verdict = compare_with(content, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias)
     except OptionError:
         raise
     except DataError as error:
@@ -144,6 +142,7 @@ def judge_lot(
     4
     """
     check_choices(undecided, fail_on, accept)
+    check_options(level=level, factor=factor, sided=sided, bias=bias)
     sheet = spec if isinstance(spec, Datasheet) or spec is None else find_datasheet(spec)
     options: dict[str, Any] = {"level": level, "factor": factor, "sided": sided, "bias": bias}
     named = _named(results)
@@ -159,7 +158,9 @@ def judge_lot(
     beside = beside_others(found, distributions, judged=sheet is not None)
     settings = Settings(undecided=undecided, fail_on=fail_on, accept=tuple(accept), **options)
     units = [
-        _judged(name, one, beside.get(name, ()), settings, sheet is not None, expected=_is_expected(name, expect))
+        _judged(
+            name, one, beside.get(name, ()), settings, with_spec=sheet is not None, expected=_is_expected(name, expect)
+        )
         for name, one in examined.items()
     ]
     missing = [
@@ -185,7 +186,9 @@ def judge_lot(
 def check_choices(undecided: object, fail_on: object, accept: object) -> None:
     """Raise `OptionError` for invalid choices."""
     if undecided not in get_args(Undecided):
-        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Undecided))}, not {undecided!r}", option="undecided")
+        raise OptionError(
+            f"{{option}} must be one of {', '.join(get_args(Undecided))}, not {undecided!r}", option="undecided"
+        )
     if fail_on not in (None, *get_args(FailOn)):
         raise OptionError(f"{{option}} must be warning, not {fail_on!r}", option="fail_on")
     if isinstance(accept, str) or not isinstance(accept, Sequence):
@@ -223,7 +226,7 @@ def _named(results: Mapping[str, Result | Examined] | Sequence[Result]) -> dict[
     names = []
     for k, one in enumerate(results, 1):
         if isinstance(one, str | Path):
-            names.append(Path(one).name)
+            names.append(Path(one).name.removesuffix(".json"))
             continue
         source = one.source.path if isinstance(one, Analysis) else None
         if isinstance(one, Mapping) and isinstance(one.get("source"), Mapping):
@@ -267,11 +270,11 @@ def _is_expected(name: str, expect: int | Sequence[str] | None) -> bool:
 
 
 def _judged(
-    name: str, one: Examined, beside: Sequence[Remark], settings: Settings, with_spec: bool, *, expected: bool
+    name: str, one: Examined, beside: Sequence[Remark], settings: Settings, *, with_spec: bool, expected: bool
 ) -> JudgedUnit:
     result = one.result
     if result.error:
-        state: Any = "missing" if result.absent else "unreadable"
+        state: State = "missing" if result.absent else "unreadable"
         remark = Remark(code=state, kind="data", text="" if result.absent else _without_path(result.error, result.path))
         return JudgedUnit(name=name, state=state, remarks=(remark,), result=result)
     remarks = [] if one.verdict is None else of_verdict(one.verdict)
@@ -279,24 +282,23 @@ def _judged(
     if not expected:
         remarks.append(Remark(code="not_expected", kind="data"))
     remarks = [_accepted(remark, settings) for remark in remarks]
-    doubts = [remark for remark in remarks if remark.kind in ("judging", "data", "lot")]
-    if any(remark.kind == "limit" for remark in remarks):
-        state = "failed"
-    elif settings.fail_on == "warning" and any(remark.kind in ("data", "lot") for remark in doubts):
-        state = "failed"
-    elif settings.undecided == "fail" and any(remark.code in _OPEN for remark in doubts):
-        state = "failed"
-    elif doubts:
-        state = "not_judged"
-    elif not with_spec:
-        state = "not_judged"
+    if not with_spec:
         remarks.append(Remark(code="no_specification", kind="note"))
-    else:
-        state = "passed"
+    state = _state(remarks, settings, with_spec=with_spec)
     order = {"limit": 1, "lot": 2, "data": 3, "judging": 4, "note": 5}
     # A mistaken unit explains all the rest.
-    remarks.sort(key=lambda one: 0 if one.code in _UNITS and one.kind != "note" else order[one.kind])
+    remarks.sort(key=lambda one: 0 if one.code in _UNITS and one.kind != "note" and one.text else order[one.kind])
     return JudgedUnit(name=name, state=state, remarks=tuple(remarks), result=result, verdict=one.verdict)
+
+
+def _state(remarks: Sequence[Remark], settings: Settings, *, with_spec: bool) -> State:
+    """The state of a unit that has a result."""
+    doubts = [remark for remark in remarks if remark.kind in ("judging", "data", "lot")]
+    warned = settings.fail_on == "warning" and any(remark.kind != "judging" for remark in doubts)
+    open_ = settings.undecided == "fail" and any(remark.code in _OPEN for remark in doubts)
+    if warned or open_ or any(remark.kind == "limit" for remark in remarks):
+        return "failed"
+    return "not_judged" if doubts or not with_spec else "passed"
 
 
 def _accepted(remark: Remark, settings: Settings) -> Remark:
@@ -312,6 +314,5 @@ def _without_path(error: str, path: str) -> str:
     for prefix in (f"{path}: ", f"{path} ", f"{Path(path).name}: ") if path else ():
         if error.startswith(prefix):
             rest = error.removeprefix(prefix)
-            return f"the file {rest}" if prefix.endswith(" ") and not prefix.endswith(": ") else rest
+            return f"the file {rest}" if rest.startswith("is ") else rest
     return error
-

@@ -14,6 +14,9 @@ from sigmatau.model.file import NOT_ADEQUATE
 DEFECTS = ("spikes", "saturation", "dropout", "stuck_samples", "implausible_unit")
 """Findings about a sensor or its unit that no unit passes with, even where the analysis could leave the samples out."""
 
+ALLOWED_FOR = ("widened",)
+"""Warnings that the intervals allow for, so that they keep no unit from passing."""
+
 _FAR_FROM_TYPICAL = 10.0
 """Ratio to a typical value from which on a value is implausible: units of a type differ by far less, mistaken units
 (57.3, 9.81 · 9.81, 1000, 3600) by more, but for g and m/s², which the mean of the accelerometer shows."""
@@ -42,9 +45,7 @@ def of_verdict(verdict: Verdict) -> list[Remark]:
         found.append(Remark(code="no_maximum", kind="judging", what=", ".join(open_)))
     found += [Remark(code="not_measured", kind="judging", channels=(name,)) for name in verdict.missing]
     if not verdict.judged and not verdict.missing:
-        found.append(
-            Remark(code="no_maximum", kind="judging", what="the noise of the measured channels")
-        )
+        found.append(Remark(code="no_maximum", kind="judging", what="the noise of the measured channels"))
     return [*_merged(found), *_implausible(verdict)]
 
 
@@ -59,9 +60,11 @@ def _merged(remarks: Iterable[Remark]) -> list[Remark]:
         key = (one.code, one.what, one.text) if one.code in ("no_model", "not_measured") else (id(one),)
         before = found.get(key)
         channels = one.channels if before is None else (*before.channels, *one.channels)
-        found[key] = Remark(code=one.code, kind=one.kind, channels=channels, what=one.what, text=one.text) if (
-            before is not None
-        ) else one
+        found[key] = (
+            Remark(code=one.code, kind=one.kind, channels=channels, what=one.what, text=one.text)
+            if (before is not None)
+            else one
+        )
     return list(found.values())
 
 
@@ -69,7 +72,9 @@ def _above(judged: Judged) -> Remark:
     # Of two readings of a claim, the one that is nearer to its limit: it is out by both.
     reading = min(
         (one for one in judged.readings if one.maximum is not None),
-        key=lambda one: (one.measured.value or one.measured.lower_limit or math.inf) / (one.maximum.limit if one.maximum else 1),
+        key=lambda one: (
+            (one.measured.value or one.measured.lower_limit or math.inf) / (one.maximum.limit if one.maximum else 1)
+        ),
     )
     assert reading.maximum is not None
     text, factor = judged.claim.display()
@@ -157,7 +162,7 @@ def of_findings(unit: UnitResult) -> list[Remark]:
     for (code, severity), alike in kinds.items():
         told = alike[0]
         channels = tuple(dict.fromkeys(channel for one in alike for channel in one.channels))
-        grave = severity != "info" or code in DEFECTS
+        grave = (severity != "info" and code not in ALLOWED_FOR) or code in DEFECTS
         found.append(Remark(code=code, kind="data" if grave else "note", channels=channels, text=told.message))
     return found
 

@@ -56,7 +56,7 @@ def distributions_of(units: Mapping[str, UnitResult]) -> Distributions:
             found = {name: one.coefficients[what] for name, one in alike.items() if what in one.coefficients}
             seen = {name: (one.value, _error(one)) for name, one in found.items() if one.value}
             if seen and 2 * len(seen) >= len(found):
-                shown.append((channel, what, seen, len(found) - len(seen)))  # type: ignore[arg-type]
+                shown.append((channel, what, seen, len(found) - len(seen)))
     values = tuple(
         distribution(channel, what, seen, below=below, families=len(shown)) for channel, what, seen, below in shown
     )
@@ -117,9 +117,7 @@ def _other_scales(
             likely = mistaken_units(quantity, ratio)
             text = "" if likely is None else f"wrong unit, {likely[0]} read as {likely[1]}?"
             named.add((name, sensor))
-            found[name].append(
-                Remark(code="other_scale", kind="lot", channels=tuple(ratios), ratio=ratio, text=text)
-            )
+            found[name].append(Remark(code="other_scale", kind="lot", channels=tuple(ratios), ratio=ratio, text=text))
     return named
 
 
@@ -167,9 +165,7 @@ def _other_records(units: Mapping[str, UnitResult], found: dict[str, list[Remark
         if lengths[name] < _SHORT * usual_length:
             text = f"{duration_text(lengths[name])}, the lot {duration_text(usual_length)}"
             found[name].append(Remark(code="short_record", kind="data", ratio=lengths[name] / usual_length, text=text))
-        other = [
-            channel for channel, one in unit.channels.items() if abs(one.rate / rates[channel] - 1) > _OTHER_RATE
-        ]
+        other = [channel for channel, one in unit.channels.items() if abs(one.rate / rates[channel] - 1) > _OTHER_RATE]
         if other:
             text = f"{unit.channels[other[0]].rate:.4g} Hz, the lot at {rates[other[0]]:.4g} Hz"
             found[name].append(Remark(code="other_rate", kind="data", channels=tuple(other), text=text))

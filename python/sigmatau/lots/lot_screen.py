@@ -142,4 +142,3 @@ def drift_lines(lot: Lot, rows: list[Pooled], *, width: int | None = WIDTH) -> l
     if drifts:
         lines.append(f"Drift: {listed(drifts)}")
     return lines if width is None else wrapped(lines, width=width)
-

@@ -178,7 +178,7 @@ def trend(logs: Floats, *, probability: float) -> tuple[float | None, float | No
     order = np.arange(n)
     rho = float(np.corrcoef(_ranks(logs), order)[0, 1])
     t = abs(rho) * math.sqrt((n - 2) / max(1 - rho * rho, 1e-300))
-    p_value = float(min(2 * (1 - student_below(n - 2, t)), 1.0))
+    p_value = min(2 * (1 - float(student_below(n - 2, t))), 1.0)
     if p_value >= probability:
         return None, p_value
     at = np.unique(np.linspace(0, n - 1, min(n, _MOST_SLOPES)).round().astype(int))
@@ -223,7 +223,7 @@ def band(channel: str, curves: Mapping[str, tuple[Floats, Floats]], *, quantity:
     grids: dict[bytes, int] = {}
     for tau, _ in curves.values():
         grids[tau.tobytes()] = grids.get(tau.tobytes(), 0) + 1
-    grid = np.frombuffer(max(grids, key=lambda key: (grids[key], len(key))), dtype=np.float64)
+    grid = np.frombuffer(max(grids, key=lambda one: (grids[one], len(one))), dtype=np.float64)
     at: dict[str, Floats] = {}
     for name, (tau, adev) in curves.items():
         there = adev > 0

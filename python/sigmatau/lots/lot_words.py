@@ -86,8 +86,9 @@ def _implausible(one: Remark) -> str:
 
 def _other_scale(one: Remark) -> str:
     near = "" if one.ratio is None else difference(one.ratio)
-    likely = f"{one.text} " if one.text else ""
-    return f"{likely}All curves are {near} the lot's median"
+    if one.text:
+        return f"{one.text} All curves are {near} the lot's median"
+    return f"all curves are {near} the lot's median"
 
 
 def _outlier(one: Remark) -> str:
@@ -98,9 +99,7 @@ def _outlier(one: Remark) -> str:
 _WORDS: Mapping[str, Callable[[Remark], str]] = {
     "above_maximum": _above,
     "undecided": _undecided,
-    "no_maximum": lambda one: (
-        f"the specification has no maximum of {one.what}; state one, or give --factor 1.5"
-    ),
+    "no_maximum": lambda one: f"the specification has no maximum of {one.what}; state one, or give --factor 1.5",
     "not_measured": lambda one: f"{one.what or 'in the specification'}: not in the result",
     "no_model": lambda one: "no model fits, so that the errors are unknown",
     "not_at_rest": lambda one: one.text,

@@ -46,7 +46,9 @@ def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = 
     if ax is None:
         columns = min(len(panels), 3)
         rows = -(-len(panels) // columns)
-        figure, grid = plt.subplots(rows, columns, figsize=(4 * columns, 3.2 * rows), squeeze=False, layout="constrained")
+        figure, grid = plt.subplots(
+            rows, columns, figsize=(4 * columns, 3.2 * rows), squeeze=False, layout="constrained"
+        )
         places = list(grid.ravel())
         for place in places[len(panels) :]:
             place.set_visible(False)

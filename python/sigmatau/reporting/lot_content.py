@@ -28,6 +28,15 @@ _SHORT = {"random_walk": "N", "bias_instability": "B", "means_10": "10 s means"}
 _MAXIMUM = "of maximum, %"
 
 
+_CONVENTIONS = {
+    "one": "one-sided",
+    "two": "two-sided",
+    "minimum": "Allan minimum",
+    "coefficient": "coefficient B",
+    "unknown": "not stated",
+}
+
+
 def moment_text(date: datetime) -> str:
     """A date in words."""
     return date.strftime("%Y-%m-%d %H:%M UTC" if date.tzinfo is UTC else "%Y-%m-%d %H:%M")
@@ -42,7 +51,7 @@ def claim_rows(lot: Lot) -> list[list[str]]:
         if not maximum:
             maximum = "none: not judged" if factor is None else f"{factor:g} × {claim.usual}"
         usual = f"{claim.typical_text} ({claim.usual})" if claim.typical_text else "–"
-        rows.append([claim.sensor, claim.label, maximum, usual, claim.convention])
+        rows.append([claim.sensor, claim.label, maximum, usual, _CONVENTIONS.get(claim.convention, claim.convention)])
     return rows
 
 
@@ -64,7 +73,7 @@ def unit_values(one: JudgedUnit, columns: Sequence[Column]) -> list[str]:
     for sensor, what, _, factor in columns:
         if not what:
             share = worst_share(one)
-            cells.append("" if share is None else f"{100 * share:.3g}")
+            cells.append("" if share is None else _percent(share))
             continue
         values = [
             coefficient.value
@@ -74,6 +83,10 @@ def unit_values(one: JudgedUnit, columns: Sequence[Column]) -> list[str]:
         ]
         cells.append(f"{max(values) / factor:.3g}" if values else "")
     return cells
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f}" if share >= 1 else f"{100 * share:.3g}"
 
 
 def worst_share(one: JudgedUnit) -> float | None:

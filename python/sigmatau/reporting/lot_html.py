@@ -29,6 +29,7 @@ from sigmatau.results import printable
 
 _SCRIPTS = ("page", "numbers", "plot", "lot")
 
+
 def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
     """The lot as HTML."""
     moment = moment_text(date)

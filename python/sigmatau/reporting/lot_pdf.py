@@ -47,7 +47,8 @@ def document(lot: Lot, *, title: str, command: str | None, date: datetime) -> by
     data = json.dumps(_values(lot, title, command, date), allow_nan=False, ensure_ascii=False)
     beyond = _BEYOND_FONTS.search(data) is not None
     compiler = typst.Compiler(_template(), ignore_system_fonts=not beyond, sys_inputs={"data": data})
-    return bytes(compiler.compile(format="pdf", timestamp=date.replace(microsecond=0)))
+    made: Any = compiler.compile(format="pdf", timestamp=date.replace(microsecond=0))
+    return bytes(made)
 
 
 @cache

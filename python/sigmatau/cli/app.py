@@ -93,8 +93,8 @@ sigmatau compare unit1.json unit2.json --datasheet spec.toml --undecided fail --
         "Judge a lot of units against a specification and each other; exit code 3 if a unit fails, 4 if one is not judged.",
         """\
 sigmatau lot unit1.json unit2.json --spec spec.toml -o lot.html
-sigmatau lot shift --expect 2 --spec icm42688p --sided one --factor 1.5 -o lot.pdf -o lot.xml
-sigmatau lot shift --spec spec.toml --fail-on warning --accept short_record --results results""",
+sigmatau lot shift --expect 2 --spec spec.toml -o lot.pdf -o lot.xml --results results
+sigmatau lot shift --expect units.txt --spec spec.toml --fail-on warning""",
     ),
     "datasheet": (
         "List published values of common sensors with their sources; print a sensor as a noise model.",

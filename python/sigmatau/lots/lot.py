@@ -25,7 +25,7 @@ Undecided = Literal["not-judged", "pass", "fail"]
 FailOn = Literal["warning"]
 Result = Analysis | Mapping[str, Any] | str | Path | Exception
 
-_UNITS = ("other_scale", "implausible_unit")
+_CAUSES = ("not_at_rest", "other_scale", "implausible_unit")
 _OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` decides on
 
 
@@ -286,8 +286,8 @@ def _judged(
         remarks.append(Remark(code="no_specification", kind="note"))
     state = _state(remarks, settings, with_spec=with_spec)
     order = {"limit": 1, "lot": 2, "data": 3, "judging": 4, "note": 5}
-    # A mistaken unit explains all the rest.
-    remarks.sort(key=lambda one: 0 if one.code in _UNITS and one.kind != "note" and one.text else order[one.kind])
+    # Motion and a mistaken unit explain all the rest.
+    remarks.sort(key=lambda one: 0 if one.code in _CAUSES and one.kind != "note" and one.text else order[one.kind])
     return JudgedUnit(name=name, state=state, remarks=tuple(remarks), result=result, verdict=one.verdict)
 
 

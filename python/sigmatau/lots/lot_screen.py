@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from sigmatau.lots.lot_remark import STATES
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
@@ -38,7 +39,7 @@ def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
         lines.append(f"… and {len(told) - most} more; see -v, or a file of -o")
     rows = pooled(lot)
     if rows:
-        lines += ["", *table(rows)]
+        lines += ["", *table(rows, width=width)]
     lines += drift_lines(lot, rows)
     return "\n".join(lines)
 
@@ -82,10 +83,11 @@ def _cut(line: str, width: int) -> str:
     return line if len(line) <= width else f"{line[: width - 1]}…"
 
 
-_HEAD = ("", "units", "median", "±%", "smallest", "largest", "limit", "unit", "outliers")
+_HEAD = ("", "units", "median", "±%", "min", "max", "limit", "unit", "outliers")
+_SPARE = (4, 5)  # columns that a narrow terminal has no room for
 
 
-def table(rows: list[Pooled]) -> list[str]:
+def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
     """A row a coefficient of a sensor."""
     cells = [
         _HEAD,
@@ -104,8 +106,15 @@ def table(rows: list[Pooled]) -> list[str]:
             for row in rows
         ),
     ]
-    widths = [max(len(row[k]) for row in cells) for k in range(len(_HEAD))]
-    return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in cells]
+    lines = _aligned(cells)
+    if max(map(len, lines)) > width:
+        lines = _aligned([tuple(cell for k, cell in enumerate(row) if k not in _SPARE) for row in cells])
+    return [_cut(line, width) for line in lines]
+
+
+def _aligned(cells: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
 
 
 _SHORT_NAMES = {

@@ -275,7 +275,7 @@ FACTORS: Mapping[str, Sequence[tuple[float, str, str]]] = {
 }
 """Factors of mistaken units by quantity: the numbers are in the first unit and were read in the second one."""
 
-_SAME_FACTOR = math.log(1.15)
+_SAME_FACTOR = math.log(1.1)
 
 
 def mistaken_units(quantity: str, ratio: float) -> tuple[str, str] | None:

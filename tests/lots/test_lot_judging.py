@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
-from lot_logs import NAMES, RATE, SPEC, rates
 
 import sigmatau as st
 from known import seed_of
+from lot_logs import NAMES, RATE, SPEC, rates
 from sigmatau.lots.lot_remark import STATES
 from sigmatau.lots.lot_words import difference
 

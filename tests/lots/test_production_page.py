@@ -3,9 +3,8 @@
 import re
 import shlex
 
-from lot_logs import SPEC, write_lot
-
 from conftest import ROOT
+from lot_logs import SPEC, write_lot
 from sigmatau.cli import batch, main
 
 PAGE = (ROOT / "docs" / "how-to" / "production.md").read_text(encoding="utf-8")

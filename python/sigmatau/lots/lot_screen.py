@@ -27,7 +27,8 @@ def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
     width : int
         Of the terminal.
     """
-    lines = [count_text(lot.counts, spec="" if lot.spec is None else lot.spec.name)]  # type: ignore[arg-type]
+    head = count_text(lot.counts, spec="" if lot.spec is None else lot.spec.name)  # type: ignore[arg-type]
+    lines = wrapped([head], width=width)
     if lot.too_many:
         lines.append(f"{lot.too_many} more than the {lot.expected} expected")
     told = _groups(lot)

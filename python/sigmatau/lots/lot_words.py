@@ -67,9 +67,9 @@ def _finding(one: Remark) -> str:
 
 
 def _above(one: Remark) -> str:
-    value = "" if one.value is None else f" {_number(one.value, one)}"
     by = "" if one.ratio is None else f"{difference(one.ratio)} "
-    return f"{one.what}{value} is {by}the maximum {_number(one.limit, one)}"
+    value = "" if one.value is None else f": {_number(one.value, one)}"
+    return f"{one.what} {by}the maximum {_number(one.limit, one)}{value}"
 
 
 def _undecided(one: Remark) -> str:

@@ -18,6 +18,7 @@ function lotFigure(place, title, height, legend, describe, read) {
     const described = describe();
     described.onread = (point) => readout.replaceChildren(...(point ? read(point) : [hint]));
     figure.plot = draw(body, described);
+    if (described.thin) (figure.plot.u.hooks.drawClear ??= []).push((u) => thinLines(u, described));
     readout.textContent = hint;
     zoomIn.onclick = () => zoom(figure.plot, 1 / 1.5);
     zoomOut.onclick = () => zoom(figure.plot, 1.5);
@@ -51,14 +52,39 @@ const requestIdle = window.requestIdleCallback ? (task) => requestIdleCallback(t
 const markedColour = (k) => `axis-${1 + (k % (MOST_COLOURS - 1))}`;
 const faint = () => faded(colour("guide"), 0.35);
 
+/** Curves of all units in one stroke: a series each would make the page slow with hundreds of them. */
+function thinLines(u, { thin }) {
+  const { ctx, bbox } = u, across = thin.x.map((value) => u.valToPos(value, "x", true));
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.beginPath();
+  const { min, max } = u.scales.y, top = bbox.top, scale = bbox.height / (Math.log10(max) - Math.log10(min)), high = Math.log10(max);
+  for (const row of thin.rows) {
+    let down = false;
+    row.forEach((value, k) => {
+      if (value === null) { down = false; return; }
+      const y = top + (high - value) * scale;
+      if (down) ctx.lineTo(across[k], y);
+      else ctx.moveTo(across[k], y);
+      down = true;
+    });
+  }
+  ctx.lineWidth = 0.5 * devicePixelRatio;
+  ctx.strokeStyle = faint();
+  ctx.stroke();
+  ctx.restore();
+}
+
 /** Curves of a channel. Those of units without a name of their own are one line each, thin and without points. */
 function describeCurves(panel) {
   const { tau, median, low, high, unit } = panel;
   const values = (row) => row.map((step, k) => (step === null ? null : median[k] * 10 ** (step / 1000)));
-  const lines = [];
-  panel.rows.forEach((row, k) => {
-    if (!panel.marked.includes(panel.of[k])) lines.push({ name: "", x: tau, y: values(row), colour: faint, width: 0.6 });
-  });
+  const lines = [], middle = median.map(Math.log10);
+  const rows = panel.rows.map((row) => row.map((step, k) => (step === null ? null : middle[k] + step / 1000))); // logarithms
+  let least = Infinity, most = -Infinity;
+  for (const row of rows) for (const value of row) if (value !== null) { least = Math.min(least, value); most = Math.max(most, value); }
   lines.push({ name: "10 % to 90 % of the units", x: tau, y: median, low, high, colour: () => colour("axis-0"), width: 1.8, read: true });
   panel.limits.forEach(({ text: name, adev }) => lines.push({ name, x: tau, y: adev, colour: () => colour("poor"), width: 1.2, dash: [6, 4], read: true, framed: false }));
   panel.marked.forEach((unit_, k) => {
@@ -67,7 +93,8 @@ function describeCurves(panel) {
   });
   return {
     title: `Allan deviation, ${panel.channel}`, height: 300, lines,
-    x: { label: "averaging time τ [s]", log: true }, y: { label: `σ(τ) [${unit}]`, log: true },
+    thin: { x: tau, rows: rows.filter((_, k) => !panel.marked.includes(panel.of[k])) },
+    x: { label: "averaging time τ [s]", log: true }, y: { label: `σ(τ) [${unit}]`, log: true, range: [10 ** (least - 0.08), 10 ** (most + 0.08)] },
   };
 }
 

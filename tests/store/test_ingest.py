@@ -8,9 +8,10 @@ from store_results import result
 
 from sigmatau.analysed import failed_result
 from sigmatau.errors import DataError
+from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
 from sigmatau.store.rows import Entry
-from sigmatau.store.store import Chosen, Store
+from sigmatau.store.store import Store
 
 
 def entries(count, *, days=1):

@@ -9,10 +9,11 @@ from store_results import result
 
 from sigmatau.analysed import failed_result
 from sigmatau.errors import DataError
+from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
 from sigmatau.store.packing import NUMBERS
 from sigmatau.store.rows import Entry, options_key
-from sigmatau.store.store import Chosen, Store
+from sigmatau.store.store import Store
 
 NAMES = [
     "A 1",

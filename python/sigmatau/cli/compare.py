@@ -121,7 +121,7 @@ def compare_command(
 
 def _of_store(place: str, units: Sequence[str], by: By, level: float) -> RunComparison:
     from sigmatau.cli.store import opened
-    from sigmatau.store.store import Chosen
+    from sigmatau.store.choosing import Chosen
 
     with opened(place) as store:
         return store.compare(Chosen(units=tuple(units)), by=by, level=level)

@@ -175,7 +175,7 @@ def _stored(
 ) -> dict[str, Examined]:
     """The units of a store, in the order of production."""
     from sigmatau.cli.store import opened
-    from sigmatau.store.store import Chosen
+    from sigmatau.store.choosing import Chosen
 
     with opened(place) as store:
         latest = store.units_latest(Chosen(units=tuple(units)))

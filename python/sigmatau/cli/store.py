@@ -17,7 +17,8 @@ from sigmatau.io.atomic import atomic
 from sigmatau.results import csv_text, printable
 
 if TYPE_CHECKING:
-    from sigmatau.store.store import Chosen, Store, Table
+    from sigmatau.store.choosing import Chosen, Table
+    from sigmatau.store.store import Store
 
 VARIABLE = "SIGMATAU_STORE"
 """Environment variable with the default of --store."""
@@ -63,7 +64,7 @@ class Choice:
 
     def chosen(self, *, history: bool = False) -> Chosen:
         """The same for a `Store`."""
-        from sigmatau.store.store import Chosen
+        from sigmatau.store.choosing import Chosen
 
         return Chosen(
             units=tuple(self.unit or ()),

@@ -100,8 +100,8 @@ def read(
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
-    chosen: dict[str, Any] = {"rate": rate, "unit": unit, "channels": channels, "input": input, "scale": scale, "offset": offset}
-    chosen |= {"topic": topic, "layout": layout}
+    chosen: dict[str, Any] = {"rate": rate, "unit": unit, "channels": channels, "input": input, "topic": topic}
+    chosen |= {"scale": scale, "offset": offset, "layout": layout}
     with opened(path, layout, max_expansion) as (file, tables):
         record = assemble.assemble(choose_tables(tables, options.topic), file, options)
     stated = plain(

@@ -77,7 +77,7 @@ def compare_command(
         Compare the runs of this store in place of results: a SQLite file or postgresql://USER@HOST/NAME, see sigmatau
         store. Lines and filters (the clocks) are not compared.
     unit
-        With --store, unit, or several with a *: 'A*'; may be repeated.
+        With --store, serial number; A* stands for all that begin with A. May be repeated.
     quiet
         Print only errors on standard error.
     """

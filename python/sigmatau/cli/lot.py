@@ -107,7 +107,7 @@ def lot_command(
         Judge the latest result of each unit of this store in place of logs: a SQLite file or postgresql://USER@HOST/NAME,
         see sigmatau store.
     serial
-        With --store, serial number of a unit, or several with a *: 'A*'; may be repeated.
+        With --store, serial number; A* stands for all that begin with A. May be repeated.
     json
         Print the lot as JSON.
     verbose

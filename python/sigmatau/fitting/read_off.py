@@ -21,7 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.gls import non_negative
+from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.read_off_lines import Span, lay, points_in, span_of, thinned
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, Term, avar, coefficient_unit, display_units
 from sigmatau.results import Printed, Tabular, plain, seconds, value_error_text
@@ -54,7 +56,6 @@ RULES: Mapping[str, Rule] = {
 # A bend below the line of more than 0.1 in log σ cannot come from the five terms, whose sum is convex in the log-log plot.
 _BEND = 0.1
 _SIGMAS = 2.5  # errors by eq. (26) that a point may deviate in addition
-_PER_OCTAVE = 8  # averaging times, at most
 _SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
 
 GAIN = 6.0  # Smallest reduction of the misfit by the term of a region, in squared errors by δ (at least 2 %) per octave
@@ -70,15 +71,21 @@ class Coefficient:
     unit: str  # SI
     tau_min: float  # The region. [s]
     tau_max: float
-    slope: float  # Fitted slope of the region
+    slope: float | None  # Slope of the curve in the region; None if a given range has one point
     percentage: float  # error / value
+    given: bool = False  # Whether the range was given, not found by the rules
+
+    @property
+    def region(self) -> str:
+        """Where the line was laid, in words: ``"τ 1 … 10 s, given"``."""
+        return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{', given' if self.given else ''}"
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``c.to("deg/sqrt(h)")``; raises `OptionError` for a unit that does not fit."""
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
-        return plain(self, "value error unit slope", tau_s=[self.tau_min, self.tau_max])
+        return plain(self, "value error unit slope given", tau_s=[self.tau_min, self.tau_max])
 
 
 @frozen
@@ -137,9 +144,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         lines = [f"{self.channel}: read off" + ("" if self.coefficients else ", no term has a region")]
         for term, c in self.coefficients.items():
             texts = " = ".join(f"{value} {unit}" for value, unit in self.texts(term))
-            lines.append(
-                f"  {TERMS[term].label(self.quantity):24} {texts}   (τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s)"
-            )
+            lines.append(f"  {TERMS[term].label(self.quantity):24} {texts}   ({c.region})")
         lines += [
             f"  not {TERMS[r.term].label(self.quantity)} (τ {seconds(r.tau_min)} … {seconds(r.tau_max)} s): {r.reason}"
             for r in self.refused
@@ -150,10 +155,20 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
 _FEW_MISSING = 0.01  # share of missing samples that makes a random walk read 0.5 % larger, and quantization noise 5 %
 
 
-def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> ReadOff:
+def read_off(
+    curve: DeviationCurve,
+    *,
+    quantization: Span | None = None,
+    random_walk: Span | None = None,
+    bias_instability: Span | None = None,
+    rate_random_walk: Span | None = None,
+    rate_ramp: Span | None = None,
+    rules: Mapping[str, Rule] = RULES,
+) -> ReadOff:
     """Read the coefficients of the five terms off an Allan deviation curve.
 
-    The region of a term is the longest in which
+    The line of a term is laid in a range of averaging times. Ranges may be given; the others are found by the rules: the
+    region of a term is the longest in which
 
     - the fitted line has the slope of the term within the tolerance of the rule, and its standard error by eq. (26) is at
       most the slope error of the rule;
@@ -164,66 +179,133 @@ def read_off(curve: DeviationCurve, *, rules: Mapping[str, Rule] = RULES) -> Rea
 
     A flat or rising region after which the curve falls below the line, or a region of slope −1 that begins below the line,
     is refused with a reason: the five terms cannot make such a curve; a filter, a line or correlated noise can. A region
-    that the other terms together explain as well, such as the crossing of two, is refused too.
+    that the other terms together explain as well, such as the crossing of two, is refused too. No rule refuses a range that
+    is given.
 
     Parameters
     ----------
     curve : DeviationCurve
+    quantization, random_walk, bias_instability, rate_random_walk, rate_ramp : tuple of float, optional
+        Shortest and longest averaging time through which the line of the term is laid, whatever the curve does there.
+        Default: by the rules. [s]
     rules : mapping of str to Rule
-        By term; terms without a rule are not read off.
+        By term; terms without a rule are read off only where a range is given: ``rules={}`` for nothing but those.
 
     Returns
     -------
     ReadOff
 
+    Raises
+    ------
+    OptionError
+        For a range that is not two positive times in order, or in which the curve has no averaging time.
+
+    See Also
+    --------
+    analyze : reads off every channel of a record; its `read_off_at` are such ranges.
+
     Notes
     -----
-    A grid of more than 8 averaging times per octave is thinned to 8. The line is fitted by least squares in log σ with the
-    weights 1/(δ² + (tolerance/5)²), δ by eq. (26); the second part limits the weight of the shortest averaging times, which
-    have the smallest errors and are bent by neighbouring terms.
+    A grid of more than 8 averaging times per octave is thinned to 8. The lines are laid together: in the range of each, the
+    sum of the variances of all lines lies on the curve on average, with the weights 1/δ² and the share of the line. A
+    single line goes through the curve. The error is that of eq. (26) at the longest averaging time of the range.
 
     Incomplete clusters have larger variances: 1 % of missing samples makes a random walk read 0.5 % larger, and quantization
-    noise up to 5 %. With more, nothing is read off.
+    noise up to 5 %. With more, the rules find nothing.
+
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`, Section IV
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> rates = 1e-3 * np.random.default_rng(1).standard_normal(100_000)
+    >>> curve = st.allan(st.Record.from_arrays(rate=100, gyro_x=rates, unit={"gyro": "rad/s"}))["gyro_x"]
+    >>> st.read_off(curve, random_walk=(1, 10))
+    gyro_x: read off
+      angle random walk        0.341 ± 0.021 deg/√h   (τ 1.28 … 7.68 s, given)
     """
-    points = _Points.of(curve)
-    coefficients, refused = {}, []
+    given = _given(
+        curve,
+        quantization=quantization,
+        random_walk=random_walk,
+        bias_instability=bias_instability,
+        rate_random_walk=rate_random_walk,
+        rate_ramp=rate_ramp,
+    )
+    ranges = dict(given)
+    slopes = {name: _slope(curve, at) for name, at in given.items()}
+    refused = []
+    left = {name: rule for name, rule in rules.items() if name not in given}
     if curve.missing > _FEW_MISSING * curve.n:
         why = f"{100 * curve.missing / curve.n:.2g} % of the samples are missing"
         ends = {"tau_min": float(curve.tau[0]), "tau_max": float(curve.tau[-1])}
-        refused = [Refusal(term=name, **ends, reason=why) for name in rules]
-        return ReadOff(curve.channel, curve.quantity, curve.unit, {}, tuple(refused))
-    for name, rule in rules.items():
+        refused += [Refusal(term=name, **ends, reason=why) for name in left]
+        left = {}
+    points = _Points.of(curve)
+    for name, rule in left.items():
         term = TERMS[name]
         found = points.longest(term.slope, rule)
         if found is None:
             continue
         i, j, slope = found
         height = points.height(i, j, term.slope, rule.tolerance)
-        region = (float(points.tau[i]), float(points.tau[j]))
         reason = points.bend(i, j, height, term) or points.explained(i, j, term)
-        if reason is not None:
-            refused.append(Refusal(term=name, tau_min=region[0], tau_max=region[1], reason=reason))
-            continue
-        at = 0.0 if term.read_at is None else term.slope * math.log(term.read_at)
-        value = math.exp(height + at) / term.level
-        delta = float(points.delta[j])
-        coefficients[name] = Coefficient(
-            term=name,
-            value=value,
-            error=value * delta,
-            unit=coefficient_unit(name, curve.quantity, curve.unit),
-            tau_min=region[0],
-            tau_max=region[1],
-            slope=slope,
-            percentage=delta,
-        )
+        if reason is None:
+            ranges[name], slopes[name] = points.at[i : j + 1], slope
+        else:
+            refused.append(
+                Refusal(term=name, tau_min=float(points.tau[i]), tau_max=float(points.tau[j]), reason=reason)
+            )
+    values, without = lay(curve, ranges, given=given)
+    for name, reason in without.items():
+        tau = curve.tau[ranges[name]]
+        refused.append(Refusal(term=name, tau_min=float(tau[0]), tau_max=float(tau[-1]), reason=reason))
+    coefficients = {}
+    for name in TERMS:
+        if name in values:
+            last = ranges[name][-1]
+            coefficients[name] = Coefficient(
+                term=name,
+                value=values[name],
+                error=values[name] * float(curve.error[last]),
+                unit=coefficient_unit(name, curve.quantity, curve.unit),
+                tau_min=float(curve.tau[ranges[name][0]]),
+                tau_max=float(curve.tau[last]),
+                slope=slopes[name],
+                percentage=float(curve.error[last]),
+                given=name in given,
+            )
     return ReadOff(curve.channel, curve.quantity, curve.unit, coefficients, tuple(refused))
+
+
+def _given(curve: DeviationCurve, **spans: Span | None) -> dict[str, NDArray[np.intp]]:
+    """The points of given ranges, by term."""
+    found = {}
+    for name, span in spans.items():
+        if span is not None:
+            try:
+                found[name] = points_in(curve, span_of(span))
+            except OptionError as error:
+                raise OptionError(error.message, option=name) from None
+    return found
+
+
+def _slope(curve: DeviationCurve, at: NDArray[np.intp]) -> float | None:
+    """Slope of a straight line through some points of a curve; None for one point."""
+    if len(at) == 1:
+        return None
+    weight = 1 / curve.error[at]
+    return float(np.polyfit(np.log(curve.tau[at]), np.log(curve.adev[at]), 1, w=weight)[0])
 
 
 @frozen(kw_only=False)
 class _Points:
     """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points."""
 
+    at: NDArray[np.intp]  # indices in the curve
     m: NDArray[np.int64]
     tau0: float
     tau: NDArray[np.float64]
@@ -233,13 +315,9 @@ class _Points:
 
     @classmethod
     def of(cls, curve: DeviationCurve) -> _Points:
-        usable = (curve.error <= LARGEST_ERROR) & (curve.avar > 0)
-        tau, delta = curve.tau[usable], curve.error[usable]
-        lt, ls = np.log(tau), np.log(curve.adev[usable])
-        # Neighbours on a dense grid add no information, and the search goes over all pairs.
-        bins = np.floor(lt / math.log(2) * _PER_OCTAVE)
-        kept = np.concatenate(([True], np.diff(bins) > 0))[: len(lt)]
-        return cls(curve.m[usable][kept], curve.tau0, tau[kept], lt[kept], ls[kept], delta[kept])
+        at = thinned(curve, curve.error <= LARGEST_ERROR)  # the search goes over all pairs
+        tau = curve.tau[at]
+        return cls(at, curve.m[at], curve.tau0, tau, np.log(tau), np.log(curve.adev[at]), curve.error[at])
 
     def octave_slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Slope over about an octave around each point, and its standard error by eq. (26)."""

@@ -107,10 +107,9 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
             rows.append((channel, "no term has a region", "", ""))
         first = channel
         for name, c in result.items():
-            region = f"τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s"
             for k, (value, unit) in enumerate(result.texts(name)):
                 label = TERMS[name].label(result.quantity) if k == 0 else "  ="
-                rows.append((first, label, f"{value} {unit}", region if k == 0 else ""))
+                rows.append((first, label, f"{value} {unit}", c.region if k == 0 else ""))
                 first = ""
         for refusal in result.refused:
             label = f"no {TERMS[refusal.term].label(result.quantity)}"

@@ -23,7 +23,6 @@ from sigmatau.fitting.arguments import wanted_terms
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
-from sigmatau.fitting.read_off import read_off
 from sigmatau.fitting.read_off_at import ReadOffAt
 from sigmatau.fitting.read_off_lines import Span
 from sigmatau.fitting.rounding import allowing_for_rounding
@@ -226,7 +225,9 @@ def analyze(
         findings=by_severity(findings),
         curves=Curves(curves),
         fits=Fits(fits),
-        read_off=ByChannel({} if moving else {channel: lines.read(curve) for channel, curve in curves.items()}),
+        read_off=ByChannel(
+            {} if moving else {channel: lines.read(curve, fits.get(channel)) for channel, curve in curves.items()}
+        ),
         grids={stream.name: grid_text(stream) for stream in record.streams},
         stability=ByChannel(maps),
         rest=resting,
@@ -272,7 +273,7 @@ def of_curves(
         findings=by_severity(found),
         curves=Curves(kept),
         fits=Fits(fits),
-        read_off={channel: read_off(curve) for channel, curve in kept.items()},
+        read_off={channel: ReadOffAt(None).read(curve, fits.get(channel)) for channel, curve in kept.items()},
         grids=dict(grids or {}),
     )
 

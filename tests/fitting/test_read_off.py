@@ -233,7 +233,7 @@ def test_lines_together_follow_the_curve():
     found = read_off(exact(truth), quantization=(0.01, 2.56), random_walk=(2.56, 1310.72))
     for term, value in truth.items():
         assert found[term].value == pytest.approx(value, rel=1e-8)
-        assert found[term].given
+        assert found[term].range_from == "given"
     alone = read_off(exact(truth), random_walk=(2.56, 1310.72), rules={})
     assert list(alone) == ["random_walk"]
     assert alone["random_walk"].value > 1.05 * truth["random_walk"]
@@ -246,7 +246,7 @@ def test_a_given_range_overrides_the_rules():
     assert (found["random_walk"].tau_min, found["random_walk"].tau_max) == (1.28, 7.68)
     assert found["random_walk"].error == pytest.approx(1e-4 * percentage_error(720_000, 768)[0])
     assert "τ 1.28 … 7.68 s, given" in repr(found)
-    assert found.to_dict()["random_walk"]["given"] is True
+    assert found.to_dict()["random_walk"]["range_from"] == "given"
     # No rule would read a plateau here, and the random walk by the rules leaves nothing for it.
     plateau = read_off(curve, bias_instability=(2, 4))
     assert list(plateau) == ["bias_instability"]

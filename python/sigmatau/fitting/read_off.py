@@ -14,19 +14,24 @@ References
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.fitting.read_off_lines import Span, lay, points_in, span_of
+from sigmatau.fitting.read_off_lines import Span, lay, points_between, points_in, span_of
 from sigmatau.fitting.read_off_regions import RULES, Refusal, Rule, regions
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, Tabular, plain, seconds, value_error_text
 from sigmatau.units import find
+
+if TYPE_CHECKING:
+    from sigmatau.fitting.noise_fit import NoiseFit
+
+Source = Literal["rules", "given", "fit"]
 
 
 @frozen
@@ -41,19 +46,20 @@ class Coefficient:
     tau_max: float
     slope: float | None  # Slope of the curve in the region; None if a given range has one point
     percentage: float  # error / value
-    given: bool = False  # Whether the range was given, not found by the rules
+    range_from: Source = "rules"  # how the range was found
 
     @property
     def region(self) -> str:
         """Where the line was laid, in words: ``"τ 1 … 10 s, given"``."""
-        return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{', given' if self.given else ''}"
+        given = ", given" if self.range_from == "given" else ""
+        return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{given}"
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``c.to("deg/sqrt(h)")``; raises `OptionError` for a unit that does not fit."""
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
-        return plain(self, "value error unit slope given", tau_s=[self.tau_min, self.tau_max])
+        return plain(self, "value error unit slope range_from", tau_s=[self.tau_min, self.tau_max])
 
 
 @frozen(kw_only=False)
@@ -193,32 +199,76 @@ def read_off(
         rate_random_walk=rate_random_walk,
         rate_ramp=rate_ramp,
     )
-    wanted, refused = rules, []
-    if curve.missing > _FEW_MISSING * curve.n:
-        why = f"{100 * curve.missing / curve.n:.2g} % of the samples are missing"
-        ends = {"tau_min": float(curve.tau[0]), "tau_max": float(curve.tau[-1])}
-        wanted, refused = {}, [Refusal(term=name, **ends, reason=why) for name in rules if name not in given]
+    wanted = {} if _refuses(curve) else rules
+    refused = [_whole(curve, name, _refuses(curve)) for name in rules if name not in given and name not in wanted]
     found, others = regions(curve, wanted, given)
-    refused += others
-    ranges = dict(given) | {name: one.at for name, one in found.items()}
-    values, without = lay(curve, ranges, given=given)
+    lines: dict[str, tuple[NDArray[np.intp], Source]] = {name: (at, "given") for name, at in given.items()}
+    lines |= {name: (at, "rules") for name, at in found.items()}
+    return _laid(curve, lines, [*refused, *others])
+
+
+def read_off_beside(curve: DeviationCurve, fitted: NoiseFit, given: Mapping[str, Span]) -> ReadOff:
+    """Read off the observed terms of a fit where they are most of the variance, and other terms in given ranges.
+
+    A fit without intervals says nothing of the ranges; they are then found by the rules.
+    """
+    spans: Any = given
+    if not fitted.quantified:
+        return read_off(curve, **spans)
+    lines: dict[str, tuple[NDArray[np.intp], Source]]
+    lines = {name: (at, "given") for name, at in _given(curve, **spans).items()}
+    refused = []
+    for name, span in fitted.line_ranges.items():
+        if name in lines:
+            continue
+        why = _refuses(curve)
+        at = np.empty(0, dtype=np.intp) if why or span is None else points_between(curve, span)
+        if len(at):
+            lines[name] = at, "fit"
+        else:
+            refused.append(_whole(curve, name, why or HIDDEN))
+    return _laid(curve, lines, refused)
+
+
+HIDDEN = "other noise hides it at all averaging times"
+"""Reason against a fitted term that is nowhere most of the variance."""
+
+
+def _refuses(curve: DeviationCurve) -> str:
+    """Reason against all lines without a given range; empty if there is none."""
+    if curve.missing <= _FEW_MISSING * curve.n:
+        return ""
+    return f"{100 * curve.missing / curve.n:.2g} % of the samples are missing"
+
+
+def _whole(curve: DeviationCurve, name: str, reason: str) -> Refusal:
+    return Refusal(term=name, tau_min=float(curve.tau[0]), tau_max=float(curve.tau[-1]), reason=reason)
+
+
+def _laid(
+    curve: DeviationCurve, lines: Mapping[str, tuple[NDArray[np.intp], Source]], refused: list[Refusal]
+) -> ReadOff:
+    """The coefficients of lines through points of a curve."""
+    given = [name for name, (_, source) in lines.items() if source == "given"]
+    values, without = lay(curve, {name: at for name, (at, _) in lines.items()}, given=given)
     for name, reason in without.items():
-        tau = curve.tau[ranges[name]]
+        tau = curve.tau[lines[name][0]]
         refused.append(Refusal(term=name, tau_min=float(tau[0]), tau_max=float(tau[-1]), reason=reason))
     coefficients = {}
     for name in TERMS:
         if name in values:
-            last = ranges[name][-1]
+            at, source = lines[name]
+            delta = float(curve.error[at[-1]])
             coefficients[name] = Coefficient(
                 term=name,
                 value=values[name],
-                error=values[name] * float(curve.error[last]),
+                error=values[name] * delta,
                 unit=coefficient_unit(name, curve.quantity, curve.unit),
-                tau_min=float(curve.tau[ranges[name][0]]),
-                tau_max=float(curve.tau[last]),
-                slope=found[name].slope if name in found else _slope(curve, given[name]),
-                percentage=float(curve.error[last]),
-                given=name in given,
+                tau_min=float(curve.tau[at[0]]),
+                tau_max=float(curve.tau[at[-1]]),
+                slope=_slope(curve, at),
+                percentage=delta,
+                range_from=source,
             )
     return ReadOff(curve.channel, curve.quantity, curve.unit, coefficients, tuple(refused))
 

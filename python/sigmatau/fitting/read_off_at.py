@@ -7,7 +7,8 @@ from typing import Any
 
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.fitting.read_off import ReadOff, read_off
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.read_off import ReadOff, read_off, read_off_beside
 from sigmatau.fitting.read_off_lines import Span, span_of
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
@@ -45,13 +46,13 @@ class ReadOffAt:
             if place not in ("", *known, *map(stream_name, known)):
                 raise _error(f"{place}.{term}", f": no channel or sensor {place!r}; channels: {', '.join(known)}")
 
-    def read(self, curve: DeviationCurve) -> ReadOff:
-        """Read off the curve of a channel; raises `OptionError` for a range outside the curve."""
+    def read(self, curve: DeviationCurve, fitted: NoiseFit | None) -> ReadOff:
+        """Read off the curve of a channel, beside its fit if there is one; raises `OptionError` for a range outside it."""
         places = ("", stream_name(curve.channel), curve.channel)
         found = {term: (place, span) for at in places for (place, term), span in self._spans.items() if place == at}
         spans: dict[str, Any] = {term: span for term, (_, span) in found.items()}
         try:
-            return read_off(curve, **spans)
+            return read_off(curve, **spans) if fitted is None else read_off_beside(curve, fitted, spans)
         except OptionError as error:
             place = found[error.option or ""][0]
             key = f"{place}.{error.option}" if place else str(error.option)

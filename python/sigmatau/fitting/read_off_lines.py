@@ -57,6 +57,11 @@ def thinned(curve: DeviationCurve, usable: NDArray[np.bool_]) -> NDArray[np.intp
     return at[np.concatenate(([True], np.diff(bins) > 0))[: len(at)]]
 
 
+def points_between(curve: DeviationCurve, span: Span) -> NDArray[np.intp]:
+    """Indices of the averaging times of a curve in a range; none if there are none."""
+    return thinned(curve, (curve.tau >= span[0] * (1 - 1e-6)) & (curve.tau <= span[1] * (1 + 1e-6)))
+
+
 def points_in(curve: DeviationCurve, span: Span) -> NDArray[np.intp]:
     """Indices of the averaging times of a curve in a range.
 
@@ -66,8 +71,7 @@ def points_in(curve: DeviationCurve, span: Span) -> NDArray[np.intp]:
         If there are none.
     """
     first, last = span
-    inside = (curve.tau >= first * (1 - 1e-6)) & (curve.tau <= last * (1 + 1e-6))
-    found = thinned(curve, inside)
+    found = points_between(curve, span)
     if len(found):
         return found
     there = curve.tau[curve.avar > 0]

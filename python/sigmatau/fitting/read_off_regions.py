@@ -60,28 +60,20 @@ class Refusal:
     reason: str
 
 
-@frozen
-class Region:
-    """The averaging times of a term."""
-
-    at: NDArray[np.intp]  # indices in the curve
-    slope: float
-
-
 def regions(
     curve: DeviationCurve, rules: Mapping[str, Rule], given: Mapping[str, NDArray[np.intp]]
-) -> tuple[dict[str, Region], list[Refusal]]:
-    """Regions of the terms that have a rule and no given range, and those that are refused.
+) -> tuple[dict[str, NDArray[np.intp]], list[Refusal]]:
+    """Regions of the terms that have a rule and no given range, as indices of the curve, and those that are refused.
 
     They are looked for in the curve, and then, one at a time, in what the lines leave that are there already.
     """
     whole = Points.of(curve)
     points = whole
-    found: dict[str, Region] = {}
+    found: dict[str, NDArray[np.intp]] = {}
     refused: dict[str, Refusal] = {}
     while True:
         rest = points is not whole
-        new: dict[str, tuple[float, Region]] = {}
+        new: dict[str, tuple[float, NDArray[np.intp]]] = {}
         for name, rule in rules.items():
             if name in found or name in given or name in refused:
                 continue
@@ -89,21 +81,21 @@ def regions(
             region = points.longest(term.slope, rule, rest=rest)
             if region is None:
                 continue
-            i, j, slope = region
+            i, j = region
             ends = float(points.tau[i]), float(points.tau[j])
             reason = whole.bend(*ends, points.height(i, j, term.slope, rule.tolerance), term)
             gain = whole.gain(*ends, term)
             if reason is None and gain <= rule.gain:
                 reason = "the other terms together explain it"
             if reason is None:
-                new[name] = gain, Region(at=points.at[i : j + 1], slope=slope)
+                new[name] = gain, points.at[i : j + 1]
             else:
                 refused[name] = Refusal(term=name, tau_min=ends[0], tau_max=ends[1], reason=reason)
         taken = [max(new, key=lambda name: new[name][0])] if rest and new else list(new)
         found |= {name: new[name][1] for name in taken}
         if (rest and not new) or not (found or given):
             return found, list(refused.values())
-        lines, _ = lay(curve, dict(given) | {name: one.at for name, one in found.items()}, given=given)
+        lines, _ = lay(curve, dict(given) | found, given=given)
         points = whole.without(curve, lines)
 
 
@@ -151,8 +143,8 @@ class Points:
         with np.errstate(divide="ignore", invalid="ignore"):  # a single point
             return (self.ls[j] - self.ls[i]) / length, np.hypot(delta[i], delta[j]) / length
 
-    def longest(self, slope: float, rule: Rule, *, rest: bool) -> tuple[int, int, float] | None:
-        """First point, last point and fitted slope of the longest region of a slope; of equal ones, that at shorter τ."""
+    def longest(self, slope: float, rule: Rule, *, rest: bool) -> tuple[int, int] | None:
+        """First and last point of the longest region of a slope; of equal ones, that at shorter τ."""
         delta = rule.scatter * self.delta
         octave_slope, octave_error = self.octave_slopes(delta)
         near = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
@@ -171,7 +163,7 @@ class Points:
                 and self.straight(first, last, rule.tolerance, delta)
                 and self.on_line(first, last, slope, rule.tolerance, delta)
             ):
-                return first, last, fitted
+                return first, last
         return None
 
     def slope(self, i: int, j: int, tolerance: float) -> float:

@@ -227,6 +227,20 @@ def test_nothing_is_read_off_where_many_samples_are_missing():
     assert {one.reason for one in found.refused} == {"5 % of the samples are missing"}
 
 
+@pytest.mark.parametrize(("q", "n"), [(0.973, 0.0015), (0.517, 0.0019), (0.577, 0.0018)])
+def test_regions_of_the_cimu_end_where_terms_cross(q, n):
+    """Table II; before, the quantization of the X gyro was read up to 1311 s, and no random walk of any."""
+    truth = {"quantization": to_si(q, "arcsec"), "random_walk": to_si(n, "deg/sqrt(h)")}
+    crossing = 3 * (truth["quantization"] / truth["random_walk"]) ** 2  # 351, 62 and 86 s
+    found = read_off(exact(truth, rate=200, n=1_440_000, grid="half"))
+    assert crossing / 5 <= found["quantization"].tau_max <= crossing / 2
+    if n == 0.0015:
+        assert "random_walk" not in found  # five times the crossing is a quarter of the record
+    else:
+        assert crossing <= found["random_walk"].tau_min <= 2 * crossing
+        assert found["random_walk"].value == pytest.approx(truth["random_walk"], rel=1e-6)
+
+
 def test_lines_together_follow_the_curve():
     """Each line alone would hold the other term too: HG1700's random walk by 14 %, see docs/study/read-off.md."""
     truth = {"quantization": to_si(5.1154, "arcsec"), "random_walk": to_si(0.094, "deg/sqrt(h)")}

@@ -16,6 +16,7 @@ from studies import (
     likelihood,
     oracle,
     paper_claims,
+    paper_read_off,
     prediction,
     processes,
     read_off,
@@ -30,6 +31,7 @@ from studies import (
 
 STUDIES = (
     read_off,
+    paper_read_off,
     intervals,
     robustness,
     likelihood,

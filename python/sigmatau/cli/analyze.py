@@ -41,6 +41,7 @@ from sigmatau.cli.options import (
     write_json,
     write_result,
 )
+from sigmatau.cli.ranges import read_off_ranges
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
@@ -65,6 +66,7 @@ def analyze_command(
     counting: Literal["standard", "paper"] = "standard",
     terms: str | None = None,
     tau_min: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
+    read_off_at: Annotated[list[str] | None, Parameter(negative=())] = None,
     long: Literal["auto", "exact", "strided"] = "auto",
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
@@ -105,6 +107,9 @@ def analyze_command(
         absent; if it is not, the others are wrong.
     tau_min
         Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
+    read_off_at
+        Averaging times between which a line is read off: random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for
+        one, gyro.random_walk=… for a sensor (ms, s, min, h, d); may be repeated. Default: by rules.
     long
         Pairs of clusters longer than 4096 samples: all (exact), or every 64th or fewer, in bounded memory (strided). auto is
         strided if the record does not fit in memory, and exact otherwise; a finding reports strided.
@@ -160,6 +165,7 @@ def analyze_command(
         "method": method,
         "terms": None if terms is None else [name.strip() for name in terms.split(",")],
         "tau_min": tau_min,
+        "read_off_at": read_off_ranges(read_off_at or []),
         "long": long,
         "window": window,
         "leave_out": leave_out or None,

@@ -299,6 +299,15 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
 
         return degrees_of_freedom(self, np.atleast_1d(np.asarray(m, dtype=np.int64)))
 
+    @property
+    def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:
+        """By observed term, the averaging times at which it makes half of the variance or more, where its line can be read
+        off; None if there are none, because other noise hides it. [s]
+        """
+        from sigmatau.fitting.line_ranges import line_ranges
+
+        return line_ranges(self)
+
     def texts(self, term: str) -> list[tuple[str, str, str]]:
         """Value, interval and unit in each of the field's units; limits as ``("below 21", "", "deg/h/√h")``."""
         t = self[term]
@@ -388,8 +397,9 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI without NaN: the ``fit`` of the JSON form."""
         names, matrix = self.covariance
+        ranges = self.line_ranges
         terms = {
-            **{name: self._term_to_dict(name) for name in self.terms},
+            **{name: self._term_to_dict(name, ranges) for name in self.terms},
             "gauss_markov": self.gauss_markov,
             "sinusoid": self.sinusoid,
         }
@@ -401,10 +411,13 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             )
         return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix})
 
-    def _term_to_dict(self, name: str) -> dict[str, Any]:
+    def _term_to_dict(self, name: str, ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, Any]:
         term = self.terms[name]
-        reason = {"reason": self.why_not(name)} if term.observed is False else {}
-        return {**term.to_dict(), **reason}
+        more: dict[str, Any] = {"reason": self.why_not(name)} if term.observed is False else {}
+        if name in ranges:
+            span = ranges[name]
+            more["tau_s"] = None if span is None else list(span)
+        return {**term.to_dict(), **more}
 
     def _repr_html_(self) -> str:
         rows = [(TERMS[name].label(self.quantity), *self.texts(name)[-1]) for name in self.terms]

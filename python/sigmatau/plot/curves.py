@@ -81,6 +81,8 @@ class FitLike(Protocol):
     def quantified(self) -> bool: ...
     @property
     def observed(self) -> Mapping[str, float]: ...
+    @property
+    def line_ranges(self) -> Mapping[str, tuple[float, float] | None]: ...
     def texts(self, term: str) -> list[tuple[str, str, str]]: ...
     def avar(self, *, m: NDArray[np.int64]) -> NDArray[np.float64]: ...
 
@@ -195,7 +197,8 @@ def draw_analysis(
 ) -> Figure:
     """Draw all channels, one panel per quantity and unit, with their fitted models or the lines that were read off.
 
-    The legend has the coefficients of each channel; in a panel with one channel, its terms have lines.
+    The legend has the coefficients of each channel; in a panel with one channel, its terms have lines, thicker where a term
+    is most of the variance.
     """
     figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()}, ax)
     for ax, key, channels in panels:
@@ -240,12 +243,15 @@ def _value_text(fitted: FitLike, name: str) -> str:
 
 
 def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:
-    """Draw a line of each term of the model, named beside it where it is far from the curve."""
+    """Draw a line of each term of the model, thicker where the term is most of the variance, with its symbol beside it."""
     factor, _ = curve_unit(curve, None)
-    total, limits = fitted.avar(m=curve.m), ax.get_ylim()
+    total, limits, ranges = fitted.avar(m=curve.m), ax.get_ylim(), fitted.line_ranges
     for name, value in fitted.observed.items():
         part = np.sqrt(avar(name, value, m=curve.m, tau0=float(curve.tau[0] / curve.m[0]))) / factor
         ax.plot(curve.tau, part, color="0.45", linewidth=0.8, zorder=1.5)
+        first, last = ranges.get(name) or (math.inf, 0.0)
+        there = (curve.tau >= first * (1 - 1e-9)) & (curve.tau <= last * (1 + 1e-9))
+        ax.plot(curve.tau[there], part[there], color="0.45", linewidth=2.0, zorder=1.5)
         inside = (part > (1.3 if TERMS[name].slope else 1.1) * limits[0]) & (part < limits[1])
         if not inside.any():
             continue
@@ -322,11 +328,13 @@ def _draw_line(
         ax.plot([read_at], [at(read_at)], marker="o", markersize=5, color=colour, markeredgecolor="white", zorder=4)
     place = _free_place(math.log10(coefficient.tau_min), math.log10(coefficient.tau_max), named, at)
     if place is not None:
+        beyond = place > left * (right / left) ** 0.7  # a label on the right would leave the axes
         ax.annotate(
             term.label(curve.quantity),
             (place, at(place)),
-            xytext=(4, 7),
+            xytext=(-4 if beyond else 4, 7),
             textcoords="offset points",
+            ha="right" if beyond else "left",
             fontsize=7.5,
             color=colour,
             zorder=5,

@@ -12,6 +12,7 @@ mod discrepancy;
 mod drifts;
 mod expected;
 mod intervals;
+mod joint;
 mod laws;
 pub(crate) mod linear;
 mod lines;
@@ -24,6 +25,7 @@ mod select;
 
 pub use analysis::analyse;
 pub use expected::Part;
+pub use joint::{Common, Joint, Level, Other, analyse_jointly};
 pub use lines::Line;
 pub use masked::{MaskedPass, Weighting};
 pub use outcome::{Drift, Options, Outcome, Process};

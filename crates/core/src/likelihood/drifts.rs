@@ -31,7 +31,7 @@ const RAMP_DOUBLINGS: usize = 8;
 
 const RAMP_HALVINGS: usize = 5;
 
-const RAMP_AT: usize = 2;
+pub(crate) const RAMP_AT: usize = 2;
 
 const WARM_AT: usize = 3;
 
@@ -60,7 +60,7 @@ pub(crate) fn drift(fit: &Fit, regressor: usize) -> Drift {
     }
 }
 
-fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
+pub(crate) fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
     let mut model = fit.model.clone();
     model.regressors.push(regressor);
     model.fit(bins)
@@ -137,7 +137,7 @@ fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
 }
 
 /// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
-fn gain_of(fit: &Fit, next: &Fit) -> f64 {
+pub(crate) fn gain_of(fit: &Fit, next: &Fit) -> f64 {
     (fit.deviance - fit.restricted) - (next.deviance - next.restricted)
 }
 

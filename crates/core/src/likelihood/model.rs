@@ -16,6 +16,9 @@ pub(crate) const TOLERANCE: f64 = 1e-4;
 const SHAPE_STEP: f64 = 0.7;
 const FILTER_STEP: f64 = 1.5;
 
+/// Largest step of the logarithm of a level.
+const LEVEL_STEP: f64 = 1.0;
+
 /// Share of the median density that is added, so that a model of nothing has a likelihood.
 const FLOOR: f64 = 1e-9;
 
@@ -28,6 +31,23 @@ pub(crate) enum Shape {
     Time,
     Frequency,
     Width,
+}
+
+/// Levels of a term in several runs: logarithms of its squared coefficient over the common one, which are normal deviates
+/// with the standard deviation `spread`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Level {
+    pub part: Part,
+    pub logs: Vec<f64>,
+    pub spread: f64,
+}
+
+/// A term that one run has for itself, in the place of the common one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Own {
+    pub run: usize,
+    pub part: Part,
+    pub theta: f64,
 }
 
 /// Parts with their parameters, and a filter that acts on all but quantization noise.
@@ -43,6 +63,9 @@ pub(crate) struct Model {
     /// Parameter that is not fitted.
     pub held: Option<usize>,
     pub held_shape: Option<(usize, Shape)>,
+    /// Of several runs: terms that differ from run to run, and terms of single runs.
+    pub levels: Vec<Level>,
+    pub own: Vec<Own>,
 }
 
 /// A fitted model.
@@ -60,15 +83,24 @@ pub(crate) struct Fit {
     pub beta_covariance: Symmetric,
     /// Degrees of freedom that the regressors take from each bin.
     pub leverage: Vec<f64>,
-    /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is.
-    slope_of_ends: f64,
+    /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is; of each run.
+    slope_of_ends: Vec<f64>,
     /// Of this set of regressors; shared by the fits that follow.
-    products: Arc<Products>,
+    products: Arc<Vec<Products>>,
 }
 
 impl Model {
     pub(crate) fn new(parts: Vec<Part>, regressors: Vec<usize>) -> Self {
-        Self { theta: Vec::new(), filter: Vec::new(), held: None, held_shape: None, parts, regressors }
+        Self {
+            theta: Vec::new(),
+            filter: Vec::new(),
+            held: None,
+            held_shape: None,
+            levels: Vec::new(),
+            own: Vec::new(),
+            parts,
+            regressors,
+        }
     }
 
     pub(crate) fn index(&self, part: Part) -> Option<usize> {
@@ -110,7 +142,83 @@ impl Model {
 
     /// Numbers that are fitted to the densities: without the coefficients of regressors.
     pub(crate) fn parameters_beside_curves(&self) -> usize {
+        let levels =
+            self.levels.iter().filter(|level| self.index(level.part).is_some_and(|j| self.theta[j] > 0.0));
+        let of_runs = levels.map(|level| level.logs.len().saturating_sub(1)).sum::<usize>();
+        self.numbers() + of_runs + self.own.len()
+    }
+
+    /// Numbers of the model of all runs: without levels and terms of single runs.
+    pub(crate) fn numbers(&self) -> usize {
         self.parts.len() + self.filter.len() + self.shapes().len()
+    }
+
+    /// Whether a term differs from run to run.
+    pub(crate) fn level(&self, part: Part) -> Option<&Level> {
+        self.levels.iter().find(|level| level.part == part)
+    }
+
+    /// Squared coefficient of a part in one run.
+    pub(crate) fn theta_of(&self, part: usize, run: usize) -> f64 {
+        let name = self.parts[part];
+        if let Some(own) = self.own.iter().find(|own| own.run == run && own.part == name) {
+            return own.theta;
+        }
+        self.theta[part] * self.level(name).map_or(1.0, |level| level.logs[run].exp())
+    }
+
+    /// The model of one run.
+    pub(crate) fn of_run(&self, run: usize, regressors: &[usize]) -> Self {
+        Self {
+            theta: (0..self.parts.len()).map(|j| self.theta_of(j, run)).collect(),
+            regressors: regressors.to_vec(),
+            levels: Vec::new(),
+            own: Vec::new(),
+            held: None,
+            held_shape: None,
+            ..self.clone()
+        }
+    }
+
+    /// Spectra of all runs and their logarithmic derivatives, by levels and own terms too.
+    fn evaluate_runs(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let plain = self.numbers();
+        let of_levels: usize = self.levels.iter().map(|level| level.logs.len()).sum();
+        let count = if derivatives { plain + of_levels + self.own.len() } else { 0 };
+        let mut total = Vec::with_capacity(bins.len());
+        let mut columns = vec![vec![0.0; bins.len()]; count];
+        for (run, (own_bins, regressors)) in bins.runs.iter().enumerate() {
+            let model = self.of_run(run, regressors);
+            let (spectrum, slopes) = model.evaluate(own_bins, derivatives);
+            let at = total.len()..total.len() + spectrum.len();
+            total.extend(spectrum);
+            if !derivatives {
+                continue;
+            }
+            let mut level_at = plain;
+            let mut factors = vec![1.0; self.parts.len()];
+            for level in &self.levels {
+                if let Some(j) = self.index(level.part) {
+                    factors[j] = level.logs[run].exp();
+                    if !self.own.iter().any(|own| own.run == run && own.part == level.part) {
+                        let column = &mut columns[level_at + run][at.clone()];
+                        column.iter_mut().zip(&slopes[j]).for_each(|(c, s)| *c = model.theta[j] * s);
+                    }
+                }
+                level_at += level.logs.len();
+            }
+            for (k, own) in self.own.iter().enumerate().filter(|(_, own)| own.run == run) {
+                if let Some(j) = self.index(own.part) {
+                    factors[j] = 0.0;
+                    columns[plain + of_levels + k][at.clone()].copy_from_slice(&slopes[j]);
+                }
+            }
+            for (k, slope) in slopes.iter().enumerate() {
+                let factor = factors.get(k).copied().unwrap_or(1.0);
+                columns[k][at.clone()].iter_mut().zip(slope).for_each(|(c, s)| *c = factor * s);
+            }
+        }
+        (total, columns)
     }
 
     /// |H|² at the low bins and at the points of the others; None without a filter.
@@ -133,6 +241,9 @@ impl Model {
 
     /// |H|² as means over all bins.
     pub(crate) fn response_means(&self, bins: &Bins) -> Vec<f64> {
+        if !bins.runs.is_empty() {
+            return bins.runs.iter().flat_map(|(own, _)| self.response_means(own)).collect();
+        }
         match self.response(bins) {
             None => vec![1.0; bins.len()],
             Some((low, high)) => bins.response_means(&low, &high),
@@ -153,6 +264,9 @@ impl Model {
 
     /// Expected densities, and (if asked for) their logarithmic derivatives by theta, filter and shapes.
     pub(crate) fn evaluate(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+        if !bins.runs.is_empty() {
+            return self.evaluate_runs(bins, derivatives);
+        }
         if bins.leaks() {
             return self.evaluate_masked(bins, derivatives);
         }
@@ -287,7 +401,7 @@ impl Model {
         const HEAVIEST: f64 = 10.0;
         const LEAST: f64 = 0.05; // of the usual density: what a bin weighs at most
         let n = self.parts.len();
-        let powers = bins.powers(&bins.residual_power(&bins.products(&[]), &[]));
+        let powers = bins.plain_powers();
         let usual = bins.scale;
         let columns: Vec<Vec<f64>> = self.parts.iter().map(|&part| bins.unit(part)).collect();
         let weights: Vec<f64> = (0..bins.len())
@@ -324,12 +438,12 @@ impl Model {
         bins: &Bins,
         steps: usize,
         tolerance: f64,
-        products: Option<Arc<Products>>,
+        products: Option<Arc<Vec<Products>>>,
     ) -> Fit {
         if self.theta.len() != self.parts.len() {
             self.start(bins);
         }
-        let products = products.unwrap_or_else(|| Arc::new(bins.products(&self.regressors)));
+        let products = products.unwrap_or_else(|| Arc::new(bins.products_of(&self.regressors)));
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
         let (spectrum, mut slopes) = self.evaluate(bins, true);
         let mut fit = Fit::of(self, spectrum, bins, products, &weights);
@@ -367,6 +481,13 @@ impl Model {
         }
         for (a, d) in model.filter.iter_mut().zip(&step[n..]) {
             *a += length * d;
+        }
+        let mut rest = step[n + self.filter.len() + self.shapes().len()..].iter();
+        for (log, d) in model.levels.iter_mut().flat_map(|level| level.logs.iter_mut()).zip(&mut rest) {
+            *log += length * d;
+        }
+        for (own, d) in model.own.iter_mut().zip(rest) {
+            own.theta = (own.theta + length * d).max(0.0);
         }
         let (duration, tau0) = (bins.record.duration(), bins.record.tau0);
         for ((j, shape), d) in self.shapes().into_iter().zip(&step[n + self.filter.len()..]) {
@@ -426,13 +547,20 @@ fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
 }
 
 impl Fit {
-    fn of(model: Model, spectrum: Vec<f64>, bins: &Bins, products: Arc<Products>, weights: &[f64]) -> Self {
-        let quantization = model.index(Part::Quantization).map_or(0.0, |j| model.theta[j]);
-        let found = regress(&products, &spectrum, quantization);
-        let powers = bins.powers(&bins.residual_power(&products, &found.beta));
+    fn of(
+        model: Model,
+        spectrum: Vec<f64>,
+        bins: &Bins,
+        products: Arc<Vec<Products>>,
+        weights: &[f64],
+    ) -> Self {
+        let (found, powers) = regressed(&model, &spectrum, bins, &products);
         let mut deviance = found.restricted + found.squares_of_ends;
         for ((s, i), nu) in spectrum.iter().zip(&powers).zip(weights) {
             deviance += nu * (s.ln() + i / s);
+        }
+        for level in &model.levels {
+            deviance += level.logs.iter().map(|x| (x / level.spread).powi(2)).sum::<f64>();
         }
         Self {
             model,
@@ -454,19 +582,24 @@ impl Fit {
     }
 
     fn step(&self, slopes: &[Vec<f64>], weights: &[f64], bins: &Bins) -> Vec<f64> {
-        let information = information(slopes, weights);
+        let information = self.with_levels(information(slopes, weights));
         let excess = self.excess();
         let mut pull: Vec<f64> = excess.iter().zip(weights).map(|(e, nu)| 0.5 * nu * e).collect();
         pull.iter_mut().zip(&self.leverage).for_each(|(p, h)| *p += 0.5 * h);
         let mut gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
-        if let Some(j) = self.model.index(Part::Quantization) {
-            gradient[j] += self.slope_of_ends;
-        }
         let (n, q) = (self.model.parts.len(), self.model.filter.len());
         let shapes = self.model.shapes();
+        let first = n + q + shapes.len();
+        let levels: Vec<(f64, f64)> = self.levels().collect();
+        for (g, (log, weight)) in gradient[first..].iter_mut().zip(&levels) {
+            *g -= log * weight;
+        }
+        self.add_ends(&mut gradient, first);
         let mut least: Vec<f64> = self.model.theta.iter().map(|t| -t).collect();
         least.extend(vec![-FILTER_STEP; q]);
         least.extend(vec![-SHAPE_STEP; shapes.len()]);
+        least.extend(vec![-LEVEL_STEP; levels.len()]);
+        least.extend(self.model.own.iter().map(|own| -own.theta));
         let mut held = vec![false; least.len()];
         if let Some(j) = self.model.held {
             held[j] = true;
@@ -477,15 +610,51 @@ impl Fit {
         debug_assert!(q <= MOST_FILTER && bins.len() == excess.len());
         let mut step = bounded_step(&information, &gradient, &least, &held);
         step[n..n + q].iter_mut().for_each(|d| *d = d.clamp(-FILTER_STEP, FILTER_STEP));
-        step[n + q..].iter_mut().for_each(|d| *d = d.clamp(-SHAPE_STEP, SHAPE_STEP));
+        step[n + q..first].iter_mut().for_each(|d| *d = d.clamp(-SHAPE_STEP, SHAPE_STEP));
+        step[first..first + levels.len()].iter_mut().for_each(|d| *d = d.clamp(-LEVEL_STEP, LEVEL_STEP));
         step
     }
 
-    /// Fisher information of theta, filter and shapes, and the slopes it is made of.
+    /// Levels of terms in the runs, each with the information that its law has.
+    fn levels(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.model.levels.iter().flat_map(|level| level.logs.iter().map(|x| (*x, level.spread.powi(-2))))
+    }
+
+    /// With the information of the laws of the levels.
+    pub(crate) fn with_levels(&self, mut information: Symmetric) -> Symmetric {
+        let first = information.order - self.model.own.len() - self.levels().count();
+        for (k, (_, weight)) in self.levels().enumerate() {
+            information.set(first + k, first + k, information.get(first + k, first + k) + weight);
+        }
+        information
+    }
+
+    /// Adds the slopes by Q² of the end values of the angle.
+    fn add_ends(&self, gradient: &mut [f64], first: usize) {
+        let Some(j) = self.model.index(Part::Quantization) else { return };
+        let own = |run: usize| {
+            self.model.own.iter().position(|own| own.run == run && own.part == Part::Quantization)
+        };
+        let before = |level: &&Level| level.part != Part::Quantization;
+        let level_at =
+            first + self.model.levels.iter().take_while(before).map(|l| l.logs.len()).sum::<usize>();
+        for (run, slope) in self.slope_of_ends.iter().enumerate() {
+            if let Some(k) = own(run) {
+                gradient[first + self.levels().count() + k] += slope;
+            } else if let Some(level) = self.model.level(Part::Quantization) {
+                gradient[j] += slope * level.logs[run].exp();
+                gradient[level_at + run] += slope * self.model.theta_of(j, run);
+            } else {
+                gradient[j] += slope;
+            }
+        }
+    }
+
+    /// Fisher information of theta, filter and shapes, of levels and own terms, and the slopes it is made of.
     pub(crate) fn information(&self, bins: &Bins) -> (Symmetric, Vec<Vec<f64>>) {
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
         let slopes = self.model.evaluate(bins, true).1;
-        (information(&slopes, &weights), slopes)
+        (self.with_levels(information(&slopes, &weights)), slopes)
     }
 
     /// The deviance without one part, and that fit.
@@ -507,6 +676,38 @@ fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
     found
 }
 
+/// The regressors of all runs, and the powers without them.
+fn regressed(model: &Model, spectrum: &[f64], bins: &Bins, products: &[Products]) -> (Regressed, Vec<f64>) {
+    let quantization = model.index(Part::Quantization);
+    if bins.runs.is_empty() {
+        let found = regress(&products[0], spectrum, quantization.map_or(0.0, |j| model.theta[j]));
+        let powers = bins.powers(&bins.residual_power(&products[0], &found.beta));
+        return (found, powers);
+    }
+    let (mut all, mut powers): (Option<Regressed>, Vec<f64>) = (None, Vec::with_capacity(bins.len()));
+    for (run, ((own, _), products)) in bins.runs.iter().zip(products).enumerate() {
+        let at = powers.len();
+        let found = regress(
+            products,
+            &spectrum[at..at + own.len()],
+            quantization.map_or(0.0, |j| model.theta_of(j, run)),
+        );
+        powers.extend(own.powers(&own.residual_power(products, &found.beta)));
+        let mut leverage = found.leverage.clone();
+        leverage.resize(own.len(), 0.0);
+        match &mut all {
+            None => all = Some(Regressed { leverage, ..found }),
+            Some(all) => {
+                all.restricted += found.restricted;
+                all.squares_of_ends += found.squares_of_ends;
+                all.leverage.extend(leverage);
+                all.slope_of_ends.extend(found.slope_of_ends);
+            }
+        }
+    }
+    (all.unwrap_or_else(|| regress(&products[0], spectrum, 0.0)), powers)
+}
+
 struct Regressed {
     beta: Vec<f64>,
     covariance: Symmetric,
@@ -515,7 +716,8 @@ struct Regressed {
     /// Squares of the end values over their variance.
     squares_of_ends: f64,
     leverage: Vec<f64>,
-    slope_of_ends: f64,
+    /// Of each run.
+    slope_of_ends: Vec<f64>,
 }
 
 /// Weighted least squares for the regressors, given the density; the end values of the angle are random with the variance
@@ -554,7 +756,7 @@ fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regresse
     let taken = |(bin, (_, own)): (usize, (&[f64], &[f64]))| dot(&covariance.at, own) / spectrum[bin];
     let leverage = bins.enumerate().map(taken).collect();
     let restricted = squares.log_determinant();
-    Regressed { beta, covariance, restricted, squares_of_ends, leverage, slope_of_ends }
+    Regressed { beta, covariance, restricted, squares_of_ends, leverage, slope_of_ends: vec![slope_of_ends] }
 }
 
 impl Model {

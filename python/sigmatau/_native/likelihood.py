@@ -231,8 +231,9 @@ class Level:
 class Other:
     """What one run says for itself."""
 
-    # of each common term: squared coefficient of this run alone, its standard error, fall of the deviance by it
-    terms: dict[str, tuple[float, float, float]]
+    # of each common term: squared coefficient of this run alone, its standard error, that of the other runs, fall of the
+    # deviance
+    terms: dict[str, tuple[float, float, float, float]]
     all: tuple[float, int]  # fall of the deviance if all that is common is of this run alone, number of parameters
 
 

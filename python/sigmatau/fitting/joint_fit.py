@@ -46,7 +46,7 @@ class RunOfJoint:
     cause : str
         Where the run differs most: a term, or ``"all"``: the shape of the spectrum, with its filter.
     factor : float or None
-        The coefficient of `cause` over that of all runs.
+        The coefficient of `cause` over that of the other runs; None if they do not show it.
     """
 
     name: str
@@ -72,10 +72,13 @@ class RunOfJoint:
 
     def text(self, quantity: str) -> str:
         """In words why a run does not belong."""
-        if self.factor is None or self.cause not in TERMS:
+        if self.cause in TERMS and self.factor is None:
+            label = TERMS[self.cause].label(quantity)
+            return f"{self.name}: {label}, which the other runs do not show, p = {self.p_value:.1g}"
+        if self.cause not in TERMS or self.factor is None:
             return f"{self.name}: its spectrum differs from that of the other runs, p = {self.p_value:.1g}"
         label = TERMS[self.cause].label(quantity)
-        return f"{self.name}: {label} {two_digits(self.factor)} times that of all runs, p = {self.p_value:.1g}"
+        return f"{self.name}: {label} {two_digits(self.factor)} times that of the other runs, p = {self.p_value:.1g}"
 
 
 @frozen(eq=False)

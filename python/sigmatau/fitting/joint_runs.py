@@ -13,6 +13,7 @@ from sigmatau.fitting.joint_fit import RunOfJoint, Spread
 from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit, Sinusoid
 
 _BISECTIONS = 60
+_EXPLAINS = 0.5  # share of what a spectrum of its own gains, from which one term is the reason
 _LEAST_RUNS = 4  # with which a level is compared with those of the others
 _RAMP = 3.3  # standard errors from which the mean ramp counts, as in one run
 
@@ -41,7 +42,9 @@ def of_run(found: Joint, k: int, name: str, alone: NoiseFit, fitted: NoiseFit, *
         values[term] = Interval(value=value, low=value / factor, high=value * factor, unit=fitted[term].unit)
         if len(one.runs) >= _LEAST_RUNS:
             tests[term] = _among_others(one, k)
-    for term, (theta, error, fall) in found.others[k].terms.items():
+    falls = {}
+    for term, (theta, error, _, fall) in found.others[k].terms.items():
+        falls[term] = fall
         tests[term] = float(chi2_above(1, fall))
         high = math.sqrt(theta + quantile * error)
         low = math.sqrt(max(theta - quantile * error, 0.0))
@@ -51,6 +54,8 @@ def of_run(found: Joint, k: int, name: str, alone: NoiseFit, fitted: NoiseFit, *
         tests["all"] = float(chi2_above(count, fall))
     cause = min(tests, key=tests.__getitem__, default="all")
     p_value = min(len(tests) * len(found.others) * tests.get(cause, 1.0), 1.0)
+    if cause == "all" and falls and (most := max(falls, key=falls.__getitem__)) and falls[most] > _EXPLAINS * fall:
+        cause = most
     return RunOfJoint(
         name=name, fit=alone, values=values, own=own, p_value=p_value, cause=cause, factor=_factor(found, k, cause)
     )
@@ -90,12 +95,12 @@ def _mean(values: np.ndarray, variances: np.ndarray) -> tuple[float, float, floa
 
 
 def _factor(found: Joint, k: int, cause: str) -> float | None:
-    """Coefficient of a run over that of all runs."""
-    reduced = found.outcome.reduced.get(cause, 0.0) or getattr(found.outcome.terms.get(cause), "value", 0.0)
+    """Coefficient of a run over that of the others."""
+    reduced = found.outcome.reduced.get(cause, 0.0)
     if cause in found.levels:
         own = found.levels[cause].runs[k][0]
     elif cause in found.others[k].terms:
-        own = found.others[k].terms[cause][0]
+        own, _, reduced, _ = found.others[k].terms[cause]
     else:
         return None
     return math.sqrt(own / reduced) if reduced > 0 else None

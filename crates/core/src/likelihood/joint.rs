@@ -26,7 +26,7 @@ const RAMPS: f64 = 1e-3;
 const LEAST_OWN: f64 = 0.1;
 
 /// Standard error of the logarithm of a squared coefficient in a run from which the run does not show it.
-const WEAK: f64 = 0.7;
+const WEAK: f64 = 0.35;
 
 const STEPS: usize = 40;
 
@@ -52,9 +52,9 @@ pub struct Level {
 /// What one run says for itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Other {
-    /// For each of the four terms that is common: squared coefficient of this run alone, beside the common ones of the
-    /// other runs, and the fall of the deviance by it.
-    pub terms: [Option<(f64, f64, f64)>; 4],
+    /// For each of the four terms that is common: squared coefficient of this run alone with its standard error, that of the
+    /// other runs, and the fall of the deviance.
+    pub terms: [Option<[f64; 4]>; 4],
     /// Fall of the deviance if all that is common is of this run alone, and the number of parameters.
     pub all: (f64, usize),
 }
@@ -254,12 +254,12 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
 fn other(fit: &Fit, bins: &Bins, run: usize, common: Common) -> Other {
     let terms = [0, 1, 2, 3].map(|k| {
         let part = TERMS[k];
-        fit.model.index(part).filter(|_| common[k]).map(|_| {
+        fit.model.index(part).filter(|_| common[k]).map(|j| {
             let alone = with_own(fit, bins, &[run], part);
             let own = alone.model.own[0].theta;
             let covariance = alone.information(bins).0.pseudo_inverse();
             let error = covariance.get(covariance.order - 1, covariance.order - 1).max(0.0).sqrt();
-            (own, error, (fit.deviance - alone.deviance).max(0.0))
+            [own, error, alone.model.theta[j], (fit.deviance - alone.deviance).max(0.0)]
         })
     });
     Other { terms, all: all_its_own(fit, bins, run) }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, get_args
 
@@ -18,7 +18,7 @@ from sigmatau.fitting import likelihood
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.joint_fit import JointChannel, JointFit
+from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint
 from sigmatau.fitting.joint_runs import lines_of, of_run, ramp_of_runs, spreads_of
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of, usable
@@ -35,6 +35,7 @@ times the error of one day."""
 MOST_RUNS = 100
 """Runs of one fit: its work grows with the square of their number."""
 
+_LEAST_JUDGED = 2  # runs that are left: of two, neither is the one that differs
 _SAME_RATE = 0.01  # relative difference of sample intervals: one filter describes all runs
 
 
@@ -255,16 +256,20 @@ def join(
     _refuse(runs, channel)
     given = wanted_terms(terms)
     wanted = given & set(LINEAR)
-    found = native.analyse_jointly(
-        [run.summary for run in runs],
-        regressors=[run.curves for run in runs],
-        terms=wanted,
-        common=common,
-        processes=processes is None,
-        drifts="rate_ramp" in given,
-        times=processes or (),
-        level=level,
-    )
+
+    def jointly(which: Sequence[int]) -> native.Joint:
+        return native.analyse_jointly(
+            [runs[k].summary for k in which],
+            regressors=[runs[k].curves for k in which],
+            terms=wanted,
+            common=common,
+            processes=processes is None,
+            drifts="rate_ramp" in given,
+            times=processes or (),
+            level=level,
+        )
+
+    found = jointly(range(len(runs)))
     longest = max(range(len(runs)), key=lambda k: (runs[k].summary.duration, -k))
     outcome = replace(found.outcome, bins=found.outcome.bins[: found.bin_counts[longest]])
     fitted = likelihood.stated(
@@ -289,8 +294,29 @@ def join(
         common=tuple(name for name in LINEAR if name in wanted and name not in found.levels),
         spreads=spreads_of(found),
         homogeneity=_homogeneity(found, fitted),
-        runs=tuple(of_run(found, k, run.name, run.fit, fitted, level=level) for k, run in enumerate(runs)),
+        runs=_judged(runs, found, jointly, fitted, level),
     )
+
+
+def _judged(
+    runs: Sequence[Run],
+    found: native.Joint,
+    jointly: Callable[[Sequence[int]], native.Joint],
+    fitted: NoiseFit,
+    level: float,
+) -> tuple[RunOfJoint, ...]:
+    """What is said of each run: the one that belongs least is judged first, and the others without it."""
+    judged: dict[int, RunOfJoint] = {}
+    left = list(range(len(runs)))
+    while True:
+        here = {k: of_run(found, at, runs[k].name, runs[k].fit, fitted, level=level) for at, k in enumerate(left)}
+        worst = min(left, key=lambda k: here[k].p_value)
+        if here[worst].belongs or len(left) <= _LEAST_JUDGED:
+            judged |= here
+            return tuple(judged[k] for k in range(len(runs)))
+        judged[worst] = here[worst]
+        left.remove(worst)
+        found = jointly(left)
 
 
 def _homogeneity(found: native.Joint, fitted: NoiseFit) -> Mapping[str, float]:

@@ -22,7 +22,7 @@ from studies.likelihood import _above, _below, _origin
 from studies.runner import run, seed_of
 
 RATE, N = 10.0, 1 << 14  # Hz, samples of a run
-SETS, PARTS = 200, 4  # sets of runs in a cell, parts that are computed by themselves
+SETS, PARTS = 120, 4  # sets of runs in a cell, parts that are computed by themselves
 LETTERS = {"quantization": "Q", "random_walk": "N", "bias_instability": "B", "rate_random_walk": "K", "rate_ramp": "R"}
 ALPHA = 0.01
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from sigmatau.cli.analyze import Outputs
 
 _SEVERAL = 2
+NOT_AT_REST = 5
 
 
 def terms_of(text: str | None) -> tuple[str, ...]:
@@ -100,7 +101,7 @@ def joint_command(
     for line in wrapped(finding_lines(found.analysis.findings)):
         say(line, quiet=quiet)
     exports.write(found.analysis, result=outputs.files["json"], quiet=quiet)
-    return next((code for code in (2, 1, 5, 4) if code in codes), 0)
+    return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)
 
 
 def _analysed(
@@ -113,9 +114,11 @@ def _analysed(
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
         told = []
         for k, log in enumerate(logs, 1):
+            code = 1  # of an error
             try:
                 record = read_log(log, reading, quiet=True)
                 analysis = analyze(record, **settings)
+                code = exit_code(analysis.findings) or 1
                 codes.add(exit_code(analysis.findings))
                 told += [
                     f"{log}: {finding}"
@@ -126,7 +129,7 @@ def _analysed(
             except OptionError:
                 raise  # an option that is wrong is wrong for all logs
             except (DataError, ImportError) as error:
-                codes.add(1 if not str(error).endswith("not in the joint fit") else 5)
+                codes.add(code if code == NOT_AT_REST else 1)
                 sys.stderr.write(f"sigmatau: {error}\n")
             done(k / len(logs))
     for line in told:

@@ -221,10 +221,10 @@ def run_of(
     stream = record.stream_of(channel)
     if not usable(stream, channel):
         raise DataError(
-            f"{name}: channel {channel!r} has too few samples for a joint fit ({stream.grid.n}); leave the run out"
+            f"{name}: channel {channel!r} has too few samples for a joint fit: {stream.grid.n}"
         )
     if never_changes(stream, channel):
-        raise DataError(f"{name}: channel {channel!r} never changes; leave the run or the channel out")
+        raise DataError(f"{name}: channel {channel!r} never changes")
     if fit is None or fit.method != "likelihood":
         wanted = None if terms is None else list(terms)
         fit = fit_channel(record, channel, terms=wanted, processes=processes, level=level)

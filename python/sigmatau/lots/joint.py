@@ -174,6 +174,7 @@ def fit_analysed(
         raise OptionError(f"{{option}} needs at least two {what} that can be used", option="joint")
     names = [record.name for record in records]
     source = Provenance(
+        path=names[0] if len(names) == 1 else f"{names[0]} … {names[-1]} ({len(names)} logs)",
         format="joint",
         rows=sum(record.analysis.source.rows for record in records),
         conversions=(f"joint fit of {len(names)} records: {', '.join(names)}",),

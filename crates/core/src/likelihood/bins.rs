@@ -20,6 +20,9 @@ const MODE_POINTS: usize = 4;
 const LEAST_SHARE: f64 = 0.15;
 pub(crate) const LEAST_COUNT: f64 = 2.0;
 
+/// Lowest bins of a run, from which slow regressors take most.
+const LOWEST: usize = 4;
+
 /// Half a bin of width more, for every stretch of a bin: the law of the mean of overlapping, tapered densities.
 const EDGE: f64 = 0.5;
 
@@ -495,6 +498,13 @@ impl<'a> Bins<'a> {
             }
         }
         found
+    }
+
+    /// Share of the degrees of freedom that a discrepancy leaves of the lowest bins of a run, which begin at `first`.
+    pub(crate) fn left_of(&self, first: usize, low: usize) -> f64 {
+        let lowest = first..first + low.min(LOWEST);
+        let weights: f64 = lowest.clone().map(|bin| self.weight(bin)).sum();
+        weights / lowest.map(|bin| self.freedom[bin]).sum::<f64>()
     }
 
     /// The sums that a model with these regressors needs.

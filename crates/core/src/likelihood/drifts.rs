@@ -60,7 +60,7 @@ pub(crate) fn drift(fit: &Fit, regressor: usize) -> Drift {
     }
 }
 
-pub(crate) fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
+fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
     let mut model = fit.model.clone();
     model.regressors.push(regressor);
     model.fit(bins)
@@ -137,7 +137,7 @@ fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
 }
 
 /// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
-pub(crate) fn gain_of(fit: &Fit, next: &Fit) -> f64 {
+fn gain_of(fit: &Fit, next: &Fit) -> f64 {
     (fit.deviance - fit.restricted) - (next.deviance - next.restricted)
 }
 

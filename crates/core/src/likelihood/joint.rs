@@ -4,7 +4,7 @@ use crate::likelihood::adequacy::adequacy;
 use crate::likelihood::analysis::{Tails, fitted, inferred, outcome};
 use crate::likelihood::band::{Attempt, allowed, attempt, wanted_terms};
 use crate::likelihood::bins::{Bins, TERMS, median};
-use crate::likelihood::drifts::{Drifts, RAMP_AT, gain_of, with_regressor};
+use crate::likelihood::drifts::{Drifts, RAMP_AT};
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::model::{Fit, Level as Levels, Model, Own, TOLERANCE};
@@ -20,7 +20,7 @@ const LEAST_SPREAD: f64 = 1e-4;
 
 /// P-value of the gain by ramps in all runs below which all runs have one: smaller than each shows, they add up to what looks
 /// like a rate random walk.
-const RAMPS: f64 = 1e-3;
+const RAMPS: f64 = 0.01;
 
 /// Share of the variance of a level that the errors of other parameters leave, at least.
 const LEAST_OWN: f64 = 0.1;
@@ -97,15 +97,10 @@ pub fn analyse_jointly(
         .enumerate()
         .map(|(run, one)| up_to(one, records[run], highest, &options_of(run)))
         .collect();
-    let (runs, ramps) = with_ramps(singles, options.drifts);
-    // The longest run first: its length limits correlation times.
-    let mut order: Vec<usize> = (0..records.len()).collect();
-    order.sort_by(|&a, &b| records[b].duration().total_cmp(&records[a].duration()));
-    let mut place = vec![0; order.len()];
-    order.iter().enumerate().for_each(|(at, &run)| place[run] = at);
-    let mut taken: Vec<Option<(Bins, Vec<usize>)>> = runs.into_iter().map(Some).collect();
+    let (order, place) = longest_first(records);
+    let mut taken: Vec<Option<(Bins, Vec<usize>)>> =
+        singles.into_iter().map(|one| Some((one.bins, one.fit.model.regressors))).collect();
     let runs: Vec<(Bins, Vec<usize>)> = order.iter().filter_map(|&run| taken[run].take()).collect();
-    let bins = Bins::joined(runs);
     let wanted = records
         .iter()
         .map(|record| wanted_terms(record, options))
@@ -115,6 +110,7 @@ pub fn analyse_jointly(
     let mut model = Model::new(parts, Vec::new());
     let free = |part: Part| Levels { part, logs: vec![0.0; records.len()], spread: FREE };
     model.levels = (0..4).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
+    let (bins, ramps) = with_ramps(runs, &model, options.drifts);
     let mut allow = allowed(records[0], options);
     allow.quantization &= wanted[0];
     let mut free_fit = select(model.fit(&bins), &bins, allow);
@@ -161,24 +157,33 @@ fn up_to<'a>(one: Attempt<'a>, record: &'a Summary, highest: Option<f64>, option
     attempt(record, mask, one.lines, &regressors, options, highest)
 }
 
-/// The bins of the runs with the regressors of each. All have a ramp if the ramps of those that show none add up.
-fn with_ramps(singles: Vec<Attempt>, wanted: bool) -> (Vec<(Bins, Vec<usize>)>, bool) {
-    let without: Vec<usize> =
-        (0..singles.len()).filter(|&run| !singles[run].fit.model.regressors.contains(&RAMP_AT)).collect();
-    let gain = |&run: &usize| {
-        let Attempt { fit, bins, .. } = &singles[run];
-        gain_of(fit, &with_regressor(fit, bins, RAMP_AT)).max(0.0)
-    };
-    let gains: f64 = if wanted { without.par_iter().map(gain).sum() } else { 0.0 };
-    let ramps = !without.is_empty() && chi2_above(gains, without.len() as f64) < RAMPS;
-    let runs = singles.into_iter().map(|one| {
-        let mut used = one.fit.model.regressors;
-        if ramps && !used.contains(&RAMP_AT) {
-            used.push(RAMP_AT);
-        }
-        (one.bins, used)
-    });
-    (runs.collect(), ramps)
+/// The runs in the order of their lengths, the longest one first, because it limits correlation times; and the place of each.
+fn longest_first(records: &[&Summary]) -> (Vec<usize>, Vec<usize>) {
+    let mut order: Vec<usize> = (0..records.len()).collect();
+    order.sort_by(|&a, &b| records[b].duration().total_cmp(&records[a].duration()));
+    let mut place = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(at, &run)| place[run] = at);
+    (order, place)
+}
+
+/// The bins of the runs. All have a ramp if the ramps add up to more than chance: the sum of their squares over their
+/// variances, with the noise of a fit that has them. A rate random walk that is fitted without them stands for them.
+fn with_ramps<'a>(runs: Vec<(Bins<'a>, Vec<usize>)>, model: &Model, wanted: bool) -> (Bins<'a>, bool) {
+    let mut with = runs.clone();
+    let mut more = 0;
+    for (_, used) in with.iter_mut().filter(|(_, used)| !used.contains(&RAMP_AT)) {
+        used.push(RAMP_AT);
+        more += 1;
+    }
+    let without = Bins::joined(runs);
+    if !wanted || more == 0 {
+        return (without, more == 0);
+    }
+    let with = Bins::joined(with);
+    let found = model.clone().fit(&with);
+    let plain = found.model.clone().at(&without);
+    let gain = (plain.deviance - plain.restricted) - (found.deviance - found.restricted);
+    if chi2_above(gain, f64::from(more)) < RAMPS { (with, true) } else { (without, false) }
 }
 
 /// Whether most runs do not show a term, so that they do not tell how it differs from run to run.

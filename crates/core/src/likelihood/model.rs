@@ -427,6 +427,11 @@ impl Model {
         self.fit_within(bins, STEPS, TOLERANCE, None)
     }
 
+    /// The model as it is, without a step.
+    pub(crate) fn at(self, bins: &Bins) -> Fit {
+        self.fit_within(bins, 0, TOLERANCE, None)
+    }
+
     /// The fit from a neighbour with the same regressors.
     pub(crate) fn refit(self, bins: &Bins, steps: usize, tolerance: f64, from: &Fit) -> Fit {
         let products = (from.model.regressors == self.regressors).then(|| from.products.clone());
@@ -695,10 +700,14 @@ fn regressed(model: &Model, spectrum: &[f64], bins: &Bins, products: &[Products]
         powers.extend(own.powers(&own.residual_power(products, &found.beta)));
         let mut leverage = found.leverage.clone();
         leverage.resize(own.len(), 0.0);
+        // Where a discrepancy limits the lowest bins, regressors take from what is left of them.
+        let share = if products.ends.contains(&false) { bins.left_of(at, own.low) } else { 1.0 };
+        leverage.iter_mut().for_each(|h| *h *= share);
+        let restricted = share * found.restricted;
         match &mut all {
-            None => all = Some(Regressed { leverage, ..found }),
+            None => all = Some(Regressed { leverage, restricted, ..found }),
             Some(all) => {
-                all.restricted += found.restricted;
+                all.restricted += restricted;
                 all.squares_of_ends += found.squares_of_ends;
                 all.leverage.extend(leverage);
                 all.slope_of_ends.extend(found.slope_of_ends);

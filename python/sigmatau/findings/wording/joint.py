@@ -30,7 +30,7 @@ def _runs_differ(_: Finding, d: kinds.RunsDiffer) -> Words:
 
 
 def _run_left_out(_: Finding, d: kinds.RunLeftOut) -> Words:
-    return Words(f"{d.run} is not in the joint fit: {d.reason}", "Correct the log, or leave it out")
+    return Words(f"{d.run} is not in the joint fit: {d.reason}", "Correct the log, or name the logs without it")
 
 
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {

@@ -21,6 +21,7 @@ mod model;
 mod outcome;
 mod pass;
 mod profile;
+mod runs;
 mod select;
 
 pub use analysis::analyse;

@@ -180,7 +180,18 @@ pub fn likelihood_jointly<'py>(
     let levels: Vec<_> = found.levels.iter().map(|l| (l.term, l.spread, l.p_value, l.runs.clone())).collect();
     result.set_item("levels", levels)?;
     result.set_item("homogeneity", found.homogeneity.to_vec())?;
-    let others: Vec<_> = found.others.iter().map(|o| (o.terms.map(|own| own.map(|[theta, error, others, fall]| (theta, error, others, fall))).to_vec(), o.all)).collect();
+    let others: Vec<_> = found
+        .others
+        .iter()
+        .map(|o| {
+            (
+                o.terms
+                    .map(|own| own.map(|[theta, error, others, fall]| (theta, error, others, fall)))
+                    .to_vec(),
+                o.all,
+            )
+        })
+        .collect();
     result.set_item("others", others)?;
     result.set_item("bin_counts", found.bins)?;
     Ok(result)

@@ -7,9 +7,10 @@ use crate::likelihood::bins::{Bins, TERMS, median};
 use crate::likelihood::drifts::{Drifts, RAMP_AT};
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_above;
-use crate::likelihood::model::{Fit, Level as Levels, Model, Own, TOLERANCE};
+use crate::likelihood::model::{Fit, Model, TOLERANCE};
 use crate::likelihood::outcome::{Drift, Options, Outcome};
 use crate::likelihood::pass::Summary;
+use crate::likelihood::runs::{Level as Levels, Own};
 use crate::likelihood::select::select;
 use rayon::prelude::*;
 
@@ -115,7 +116,8 @@ pub fn analyse_jointly(
     allow.quantization &= wanted[0];
     let mut free_fit = select(model.fit(&bins), &bins, allow);
     let (levels, _) = levels_of(&free_fit, &bins, &place);
-    let weak: Vec<Part> = levels.iter().filter(|level| is_weak(level)).map(|level| TERMS[level.term]).collect();
+    let weak: Vec<Part> =
+        levels.iter().filter(|level| is_weak(level)).map(|level| TERMS[level.term]).collect();
     if !weak.is_empty() {
         let mut model = free_fit.model.clone();
         model.levels.retain(|level| !weak.contains(&level.part));

@@ -3,6 +3,7 @@
 use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
+use crate::likelihood::runs::{Level, Own, regressed};
 use std::sync::Arc;
 
 const STEPS: usize = 40;
@@ -31,23 +32,6 @@ pub(crate) enum Shape {
     Time,
     Frequency,
     Width,
-}
-
-/// Levels of a term in several runs: logarithms of its squared coefficient over the common one, which are normal deviates
-/// with the standard deviation `spread`.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Level {
-    pub part: Part,
-    pub logs: Vec<f64>,
-    pub spread: f64,
-}
-
-/// A term that one run has for itself, in the place of the common one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Own {
-    pub run: usize,
-    pub part: Part,
-    pub theta: f64,
 }
 
 /// Parts with their parameters, and a filter that acts on all but quantization noise.
@@ -84,7 +68,7 @@ pub(crate) struct Fit {
     /// Degrees of freedom that the regressors take from each bin.
     pub leverage: Vec<f64>,
     /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is; of each run.
-    slope_of_ends: Vec<f64>,
+    pub slope_of_ends: Vec<f64>,
     /// Of this set of regressors; shared by the fits that follow.
     products: Arc<Vec<Products>>,
 }
@@ -151,74 +135,6 @@ impl Model {
     /// Numbers of the model of all runs: without levels and terms of single runs.
     pub(crate) fn numbers(&self) -> usize {
         self.parts.len() + self.filter.len() + self.shapes().len()
-    }
-
-    /// Whether a term differs from run to run.
-    pub(crate) fn level(&self, part: Part) -> Option<&Level> {
-        self.levels.iter().find(|level| level.part == part)
-    }
-
-    /// Squared coefficient of a part in one run.
-    pub(crate) fn theta_of(&self, part: usize, run: usize) -> f64 {
-        let name = self.parts[part];
-        if let Some(own) = self.own.iter().find(|own| own.run == run && own.part == name) {
-            return own.theta;
-        }
-        self.theta[part] * self.level(name).map_or(1.0, |level| level.logs[run].exp())
-    }
-
-    /// The model of one run.
-    pub(crate) fn of_run(&self, run: usize, regressors: &[usize]) -> Self {
-        Self {
-            theta: (0..self.parts.len()).map(|j| self.theta_of(j, run)).collect(),
-            regressors: regressors.to_vec(),
-            levels: Vec::new(),
-            own: Vec::new(),
-            held: None,
-            held_shape: None,
-            ..self.clone()
-        }
-    }
-
-    /// Spectra of all runs and their logarithmic derivatives, by levels and own terms too.
-    fn evaluate_runs(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let plain = self.numbers();
-        let of_levels: usize = self.levels.iter().map(|level| level.logs.len()).sum();
-        let count = if derivatives { plain + of_levels + self.own.len() } else { 0 };
-        let mut total = Vec::with_capacity(bins.len());
-        let mut columns = vec![vec![0.0; bins.len()]; count];
-        for (run, (own_bins, regressors)) in bins.runs.iter().enumerate() {
-            let model = self.of_run(run, regressors);
-            let (spectrum, slopes) = model.evaluate(own_bins, derivatives);
-            let at = total.len()..total.len() + spectrum.len();
-            total.extend(spectrum);
-            if !derivatives {
-                continue;
-            }
-            let mut level_at = plain;
-            let mut factors = vec![1.0; self.parts.len()];
-            for level in &self.levels {
-                if let Some(j) = self.index(level.part) {
-                    factors[j] = level.logs[run].exp();
-                    if !self.own.iter().any(|own| own.run == run && own.part == level.part) {
-                        let column = &mut columns[level_at + run][at.clone()];
-                        column.iter_mut().zip(&slopes[j]).for_each(|(c, s)| *c = model.theta[j] * s);
-                    }
-                }
-                level_at += level.logs.len();
-            }
-            for (k, own) in self.own.iter().enumerate().filter(|(_, own)| own.run == run) {
-                if let Some(j) = self.index(own.part) {
-                    factors[j] = 0.0;
-                    columns[plain + of_levels + k][at.clone()].copy_from_slice(&slopes[j]);
-                }
-            }
-            for (k, slope) in slopes.iter().enumerate() {
-                let factor = factors.get(k).copied().unwrap_or(1.0);
-                columns[k][at.clone()].iter_mut().zip(slope).for_each(|(c, s)| *c = factor * s);
-            }
-        }
-        (total, columns)
     }
 
     /// |H|² at the low bins and at the points of the others; None without a filter.
@@ -620,41 +536,6 @@ impl Fit {
         step
     }
 
-    /// Levels of terms in the runs, each with the information that its law has.
-    fn levels(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.model.levels.iter().flat_map(|level| level.logs.iter().map(|x| (*x, level.spread.powi(-2))))
-    }
-
-    /// With the information of the laws of the levels.
-    pub(crate) fn with_levels(&self, mut information: Symmetric) -> Symmetric {
-        let first = information.order - self.model.own.len() - self.levels().count();
-        for (k, (_, weight)) in self.levels().enumerate() {
-            information.set(first + k, first + k, information.get(first + k, first + k) + weight);
-        }
-        information
-    }
-
-    /// Adds the slopes by Q² of the end values of the angle.
-    fn add_ends(&self, gradient: &mut [f64], first: usize) {
-        let Some(j) = self.model.index(Part::Quantization) else { return };
-        let own = |run: usize| {
-            self.model.own.iter().position(|own| own.run == run && own.part == Part::Quantization)
-        };
-        let before = |level: &&Level| level.part != Part::Quantization;
-        let level_at =
-            first + self.model.levels.iter().take_while(before).map(|l| l.logs.len()).sum::<usize>();
-        for (run, slope) in self.slope_of_ends.iter().enumerate() {
-            if let Some(k) = own(run) {
-                gradient[first + self.levels().count() + k] += slope;
-            } else if let Some(level) = self.model.level(Part::Quantization) {
-                gradient[j] += slope * level.logs[run].exp();
-                gradient[level_at + run] += slope * self.model.theta_of(j, run);
-            } else {
-                gradient[j] += slope;
-            }
-        }
-    }
-
     /// Fisher information of theta, filter and shapes, of levels and own terms, and the slopes it is made of.
     pub(crate) fn information(&self, bins: &Bins) -> (Symmetric, Vec<Vec<f64>>) {
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
@@ -681,57 +562,21 @@ fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
     found
 }
 
-/// The regressors of all runs, and the powers without them.
-fn regressed(model: &Model, spectrum: &[f64], bins: &Bins, products: &[Products]) -> (Regressed, Vec<f64>) {
-    let quantization = model.index(Part::Quantization);
-    if bins.runs.is_empty() {
-        let found = regress(&products[0], spectrum, quantization.map_or(0.0, |j| model.theta[j]));
-        let powers = bins.powers(&bins.residual_power(&products[0], &found.beta));
-        return (found, powers);
-    }
-    let (mut all, mut powers): (Option<Regressed>, Vec<f64>) = (None, Vec::with_capacity(bins.len()));
-    for (run, ((own, _), products)) in bins.runs.iter().zip(products).enumerate() {
-        let at = powers.len();
-        let found = regress(
-            products,
-            &spectrum[at..at + own.len()],
-            quantization.map_or(0.0, |j| model.theta_of(j, run)),
-        );
-        powers.extend(own.powers(&own.residual_power(products, &found.beta)));
-        let mut leverage = found.leverage.clone();
-        leverage.resize(own.len(), 0.0);
-        // Where a discrepancy limits the lowest bins, regressors take from what is left of them.
-        let share = if products.ends.contains(&false) { bins.left_of(at, own.low) } else { 1.0 };
-        leverage.iter_mut().for_each(|h| *h *= share);
-        let restricted = share * found.restricted;
-        match &mut all {
-            None => all = Some(Regressed { leverage, restricted, ..found }),
-            Some(all) => {
-                all.restricted += restricted;
-                all.squares_of_ends += found.squares_of_ends;
-                all.leverage.extend(leverage);
-                all.slope_of_ends.extend(found.slope_of_ends);
-            }
-        }
-    }
-    (all.unwrap_or_else(|| regress(&products[0], spectrum, 0.0)), powers)
-}
-
-struct Regressed {
-    beta: Vec<f64>,
-    covariance: Symmetric,
+pub(crate) struct Regressed {
+    pub beta: Vec<f64>,
+    pub covariance: Symmetric,
     /// ln det ZᵀS⁻¹Z, of the end values ln det(1 + Q²ZᵀS⁻¹Z).
-    restricted: f64,
+    pub restricted: f64,
     /// Squares of the end values over their variance.
-    squares_of_ends: f64,
-    leverage: Vec<f64>,
+    pub squares_of_ends: f64,
+    pub leverage: Vec<f64>,
     /// Of each run.
-    slope_of_ends: Vec<f64>,
+    pub slope_of_ends: Vec<f64>,
 }
 
 /// Weighted least squares for the regressors, given the density; the end values of the angle are random with the variance
 /// `quantization`. The density is that of the bin, constant in it.
-fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regressed {
+pub(crate) fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regressed {
     let n = products.count;
     let mut squares = Symmetric::zero(n);
     let mut right = vec![0.0; n];

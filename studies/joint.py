@@ -106,7 +106,10 @@ def _stated(term: Any) -> list[Any]:  # noqa: ANN401
 def record_of(case: Case, k: int, rng: np.random.Generator) -> Record:
     """A run: an odd one, or a usual one."""
     n = round(N * case.lengths[k % len(case.lengths)])
-    theta = {name: value * math.exp(case.spreads.get(name, 0.0) * rng.standard_normal()) for name, value in case.truth.items()}
+    theta = {
+        name: value * math.exp(case.spreads.get(name, 0.0) * rng.standard_normal())
+        for name, value in case.truth.items()
+    }
     if k == ODD:
         theta = {name: value * case.odd.get(name, 1.0) for name, value in theta.items()}
     tau0 = 1 / RATE
@@ -199,7 +202,11 @@ def page(results: Mapping[str, list[Row]]) -> str:
         case = CASES[name]
         usual = not case.odd and case.odd_corner is None
         odd = [f"run {ODD}" in row["named"] for row in rows]
-        others = [bool(set(row["named"]) - {f"run {ODD}"}) for row in rows] if not usual else [bool(row["named"]) for row in rows]
+        others = (
+            [bool(set(row["named"]) - {f"run {ODD}"}) for row in rows]
+            if not usual
+            else [bool(row["named"]) for row in rows]
+        )
         if _above(float(np.mean(others)), ALPHA, len(others)):
             failures.append(f"- {name}: a run that belongs is named in {_share(others)} % of the sets")
         tested = {term: [row["homogeneity"][term] for row in rows if term in row["homogeneity"]] for term in COMMON}
@@ -236,18 +243,21 @@ def _half(stated: list[Any] | None, value: float) -> float:
 
 _HEAD = """# Joint fits
 
-Made by `make study` (studies/joint.py); {origin}. Sets of seven runs (or as many as the row says) of {n} samples at {rate:g} Hz, with N = 1,
-fitted jointly with the defaults: N and Q differ from run to run, B and K are common. "Weak K" is 0.007 and "weaker K" is 0.005 in SI units for
-N = 1, "weak B" is 0.07. There are {sets} sets in a cell; seeds are derived from their names.
+Made by `make study` (studies/joint.py); {origin}. Sets of seven runs, or as many as the row says, of {n} samples
+at {rate:g} Hz with N = 1, fitted jointly with the defaults ([theory](../theory/joint.md)): N and Q differ from run
+to run, B and K are common. In SI units "weak K" is 0.007, "weaker K" 0.005 and "weak B" 0.07. There are {sets} sets
+in a cell; seeds are derived from their names.
 
-Gates, each with 3 standard errors of the simulation: in each row the 95 % intervals and limits hold the truth in at least 92 % of the sets; an absent
-term is observed in at most 5 %; a process is added, or intervals are widened, in at most 2 %; a run that belongs is named, or runs with the same
-coefficient are said to differ, in at most 1 % of the sets. Rows in which one run differs are not held to the gates of the coefficients.
+Gates, each with 3 standard errors of the simulation: in each row the 95 % intervals and limits hold the truth in at
+least 92 % of the sets; an absent term is observed in at most 5 %; a process is added, or intervals are widened, in
+at most 2 %; a run that belongs is named, or runs with the same coefficient are said to differ, in at most 1 % of the
+sets. Rows in which one run differs are not held to the gates of the coefficients.
 
 ## What seven runs show
 
-"Seen" is the share of single runs, and of sets, in which the term is observed; "half width" is the median of (high − low)/2 of intervals and
-limits, of the true coefficient; all in per cent.
+"Seen" is the share of single runs, and of sets, in which the term is observed; "half width" is the median of
+(high − low)/2 of intervals and limits, of the true coefficient; all in per cent. The half width of N of one run is
+that of the N of this run; of a set, that of the mean over runs.
 
 | runs | term | seen in one | seen in all | half width of one | of all | covered |
 |---|---|---|---|---|---|---|"""
@@ -263,8 +273,9 @@ Shares of the sets [%].
 _RUNS = """
 ## Runs that do not belong
 
-"Named": the share of the sets in which the run that differs is named, and in which another run is named, with corrected p < 0.01. "Differs": the share
-of the sets that show B or K in which its homogeneity has p < 0.01. The spread of N is the median estimate. All in per cent.
+"Named": the share of the sets in which the run that differs is named, and in which another run is named, with
+corrected p < 0.01. "Differs": the share of the sets that show B or K in which its homogeneity has p < 0.01. The
+spread of N is the median estimate. All in per cent.
 
 | runs | named | another named | B differs | K differs | spread of N |
 |---|---|---|---|---|---|"""

@@ -105,6 +105,7 @@ def likelihood_jointly(
     times: list[float],
     level: float,
 ) -> dict[str, Any]: ...
+
 @final
 class Accumulator:
     def __new__(cls, m: _Ints, strided: bool, start: int) -> Self: ...

@@ -126,7 +126,9 @@ def test_lengths_differ_and_samples_are_missing(missing):
 def test_the_run_that_differs_is_named_and_no_other():
     for factor, term in (({"slow": 0.5}, "rate_random_walk"), ({"walk": 1.6}, "random_walk")):
         for k in range(3):
-            days = [record(f"odd {term} {k} {day}", **{"slow": 0.05, **(factor if day == 3 else {})}) for day in range(7)]
+            days = [
+                record(f"odd {term} {k} {day}", **{"slow": 0.05, **(factor if day == 3 else {})}) for day in range(7)
+            ]
             found = fit_jointly(days, names="abcdefg")["gyro_x"]
             assert found.outliers == ("d",)
             odd = found.runs[3]

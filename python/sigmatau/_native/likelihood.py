@@ -245,7 +245,9 @@ class Joint:
     ramps: bool  # whether the mean of every run may follow a ramp
     ramps_of: tuple[tuple[float, float], ...]  # value and standard error of the ramp of each run [rate unit / s]
     levels: dict[str, Level]
-    homogeneity: dict[str, tuple[float, int]]  # of each common term: fall of the deviance if each run has its own, freedom
+    homogeneity: dict[
+        str, tuple[float, int]
+    ]  # of each common term: fall of the deviance if each run has its own, freedom
     others: tuple[Other, ...]
     bin_counts: tuple[int, ...]
 

@@ -120,11 +120,7 @@ def _analysed(
                 analysis = analyze(record, **settings)
                 code = exit_code(analysis.findings) or 1
                 codes.add(exit_code(analysis.findings))
-                told += [
-                    f"{log}: {finding}"
-                    for finding in analysis.findings
-                    if finding.severity != "info" or verbose
-                ]
+                told += [f"{log}: {finding}" for finding in analysis.findings if finding.severity != "info" or verbose]
                 records.append(analysed_run(record, analysis, name=names[log]))
             except OptionError:
                 raise  # an option that is wrong is wrong for all logs

@@ -64,9 +64,9 @@ def fit_jointly(
 ) -> JointFit:
     """Fit one model to several runs of a sensor: what no single run shows, several together may.
 
-    The likelihoods of the runs are multiplied. Filter, processes and the terms in `common` are the same in all runs; the other
-    terms have a level in each run, and their value is the mean over runs. Runs may have different lengths, and missing
-    samples. Each run has lines, ramp, warm-up and temperature coefficient of its own.
+    The likelihoods of the runs are multiplied. Filter, processes and the terms in `common` are the same in all runs; the
+    other terms have a level in each run, and their value is the mean over runs. Runs may have different lengths, and missing
+    samples. Lines, ramp, warm-up and temperature coefficient are those of single runs.
 
     Parameters
     ----------
@@ -220,9 +220,7 @@ def run_of(
     """
     stream = record.stream_of(channel)
     if not usable(stream, channel):
-        raise DataError(
-            f"{name}: channel {channel!r} has too few samples for a joint fit: {stream.grid.n}"
-        )
+        raise DataError(f"{name}: channel {channel!r} has too few samples for a joint fit: {stream.grid.n}")
     if never_changes(stream, channel):
         raise DataError(f"{name}: channel {channel!r} never changes")
     if fit is None or fit.method != "likelihood":
@@ -272,9 +270,7 @@ def join(
     found = jointly(range(len(runs)))
     longest = max(range(len(runs)), key=lambda k: (runs[k].summary.duration, -k))
     outcome = replace(found.outcome, bins=found.outcome.bins[: found.bin_counts[longest]])
-    fitted = likelihood.stated(
-        runs[longest].stream, channel, outcome, wanted=wanted, regressors=(), level=level
-    )
+    fitted = likelihood.stated(runs[longest].stream, channel, outcome, wanted=wanted, regressors=(), level=level)
     lines = lines_of([run.fit for run in runs])
     verdict = "adequate_with" if lines and fitted.verdict == "adequate" else fitted.verdict
     ramp = ramp_of_runs(found.ramps_of, fitted["rate_ramp"], level=level)

@@ -40,7 +40,7 @@ class RunOfJoint:
     values : mapping of str to Interval
         Coefficients that differ from run to run. [SI]
     own : mapping of str to Interval
-        Common coefficients as this run alone has them, beside the common filter; with symmetric intervals of the square. [SI]
+        Common coefficients as this run alone has them, with intervals that are symmetric about the square. [SI]
     p_value : float
         Of the run among the others; corrected for the number of runs and tests. Small if the run does not belong to them.
     cause : str

@@ -149,7 +149,10 @@ def lines_of(fits: Sequence[NoiseFit]) -> tuple[Sinusoid, ...]:
         middle = alike[len(alike) // 2]
         ends = [end for one in alike for end in (one.amplitude.low, one.amplitude.high) if end is not None]
         amplitude = Interval(
-            value=middle.amplitude.value, low=min(ends, default=None), high=max(ends, default=None), unit=line.amplitude.unit
+            value=middle.amplitude.value,
+            low=min(ends, default=None),
+            high=max(ends, default=None),
+            unit=line.amplitude.unit,
         )
         found.append(Sinusoid(amplitude=amplitude, frequency=line.frequency))
     return tuple(found)
@@ -168,4 +171,3 @@ def _band(line: Sinusoid) -> tuple[float, float]:
     low = frequency.value if frequency.low is None else frequency.low
     high = frequency.value if frequency.high is None else frequency.high
     return low - (high - low), high + (high - low)
-

@@ -47,8 +47,8 @@ class JointAnalysis(Printed):
     Attributes
     ----------
     analysis : Analysis
-        Its fits are those of all runs; its curves are means of the variances of the runs, weighted by their pairs. Its findings
-        are those of the joint fit: of each record, see `records`.
+        Its fits are those of all runs; its curves are means of the variances of the runs, weighted by their pairs. Its
+        findings are those of the joint fit; `records` have their own.
     joint : JointFit
     records : mapping of str to Analysis
         The analyses of the single records, by name.

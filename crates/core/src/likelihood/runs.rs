@@ -178,6 +178,9 @@ mod tests {
     use crate::likelihood::pass::Summary;
     use std::sync::Arc;
 
+    /// Changes a parameter by so much of its size, and returns by how much.
+    type Move = fn(&mut Model, f64) -> f64;
+
     const TERMS: [Part; 2] = [Part::RandomWalk, Part::RateRandomWalk];
 
     fn noise(samples: usize, seed: u64) -> Summary {
@@ -212,14 +215,14 @@ mod tests {
         let bins = joined(&records);
         let (spectrum, slopes) = model().evaluate(&bins, true);
         let step = 1e-5;
-        let moved: [&dyn Fn(&mut Model, f64) -> f64; 7] = [
-            &|m, d| (m.theta[0] += d, d).1,
-            &|m, d| (m.theta[1] += 1e-4 * d, 1e-4 * d).1,
-            &|m, d| (m.filter[0] += d, d).1,
-            &|m, d| (m.levels[0].logs[0] += d, d).1,
-            &|m, d| (m.levels[0].logs[1] += d, d).1,
-            &|m, d| (m.levels[0].logs[2] += d, d).1,
-            &|m, d| (m.own[0].theta += 1e-4 * d, 1e-4 * d).1,
+        let moved: [Move; 7] = [
+            |m, d| (m.theta[0] += d, d).1,
+            |m, d| (m.theta[1] += 1e-4 * d, 1e-4 * d).1,
+            |m, d| (m.filter[0] += d, d).1,
+            |m, d| (m.levels[0].logs[0] += d, d).1,
+            |m, d| (m.levels[0].logs[1] += d, d).1,
+            |m, d| (m.levels[0].logs[2] += d, d).1,
+            |m, d| (m.own[0].theta += 1e-4 * d, 1e-4 * d).1,
         ];
         assert_eq!(slopes.len(), moved.len());
         for (slope, by) in slopes.iter().zip(moved) {

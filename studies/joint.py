@@ -280,8 +280,9 @@ spread of N is the median estimate. All in per cent.
 | runs | named | another named | B differs | K differs | spread of N |
 |---|---|---|---|---|---|"""
 
-_NOTES = """Where no term is common, the logarithm of K of a run is compared with those of the other runs by Student's t. It has the
-error of a few modes, and is not normal: runs that belong are named too often. The interval of the mean holds.
+_NOTES = """Where no term is common, the logarithm of K of a run is compared with those of the other runs by Student's t.
+It has the error of a few modes, and is not normal: runs that belong are named too often. The interval of the mean
+holds.
 
 The coverage of K alone, in all rows without an odd run, is 94 %. Ramps in all runs, which a visible rate random
 walk gets by chance, take a part of it.

@@ -131,6 +131,8 @@ def _write_logs(folder):
             np.column_stack([t, y])[:few],
             "time [s]," + ",".join(f"{n} [{'deg/s' if n.startswith('g') else 'g'}]" for n in names),
         )
+    for name, rows in (("day1.csv", slice(0, 600)), ("day2.csv", slice(400, 1000))):
+        table(name, np.column_stack([t[:600], y[rows, :1]]), "time [s],gyro_x [deg/s]")
     np.savetxt(folder / "imu.txt", np.column_stack([t, y])[:few])
     table("growing.csv", np.column_stack([t, y]), "time [s]," + ",".join(f"{n} [rad/s]" for n in names[:3]) + ",p,q,r")
     for name in ("log.csv", "daq.csv", "counts.csv"):

@@ -14,6 +14,8 @@ from .exporting.export import export
 from .findings.finding import Finding
 from .fitting.channel import fit_channel
 from .fitting.fit import fit
+from .fitting.joint import fit_jointly
+from .fitting.joint_fit import JointChannel, JointFit
 from .fitting.noise_fit import NoiseFit
 from .fitting.planning import Plan, plan
 from .fitting.read_off import ReadOff, read_off
@@ -60,6 +62,8 @@ __all__ = [
     "Finding",
     "GaussMarkov",
     "Imperfections",
+    "JointChannel",
+    "JointFit",
     "Lot",
     "LowPass",
     "NoiseFit",
@@ -91,6 +95,7 @@ __all__ = [
     "export",
     "fit",
     "fit_channel",
+    "fit_jointly",
     "from_frame",
     "inspect",
     "judge_lot",

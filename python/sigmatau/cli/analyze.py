@@ -82,6 +82,9 @@ def analyze_command(
     csv: Path | None = None,
     export: Annotated[list[str] | None, Parameter(negative=())] = None,
     choosing: Choosing | None = None,
+    joint: Annotated[bool, Parameter(negative=())] = False,
+    joint_axes: Annotated[bool, Parameter(negative=())] = False,
+    common: str | None = None,
     jobs: int | None = None,
     threads: int | None = None,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
@@ -146,6 +149,13 @@ def analyze_command(
         Write the coefficients as CSV in SI units, NAME.csv, and the curves as NAME-curves.csv; for several logs, a folder.
     export
         Write the parameters of one log for another program, kalibr=imu.yaml; sigmatau export --list shows the targets.
+    joint
+        Fit one model to all logs, which are runs of one sensor: one table, one result. The logs may differ in length.
+    joint_axes
+        Fit one model to all axes of each sensor too.
+    common
+        Terms that are the same in all runs of --joint. Default: bias_instability,rate_random_walk; none for none. The other
+        terms differ from run to run, and their value is the mean over runs.
     jobs
         Number of logs to analyse in parallel (default 1).
     threads
@@ -181,6 +191,23 @@ def analyze_command(
     outputs = Outputs(
         report=report, notes=settings["notes"], plot=plot, stability=stability, json=json, csv=csv, style=style
     )
+    if common is not None and not (joint or joint_axes):
+        raise OptionError("--common needs --joint", option="common")
+    if joint or joint_axes:
+        from sigmatau.cli.joint import joint_command, refuse, terms_of
+
+        refuse(outputs, method, jobs)
+        return joint_command(
+            logs,
+            reading,
+            settings,
+            outputs,
+            exports,
+            over="axes" if joint_axes else "runs",
+            common=terms_of(common),
+            verbose=verbose,
+            quiet=quiet,
+        )
     # A shell pattern may match a single log.
     folders = [place for place in (*logs, report, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(

@@ -25,7 +25,8 @@ sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s
 sigmatau analyze static.csv --export kalibr=imu.yaml
-sigmatau analyze night1.csv night2.csv --jobs 2 --json results""",
+sigmatau analyze night1.csv night2.csv --jobs 2 --json results
+sigmatau analyze day1.csv day2.csv --joint --json unit.json""",
     ),
     "inspect": (
         "Show the contents of a log and its faults: topics, columns, rates, damage.",

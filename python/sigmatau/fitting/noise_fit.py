@@ -190,6 +190,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     level : float
         Of the intervals and limits.
     method : str
+    runs : tuple of float
+        Of a joint fit: lengths of the runs; `n` is that of the longest one. Else empty. [s]
     """
 
     channel: str
@@ -218,6 +220,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     covariance: tuple[tuple[str, ...], NDArray[np.float64]] = ((), np.empty((0, 0)))
     level: float = 0.95
     method: str = "gls"
+    runs: tuple[float, ...] = ()
 
     def __getitem__(self, term: str) -> FittedTerm:
         try:
@@ -330,6 +333,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
+        if self.runs:
+            return f"not seen in {len(self.runs)} runs of {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
 
     def headline(self, *, method: bool = True) -> str:
@@ -409,7 +414,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             known += (
                 " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from alike_sigma discrepancy"
             )
-        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix})
+        runs = {"runs_s": self.runs} if self.runs else {}
+        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix}, **runs)
 
     def _term_to_dict(self, name: str, ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, Any]:
         term = self.terms[name]

@@ -106,8 +106,9 @@ sigmatau datasheet show ism330dhcx
 sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
     ),
     "demo": (
-        "Simulate two hours of a tactical-grade unit, analyse the log, and compare the result with the truth.",
-        "sigmatau demo --output demo",
+        "Simulate two hours of a unit of the paper, analyse the log, and compare the result with the truth.",
+        """sigmatau demo --output demo
+sigmatau demo --unit motionpak2 --output mems""",
     ),
 }
 

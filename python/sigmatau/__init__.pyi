@@ -30,6 +30,7 @@ from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from .navigation.predict import predict
+from .plot.overlay import plot_overlay
 from .quality.check import check
 from .quality.inspection import inspect
 from .record.record import Record
@@ -102,6 +103,7 @@ __all__ = [
     "list_datasheets",
     "lot_report",
     "plan",
+    "plot_overlay",
     "predict",
     "psd",
     "random_effects",

@@ -46,6 +46,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
+from sigmatau.plot.overlay import plot_overlay
 from sigmatau.quality.clocks import clocks
 from sigmatau.record.record import stream_name
 from sigmatau.reporting.report import ENDINGS
@@ -76,6 +77,7 @@ def analyze_command(
     report: Path | None = None,
     note: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
+    overlay: Path | None = None,
     stability: Path | None = None,
     style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -137,6 +139,8 @@ def analyze_command(
         results by serial number and run.
     plot
         Draw all axes: .png, .svg or .pdf; for several logs, a folder for one .png each.
+    overlay
+        Draw the curves of several logs in one figure, a panel per axis: .png, .svg or .pdf.
     stability
         Draw the deviations over the record (dynamic Allan deviation): .png, .svg or .pdf; for several logs, a folder for one
         .png each. The JSON contains them too.
@@ -187,7 +191,8 @@ def analyze_command(
         "threads": threads,
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
-    check_style(style, plot, stability)
+    check_style(style, plot or overlay, stability)
+    check_output(overlay, FIGURE_ENDINGS, "overlay")
     outputs = Outputs(
         report=report, notes=settings["notes"], plot=plot, stability=stability, json=json, csv=csv, style=style
     )
@@ -214,13 +219,15 @@ def analyze_command(
         not files_of(place) for place in folders
     )  # a ROS 2 bag is a folder and one log
     if len(logs) == 1 and not meant_as_several:
+        if overlay is not None:
+            raise OptionError("--overlay takes several logs; for one log: --plot", option="overlay")
         return _one(logs[0], reading, settings, outputs, exports, verbose=verbose, quiet=quiet)
     if exports.files:
         raise OptionError(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
             option="export",
         )
-    return _many(logs, reading, settings, outputs, jobs=jobs, verbose=verbose, quiet=quiet)
+    return _many(logs, reading, settings, outputs, overlay=overlay, jobs=jobs, verbose=verbose, quiet=quiet)
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:
@@ -349,6 +356,7 @@ def _many(
     settings: dict[str, Any],
     outputs: Outputs,
     *,
+    overlay: Path | None,
     jobs: int | None,
     verbose: bool,
     quiet: bool,
@@ -372,6 +380,10 @@ def _many(
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     names = dict(zip(logs, batch.names(logs), strict=True))
+    if overlay is not None:
+        for log in logs:
+            refuse_same(log, overlay=overlay)
+        expect(overlay)
     for name in names.values():
         pictures = (folder / f"{name}.png" for folder in (outputs.plot, outputs.stability) if folder is not None)
         reports = [] if outputs.report is None else [outputs.report / f"{name}.html"]
@@ -393,6 +405,10 @@ def _many(
             say(f"{log}: {finding}", quiet=quiet or (finding.severity == "info" and not verbose))
         if outcomes[log].error:
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
+    drawn = {names[log]: outcomes[log].curves for log in logs if outcomes[log].curves}
+    if overlay is not None and drawn:
+        with drawing(overlay, outputs.style, quiet=quiet):
+            write_figure(plot_overlay(drawn, style=outputs.style), overlay)
     for name, finding in clocks({str(log): outcomes[log].marks for log in logs}).items():
         say(f"{name}: {finding}", quiet=quiet)
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")

@@ -30,7 +30,7 @@ _SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # terms of a l
 
 # A line for each of very many averaging times makes a slow figure and a large file, and looks the same.
 _DRAWN_PER_OCTAVE = 256
-_MARKERS = "os^DvPX*"  # by channel
+MARKERS = "os^DvPX*"  # by channel
 _MOST_MARKERS = 300
 
 
@@ -114,7 +114,7 @@ def draw_curve(
     factor, text = curve_unit(curve, unit)
     ax = new_figure(7, 5).subplots() if ax is None else ax
     edges = tuple(edge / factor for edge in curve.interval())
-    _draw(ax, curve.channel, curve.tau, curve.adev / factor, edges, colour, marker)
+    draw_line(ax, curve.channel, curve.tau, curve.adev / factor, colour, marker, edges)
     ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
     return ax
 
@@ -132,7 +132,7 @@ def draw_deviation(
     factor, text = curve_unit(curve, unit)
     ax = new_figure(7, 5).subplots() if ax is None else ax
     edges = None if band is None else tuple(edge / factor for edge in band)
-    _draw(ax, curve.channel, curve.tau, curve.deviation / factor, edges, colour, marker)
+    draw_line(ax, curve.channel, curve.tau, curve.deviation / factor, colour, marker, edges)
     ax.set_ylabel(f"{curve.label} [{text}]")
     return ax
 
@@ -155,15 +155,16 @@ def draw_deviations(
     return figure
 
 
-def _draw(
+def draw_line(
     ax: Axes,
-    channel: str,
+    name: str,
     tau: NDArray[np.float64],
     deviation: NDArray[np.float64],
-    band: tuple[NDArray[np.float64], ...] | None,
     colour: str,
     marker: str,
+    band: tuple[NDArray[np.float64], ...] | None = None,
 ) -> None:
+    """Draw one line with its name in the legend, with its band if it has one, and the grid of a log-log figure."""
     shown = _told_apart(tau)
     shown = shown[deviation[shown] > 0]
     marker = marker if len(shown) <= _MOST_MARKERS else ""
@@ -174,7 +175,7 @@ def _draw(
         low, high = np.maximum(low, 0.1 * deviation), np.minimum(high, 10 * deviation)
         ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
     ax.loglog(
-        tau, deviation, color=colour, linewidth=small() / 5, marker=marker, markersize=small() / 3.2, label=channel
+        tau, deviation, color=colour, linewidth=small() / 5, marker=marker, markersize=small() / 3.2, label=name
     )
     ax.set_xlabel("averaging time τ [s]")
     from matplotlib.ticker import FuncFormatter, LogLocator
@@ -380,7 +381,7 @@ def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[floa
 
 def _cycle(n: int) -> list[tuple[str, str]]:
     """Colours and markers, which differ in grey too."""
-    return [(COLOURS[k % len(COLOURS)], _MARKERS[k % len(_MARKERS)]) for k in range(n)]
+    return [(COLOURS[k % len(COLOURS)], MARKERS[k % len(MARKERS)]) for k in range(n)]
 
 
 def _title(key: str, channels: Sequence[str]) -> str:

@@ -10,7 +10,16 @@ from decimal import ROUND_HALF_UP, Decimal
 from sigmatau.noise.uncertainty import percentage_error
 from studies.paper.tables import PRINTED, RATES, Cell
 
-__all__ = ["DECODED", "Decoded", "decoded", "reproducing_times", "to_digits", "undecoded"]
+__all__ = [
+    "DECODED",
+    "Decoded",
+    "decoded",
+    "half_octaves",
+    "longest_time",
+    "reproducing_times",
+    "to_digits",
+    "undecoded",
+]
 
 _TENTH_OF_A_PERCENT = 3  # digits of a δ that is rounded to 0.1 % before it is multiplied
 
@@ -42,6 +51,8 @@ DECODED: Mapping[tuple[str, str, str], Decoded] = {
     ("hg1700", "accel_z", "quantization"): _of(2**10),
     ("hg1700", "gyro_x", "random_walk"): _of(2**17),
     **{("hg1700", f"accel_{axis}", "rate_random_walk"): _of(2**17) for axis in "xyz"},
+    ("motionpak2", "gyro_x", "random_walk"): _of(2**8),
+    ("motionpak2", "gyro_z", "random_walk"): _of(2**8),
     **{("motionpak2", f"accel_{axis}", "random_walk"): _of(2**2) for axis in "xyz"},
     ("motionpak2", "accel_x", "bias_instability"): _of(2**7),
     ("motionpak2", "accel_y", "bias_instability"): _of(2**9),
@@ -76,6 +87,15 @@ def reproducing_times(cell: Cell) -> tuple[float, float]:
         1 / (1 + 0.5 / ((cell.error + sign * half) / cell.value) ** 2) * cell.samples / RATES[cell.unit] for sign in (-1, 1)
     )
     return low, high
+
+
+def longest_time(cell: Cell) -> float:
+    """Longest averaging time through which the authors laid a line, by the printed error. [s]"""
+    found = DECODED.get((cell.unit, cell.channel, cell.term))
+    if found is not None:
+        return found.size / RATES[cell.unit]
+    low, high = reproducing_times(cell)
+    return math.sqrt(low * high)
 
 
 def half_octaves(cell: Cell) -> list[Decoded]:

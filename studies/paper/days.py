@@ -1,4 +1,4 @@
-"""Seven days of two hours of the three units: simulated, analysed and read off; kept in .study/ and docs/paper/days.json."""
+"""Seven days of two hours of the three units, and the logs of Fig. 12: simulated, analysed, read off; docs/paper/days.json."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import sigmatau as st
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.read_off import Coefficient
 from sigmatau.noise.terms import TERMS
 from studies.paper.decoding import longest_time
-from studies.paper.tables import HOURS, NAMES, PRINTED, RATES, TABLES, Cell, day_model
+from studies.paper.figures import fig_12_logs, fig_12_sensor
+from studies.paper.tables import HOURS, NAMES, PRINTED, RATES, TABLES, Cell, day_model, model
 from studies.runner import run, seed_of
 
-__all__ = ["FILE", "analysed_day", "cell_name", "load", "results"]
+__all__ = ["FIG_12", "FILE", "NAVIGATION", "again", "analysed_day", "cell_name", "load", "results", "save"]
 
 FILE = Path(__file__).resolve().parents[2] / "docs" / "paper" / "days.json"
 _DIGITS = 10  # significant, of the numbers in the file
@@ -87,21 +90,60 @@ def _rounded(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.{_DIGITS}g}")
 
 
-def results() -> dict[str, dict[str, dict[str, Found]]]:
-    """All days of all units, by `cell_name`; computed as far as they are not in the cache."""
-    cells = {cell_name(unit, day): (analysed_day, (unit, day)) for unit in NAMES for day in range(1, 8)}
-    return run("paper", cells, settings=repr((HOURS, RATES, "fit, read-off, lines by hand")))
+FIG_12 = "paper figure 12"
+NAVIGATION = "paper random walk of the CIMU"
+_RECORDS, _PARTS = 100, 10
 
 
-def load() -> Mapping[str, Mapping[str, Mapping[str, Found]]]:
+def sampling(_seed: int) -> dict[str, list[float | None]]:
+    """Random walk and its interval over that of the sensor, by the rate of the log; the seed is that of the figure."""
+    true = fig_12_sensor().channels["gyro_x"]["random_walk"]
+    found = {}
+    for rate, record in fig_12_logs().items():
+        walk = st.analyze(record, threads=1).fits["gyro_x"]["random_walk"]
+        found[str(rate)] = [_rounded(x / true) for x in (walk.value, walk.low, walk.high) if x is not None]
+    return found
+
+
+def navigation(seed: int) -> list[int]:
+    """Intervals of the CIMU's gyros' random walk in more records: their number, too low, too high."""
+    rng = np.random.default_rng(seed)
+    gyros = model("cimu").of([f"gyro_{axis}" for axis in "xyz"])
+    low = high = total = 0
+    for _ in range(_RECORDS // _PARTS):
+        fits = st.analyze(st.simulate(gyros, duration=3600 * HOURS, rate=RATES["cimu"], rng=rng), threads=1).fits
+        for channel, fitted in fits.items():
+            walk, true = fitted["random_walk"], gyros.channels[channel]["random_walk"]
+            total += 1
+            ends = (walk.low, walk.high) if walk.observed else (0.0, walk.upper_limit)
+            low += ends[1] < true
+            high += ends[0] > true
+    return [total, low, high]
+
+
+def results() -> dict[str, Any]:
+    """All days of all units, by `cell_name`, and the other cells; computed as far as they are not in the cache."""
+    cells: dict[str, tuple[Any, tuple[Any, ...]]] = {
+        cell_name(unit, day): (analysed_day, (unit, day)) for unit in NAMES for day in range(1, 8)
+    }
+    cells |= {f"{NAVIGATION} {k}": (navigation, ()) for k in range(_PARTS)}
+    cells[FIG_12] = (sampling, ())
+    found = run("paper", cells, settings=repr((HOURS, RATES, _RECORDS, _PARTS, "fit, rules, hand")))
+    parts = [found.pop(f"{NAVIGATION} {k}") for k in range(_PARTS)]
+    return found | {NAVIGATION: [sum(column) for column in zip(*parts, strict=True)]}
+
+
+def load() -> Mapping[str, Any]:
     """What docs/paper/days.json holds."""
-    return json.loads(FILE.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
+    found: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
+    return found
 
 
 def save(found: Mapping[str, Any]) -> None:
     """Write docs/paper/days.json."""
     FILE.parent.mkdir(exist_ok=True)
-    FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(day)}" for name, day in found.items())
+    FILE.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
 
 
 def again(unit: str, day: int) -> dict[str, dict[str, Found]]:

@@ -13,7 +13,6 @@ from sigmatau.noise.terms import TERMS, avar
 from sigmatau.plot.curves import COLOURS, save
 from sigmatau.plot.style import new_figure
 from studies.paper.tables import HOURS, RATES, model
-from studies.runner import seed_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +55,7 @@ def term_figure(number: int) -> Figure:
         ax.loglog(0.05 * fine, cut, color="0.35", linewidth=1, linestyle="--", label="eq. (19), f₀ = 1 Hz")
     ax.loglog(tau, np.sqrt(avar(name, 1.0, m=m, tau0=1.0)), color=COLOURS[0], linewidth=1.4, label=_FORMULAS[name])
     one = st.NoiseModel(channels={"gyro_x": {name: 1.0}})
-    record = st.simulate(one, duration=_SAMPLES, rate=1.0, rng=seed_of(f"paper figure {number}"))
+    record = st.simulate(one, duration=_SAMPLES, rate=1.0, rng=number)
     curve = st.allan(record)["gyro_x"]
     band = ""
     if name != "rate_ramp":  # which does not scatter
@@ -112,7 +111,7 @@ def fig_12_sensor() -> st.NoiseModel:
 def fig_12_logs(minutes: float = FIG_12_MINUTES) -> dict[int, st.Record]:
     """By rate: every 200th, 40th … sample of one record at 2000 Hz. No filter, so that what is above half the rate folds."""
     fastest = max(FIG_12_RATES)
-    record = st.simulate(fig_12_sensor(), duration=60 * minutes, rate=fastest, rng=seed_of("paper figure 12"))
+    record = st.simulate(fig_12_sensor(), duration=60 * minutes, rate=fastest, rng=12)
     rates = record.streams[0].column("gyro_x")
     return {
         rate: st.Record.from_arrays(rate=rate, gyro_x=rates[:: fastest // rate], unit={"gyro": "rad/s"})

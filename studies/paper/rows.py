@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sigmatau.lots.repeatability import JUDGEMENTS, RandomEffects, random_effects
 from sigmatau.noise.terms import TERMS, aliasing_inflation
 from sigmatau.units import to_si
 from studies.paper.days import FIG_12, NAVIGATION, Found, cell_name
@@ -123,7 +124,7 @@ def unit_table(days: Days, unit: str) -> str:
                 name_of(cell),
                 unit_text(cell),
                 f"{cell.printed} ± {cell.printed_error}",
-                fit_text(found, cell),
+                fit_text(found, cell) + ("" if inside(found, truth(cell, 1) * cell.si_factor) else ", misses"),
                 read_text(found["read"], cell),
                 read_text(laid, cell),
                 span,
@@ -270,11 +271,54 @@ def coverage_table(days: Days) -> str:
 def aliasing_table(days: Days) -> str:
     """Fig. 12 in numbers."""
     head = ("rate [Hz]", "rate over 30 Hz", "N grows by, first order", "second order", "fitted N over the sensor's")
-    rows = []
+    rows, hits = [], 0
     for text, (value, low, high) in days[FIG_12].items():
         rate = float(text)
         laws = (f"{aliasing_inflation(rate=rate, bandwidth=30, order=order):.3f}" for order in (1, 2))
         rows.append((text, f"{rate / 30:.3g}", *laws, f"{value:.3f} [{low:.3f}, {high:.3f}]"))
+        hits += low <= aliasing_inflation(rate=rate, bandwidth=30) <= high
+    return f"{table(head, rows)}\n\n{hits} of {len(rows)} intervals contain the value for the first order."
+
+
+def repeated(days: Days, unit: str, channel: str) -> dict[str, RandomEffects]:
+    """Seven days of the quantization noise of a gyro: printed values with the paper's ± and with the error of the coefficient
+    with the rounding to 0.001, and the fits with theirs.
+    """
+    printed = np.array(DAYS[unit][channel])
+    cell = next(c for c in PRINTED if (c.unit, c.channel, c.term) == (unit, channel, "quantization"))
+    rounding = 0.001 / math.sqrt(12)
+    exact = np.hypot(printed / math.sqrt(2 * cell.samples), rounding)
+    found = [found_of(days, cell, day) for day in ALL_DAYS]
+    fits = np.array([one["value"] for one in found]) / cell.si_factor
+    errors = np.array([one["high"] - one["low"] for one in found]) / cell.si_factor / 2 / 1.96
+    return {
+        "printed, the paper's ±": random_effects(printed, np.full(7, cell.error)),
+        "printed, error of Q": random_effects(printed, exact),
+        "recovered, error of the fit": random_effects(fits, errors),
+    }
+
+
+_SMALLEST_P = 1e-300
+
+
+def random_effects_table(days: Days) -> str:
+    """What `random_effects` says of Tables I and III, beside the paper's rule."""
+    head = ("unit", "axis", "values and errors", "error", "homogeneity", "between days", "next day", "test", "paper's rule")
+    rows = []
+    for unit, axes in DAYS.items():
+        for channel in axes:
+            for k, (what, effects) in enumerate(repeated(days, unit, channel).items()):
+                assert effects.error is not None
+                assert effects.p_value is not None
+                p = f"p = {effects.p_value:.2g}" if effects.p_value > _SMALLEST_P else f"p < {_SMALLEST_P:.0e}"
+                sizes = (effects.tau, effects.tau_low, effects.tau_high)
+                tau, low, high = (f"{100 * (x or 0):.2f}" for x in sizes)
+                rule = "repeatable" if effects.accepted_by_paper() else "not"
+                first = (NAMES[unit], channel[-1].upper()) if k == 0 else ("", "")
+                spread = f"{tau} [{low}, {high}] %"
+                next_day = f"±{100 * (effects.next_error or 0):.1f} %"
+                judgement = JUDGEMENTS[effects.judgement].partition(":")[0].format(run=(effects.outlier or 0) + 1)
+                rows.append((*first, what, f"{100 * effects.error:.2f} %", p, spread, next_day, judgement, rule))
     return table(head, rows)
 
 
@@ -296,6 +340,7 @@ def _tables() -> Iterator[tuple[str, Callable[[Days], str]]]:
     for unit in DAYS:
         yield f"days {unit}", lambda days, unit=unit: days_table(days, unit)  # type: ignore[misc]
     yield "std", std_table
+    yield "random effects", random_effects_table
     yield "aliasing", aliasing_table
     yield "navigation", navigation_text
     yield "coverage", coverage_table

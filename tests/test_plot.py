@@ -90,7 +90,9 @@ class TestOverlay:
     def records(self):
         whole = np.random.default_rng(1).standard_normal((20_000, 2)) * 1e-3
         return {
-            f"{100 / k:g} Hz": st.allan(st.Record.from_arrays(rate=100 / k, gyro_x=whole[::k, 0], accel_z=whole[::k, 1]))
+            f"{100 / k:g} Hz": st.allan(
+                st.Record.from_arrays(rate=100 / k, gyro_x=whole[::k, 0], accel_z=whole[::k, 1])
+            )
             for k in (1, 5, 20)
         }
 

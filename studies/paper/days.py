@@ -1,4 +1,4 @@
-"""Seven days of two hours of the three units, and the logs of Fig. 12: simulated, analysed, read off; docs/paper/days.json."""
+"""Seven days of the three units, and the logs of Fig. 12: simulated, analysed and read off; docs/paper/days.json."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _laid(unit: str, curve: DeviationCurve) -> Mapping[str, Coefficient]:
     longest = float(curve.tau[-1])
     ranges = {c.term: hand_range(c) for c in PRINTED if (c.unit, c.channel) == (unit, curve.channel)}
     kept = {term: (low, min(high, longest)) for term, (low, high) in ranges.items() if low < longest / 2}
-    return st.read_off(curve, rules={}, **kept)  # type: ignore[arg-type]
+    return st.read_off(curve, rules={}, **kept)
 
 
 def _numbers(read: Coefficient | None) -> list[float | None] | None:
@@ -115,9 +115,9 @@ def navigation(seed: int) -> list[int]:
         for channel, fitted in fits.items():
             walk, true = fitted["random_walk"], gyros.channels[channel]["random_walk"]
             total += 1
-            ends = (walk.low, walk.high) if walk.observed else (0.0, walk.upper_limit)
-            low += ends[1] < true
-            high += ends[0] > true
+            upper = walk.high if walk.observed else walk.upper_limit
+            low += upper is not None and upper < true
+            high += walk.low is not None and walk.low > true
     return [total, low, high]
 
 

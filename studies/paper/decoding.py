@@ -84,7 +84,8 @@ def reproducing_times(cell: Cell) -> tuple[float, float]:
     """Averaging times between which eq. (26), not rounded, gives the printed error. [s]"""
     half = 0.5 * 10.0**-cell.decimals
     low, high = (
-        1 / (1 + 0.5 / ((cell.error + sign * half) / cell.value) ** 2) * cell.samples / RATES[cell.unit] for sign in (-1, 1)
+        1 / (1 + 0.5 / ((cell.error + sign * half) / cell.value) ** 2) * cell.samples / RATES[cell.unit]
+        for sign in (-1, 1)
     )
     return low, high
 

@@ -152,8 +152,8 @@ def plus_minus_table() -> str:
     agreeing = sum(found[2] == cell.printed_error for cell in explained if (found := decoded(cell)) is not None)
     assert all(not half_octaves(cell) for cell in undecoded())
     return (
-        f"{agreeing} of {len(PRINTED)} printed errors are eq. (26) at a cluster size of whole or half octaves, to the printed "
-        f"digit.\n\n{table(head, rows)}"
+        f"{agreeing} of {len(PRINTED)} printed errors are eq. (26) at a cluster size of whole or half octaves, to the "
+        f"printed digit.\n\n{table(head, rows)}"
     )
 
 
@@ -186,10 +186,21 @@ def days_table(days: Days, unit: str) -> str:
     return table(head, rows)
 
 
-def std_rows(days: Days, on: Iterable[int] = ALL_DAYS) -> list[tuple[str, str, str, float, float, float, float]]:
-    """By unit and axis: the printed STD, and the standard deviations of the printed values (ddof 1 and 0), of the fits and
-    of the lines by hand. [arcsec]
-    """
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Standard deviations of seven days of a gyro. [arcsec]"""
+
+    unit: str
+    channel: str
+    printed: str
+    used: float  # of the printed values, which are simulated; ddof = 1
+    ddof_0: float
+    fits: float
+    laid: float  # of the lines by hand
+
+
+def std_rows(days: Days, on: Iterable[int] = ALL_DAYS) -> list[Spread]:
+    """The columns of Tables I and III."""
     rows = []
     on = list(on)
     arcsec = to_si(1, "arcsec")
@@ -199,10 +210,9 @@ def std_rows(days: Days, on: Iterable[int] = ALL_DAYS) -> list[tuple[str, str, s
             used = [values[day - 1] for day in on]
             fits = [one["value"] / arcsec for one in found]
             laid = [one["laid"][0] / arcsec for one in found]
-            spread = [float(np.std(used, ddof=ddof)) for ddof in (1, 0)]
-            recovered = [float(np.std(x, ddof=1)) for x in (fits, laid)]
-            rows.append((unit, channel, STD[unit][channel], *spread, *recovered))
-    return rows  # type: ignore[return-value]
+            spreads = [float(np.std(x, ddof=ddof)) for x, ddof in ((used, 1), (used, 0), (fits, 1), (laid, 1))]
+            rows.append(Spread(unit, channel, STD[unit][channel], *spreads))
+    return rows
 
 
 LAST_DIGIT = 0.001
@@ -222,13 +232,14 @@ def std_table(days: Days) -> str:
     )
     rows = std_rows(days)
     lines = [
-        (NAMES[unit], channel[-1].upper(), printed, *(f"{x:.4f}" for x in numbers))
-        for unit, channel, printed, *numbers in rows
+        (NAMES[r.unit], r.channel[-1].upper(), r.printed, *(f"{x:.4f}" for x in (r.used, r.ddof_0, r.fits, r.laid)))
+        for r in rows
     ]
-    fits, hand = (sum(abs(row[k] - row[3]) <= LAST_DIGIT for row in rows) for k in (5, 6))
+    fits = sum(abs(r.fits - r.used) <= LAST_DIGIT for r in rows)
+    hand = sum(abs(r.laid - r.used) <= LAST_DIGIT for r in rows)
     text = (
-        f"The standard deviation of the fits is within one last digit ({LAST_DIGIT:g} arcsec) of that of the simulated values "
-        f"in {fits} of {len(rows)} columns, that of the lines by hand in {hand}."
+        f"The standard deviation of the fits is within one last digit ({LAST_DIGIT:g} arcsec) of that of the simulated "
+        f"values in {fits} of {len(rows)} columns, that of the lines by hand in {hand}."
     )
     return f"{table(head, lines)}\n\n{text}"
 
@@ -244,9 +255,9 @@ def coverage_table(days: Days) -> str:
             values = [found_of(days, c, day)["value"] for c in cells for day in ALL_DAYS]
             limits = sum(value is None for value in values)
             laid = [laid_within(days, c) for c in cells]
-            hand = Counted(sum(c.good for c in laid), sum(c.total for c in laid))
+            within = Counted(sum(c.good for c in laid), sum(c.total for c in laid))
             label = TERMS[term].label("angular_rate" if sensor == "gyro" else "acceleration")
-            rows.append((NAMES[unit], f"{sensor}, {label}", str(good), f"{limits}", str(hand)))
+            rows.append((NAMES[unit], f"{sensor}, {label}", str(good), f"{limits}", str(within)))
     every = covered(days)
     share = every.good / every.total
     verdict = "met" if share >= LEAST_INSIDE else "NOT met"
@@ -263,8 +274,8 @@ def coverage_table(days: Days) -> str:
         f"{table(head, rows)}\n\n"
         f"All: **{every}** intervals ({100 * share:.1f} %) contain the value that was simulated on the day. "
         f"Gate: at least {100 * LEAST_INSIDE:.0f} %, {verdict}.\n\n"
-        f"Lines by hand: within the paper's own ± in {sum(one.good for one in hand)} of {sum(one.total for one in hand)} cells; "
-        f"on all seven days for {always} of {len(hand)} coefficients."
+        f"Lines by hand: within the paper's own ± in {sum(one.good for one in hand)} of {sum(one.total for one in hand)} "
+        f"cells; on all seven days for {always} of {len(hand)} coefficients."
     )
 
 
@@ -281,8 +292,8 @@ def aliasing_table(days: Days) -> str:
 
 
 def repeated(days: Days, unit: str, channel: str) -> dict[str, RandomEffects]:
-    """Seven days of the quantization noise of a gyro: printed values with the paper's ± and with the error of the coefficient
-    with the rounding to 0.001, and the fits with theirs.
+    """Seven days of the quantization noise of a gyro: printed values with the paper's ±, and with the error of the
+    coefficient and of the rounding to 0.001; the fits with theirs.
     """
     printed = np.array(DAYS[unit][channel])
     cell = next(c for c in PRINTED if (c.unit, c.channel, c.term) == (unit, channel, "quantization"))
@@ -303,7 +314,17 @@ _SMALLEST_P = 1e-300
 
 def random_effects_table(days: Days) -> str:
     """What `random_effects` says of Tables I and III, beside the paper's rule."""
-    head = ("unit", "axis", "values and errors", "error", "homogeneity", "between days", "next day", "test", "paper's rule")
+    head = (
+        "unit",
+        "axis",
+        "values and errors",
+        "error",
+        "homogeneity",
+        "between days",
+        "next day",
+        "test",
+        "paper's rule",
+    )
     rows = []
     for unit, axes in DAYS.items():
         for channel in axes:

@@ -1,7 +1,7 @@
 """Fill docs/paper: ``make paper``. Tables between marks, and the output below each block of Python or command line.
 
-A page is its own template. ``<!-- made: NAME -->`` … ``<!-- end -->`` holds a table of `rows`; a block ``text`` below a block
-``python`` holds what this prints, below ``sh`` what the commands print.
+A page is its own template. ``<!-- made: NAME -->`` … ``<!-- end -->`` holds a table of `rows`; a block ``text`` below a
+block ``python`` holds what this prints, below ``sh`` what the commands print.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def printed_by(code: str) -> str:
     """What a block of Python prints."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        exec(compile(code, "docs/paper", "exec"), {})  # noqa: S102  the pages are ours
+        exec(compile(code, "docs/paper", "exec"), {})
     return _trimmed(out.getvalue())
 
 

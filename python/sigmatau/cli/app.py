@@ -26,7 +26,8 @@ sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --j
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s
 sigmatau analyze static.csv --export kalibr=imu.yaml
 sigmatau analyze night1.csv night2.csv --jobs 2 --json results
-sigmatau analyze day1.csv day2.csv --joint --json unit.json""",
+sigmatau analyze day1.csv day2.csv --joint --json unit.json
+sigmatau analyze night1.csv night2.csv --overlay nights.png""",
     ),
     "inspect": (
         "Show the contents of a log and its faults: topics, columns, rates, damage.",

@@ -25,7 +25,10 @@ _HOURS = 2.0
 # Sampling rate in hertz and what the screen says of the unit. The rate of the CIMU follows from the error of 0.06 % that the
 # paper states at one sample; for the other two the paper states it.
 _UNITS: Mapping[str, tuple[float, str]] = {
-    "cimu": (200.0, "accel_z is left out: the text of the paper that sigmatau was made from has no row of this axis in Table II."),
+    "cimu": (
+        200.0,
+        "accel_z is left out: the text of the paper that sigmatau was made from has no row of this axis in Table II.",
+    ),
     "hg1700": (100.0, ""),
     "motionpak2": (100.0, ""),
 }

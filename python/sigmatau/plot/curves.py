@@ -174,9 +174,7 @@ def draw_line(
         # Beyond δ = 1, eq. (26) gives no lower edge, and χ² with one degree of freedom an upper one far off the axes.
         low, high = np.maximum(low, 0.1 * deviation), np.minimum(high, 10 * deviation)
         ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
-    ax.loglog(
-        tau, deviation, color=colour, linewidth=small() / 5, marker=marker, markersize=small() / 3.2, label=name
-    )
+    ax.loglog(tau, deviation, color=colour, linewidth=small() / 5, marker=marker, markersize=small() / 3.2, label=name)
     ax.set_xlabel("averaging time τ [s]")
     from matplotlib.ticker import FuncFormatter, LogLocator
 

@@ -20,7 +20,11 @@ _FADED = 12  # records from which on the lines have no markers
 
 
 def plot_overlay(
-    curves: Mapping[str, Mapping[str, CurveLike]], *, ax: Panels = None, unit: str | None = None, style: Style = "screen"
+    curves: Mapping[str, Mapping[str, CurveLike]],
+    *,
+    ax: Panels = None,
+    unit: str | None = None,
+    style: Style = "screen",
 ) -> Figure:
     """Draw the Allan deviations of several records in one figure.
 

@@ -46,7 +46,6 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
-from sigmatau.plot.overlay import plot_overlay
 from sigmatau.quality.clocks import clocks
 from sigmatau.record.record import stream_name
 from sigmatau.reporting.report import ENDINGS
@@ -407,6 +406,8 @@ def _many(
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
     drawn = {names[log]: outcomes[log].curves for log in logs if outcomes[log].curves}
     if overlay is not None and drawn:
+        from sigmatau.plot.overlay import plot_overlay
+
         with drawing(overlay, outputs.style, quiet=quiet):
             write_figure(plot_overlay(drawn, style=outputs.style), overlay)
     for name, finding in clocks({str(log): outcomes[log].marks for log in logs}).items():

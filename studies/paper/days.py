@@ -40,10 +40,11 @@ def analysed_day(seed: int, unit: str, day: int, hours: float = HOURS) -> dict[s
     analysis = st.analyze(record, threads=1)
     found: dict[str, dict[str, Found]] = {}
     cells = [cell for cell in PRINTED if cell.unit == unit]
+    by_rule = {channel: st.read_off(curve) for channel, curve in analysis.curves.items()}
     laid = {channel: _laid(unit, curve) for channel, curve in analysis.curves.items()}
     for cell in cells:
         fitted = analysis.fits[cell.channel][cell.term]
-        read = analysis.read_off[cell.channel].get(cell.term)
+        read = by_rule[cell.channel].get(cell.term)
         found.setdefault(cell.channel, {})[cell.term] = {
             "value": _rounded(fitted.value if fitted.observed else None),
             "low": _rounded(fitted.low if fitted.observed else None),

@@ -349,9 +349,9 @@ def navigation_text(days: Days) -> str:
     inside = total - low - high
     error = math.sqrt(0.05 * 0.95 / total)
     return (
-        f"The random walk of the CIMU is the one coefficient whose interval is too narrow. In {total} axes of "
-        f"{total // 3} more records it contains the value in {inside} ({100 * inside / total:.1f} %, where 95 ± "
-        f"{100 * 1.96 * error:.1f} % is expected), lies below it in {low} and above it in {high}."
+        f"The intervals of the CIMU's random walk are too narrow. In {total} axes of {total // 3} more records, {inside} "
+        f"({100 * inside / total:.1f} %) contain the value, where 95 ± {100 * 1.96 * error:.1f} % is expected; {low} lie "
+        f"below it and {high} above."
     )
 
 

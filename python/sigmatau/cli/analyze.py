@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from threading import Thread
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 from cyclopts import Parameter
 
@@ -43,6 +43,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.ranges import read_off_ranges
 from sigmatau.errors import DataError, OptionError
+from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
@@ -393,7 +394,7 @@ def _many(
     )  # fmt: skip
     outcomes: dict[Path, batch.Outcome] = {}
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
-        for outcome in batch.run(logs, work, jobs=jobs or 1):
+        for outcome in batch.run(logs, work, jobs=jobs or 1, keep=None if overlay is None else _curves):
             outcomes[outcome.log] = outcome
             if outcome.error and outputs.json is not None:
                 file = outputs.json / f"{names[outcome.log]}.json"
@@ -404,7 +405,7 @@ def _many(
             say(f"{log}: {finding}", quiet=quiet or (finding.severity == "info" and not verbose))
         if outcomes[log].error:
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
-    drawn = {names[log]: outcomes[log].curves for log in logs if outcomes[log].curves}
+    drawn = {names[log]: cast(Curves, outcomes[log].kept) for log in logs if outcomes[log].kept}
     if overlay is not None and drawn:
         from sigmatau.plot.overlay import plot_overlay
 
@@ -415,6 +416,10 @@ def _many(
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")
     codes = {outcome.code for outcome in outcomes.values()}
     return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)
+
+
+def _curves(log: Path, analysis: Analysis) -> Curves:
+    return analysis.curves
 
 
 def _in_a_process(

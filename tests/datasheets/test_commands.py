@@ -98,7 +98,7 @@ def test_a_file_that_is_none_does_not_hide_the_others(folder, capsys):
     head, *_ = out = capsys.readouterr().out.splitlines()
     assert head == "4 units against Unit 7: 1 failed, 1 failed to read, 1 missing, 1 passed"
     assert any(re.match(r"failed to read +cut +not JSON", line) for line in out)
-    assert any(re.match(r"missing +none +expected, and there is no file", line) for line in out)
+    assert any(re.match(r"missing +none +expected, but there is no file", line) for line in out)
     assert run("sigmatau lot good.json cut.json --spec spec.toml --json") == 4
     content = json.loads(capsys.readouterr().out)
     assert {unit["name"]: unit["state"] for unit in content["units"]} == {"good": "passed", "cut": "unreadable"}

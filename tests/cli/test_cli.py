@@ -5,6 +5,7 @@ import functools
 import gzip
 import json
 import os
+import re
 import subprocess
 import sys
 from importlib import resources
@@ -115,8 +116,14 @@ class TestAnalyze:
             "accel_z": 0.02,
         }
         assert {one["range_from"] for one in read.values()} == {"given"}
+        _, out, _ = run("analyze", log, "--rate", 100, *at, capsys=capsys)
+        for channel, begin in (("gyro_x", "0.04"), ("gyro_y", "0.02"), ("accel_z", "0.02")):
+            assert re.search(
+                rf"^{channel} read off: \w+ random walk .* \(τ {begin} … 0\.48\s+s,\s+given", out, flags=re.MULTILINE
+            )
+        assert max(map(len, out.splitlines())) <= 80
         for text, message in (
-            ("random_walk=2s", "want the shortest and the longest averaging time"),
+            ("random_walk=2s", "give the shortest and the longest averaging time"),
             ("random_walk=1:2", "'1' is not a time with a unit"),
             ("random_walk=2s:1s", "random_walk: must be two averaging times in s"),
             ("random_walk=2h:3h", "random_walk: the curve of gyro_x has no averaging time from 7200 s to 10800 s"),

@@ -70,7 +70,7 @@ def test_one_result_of_all_logs(run, tmp_path):
     )
     assert code == 0, err
     assert "joint fit of 4 runs: 2 channels at 10 Hz, 27 min together" in out
-    assert "[4 runs]" in out
+    assert "[joint]" in out
     content = json.loads(result.read_text())
     jsonschema.validate(content, SCHEMA)
     for channel in content["channels"].values():
@@ -125,7 +125,7 @@ def test_a_constant_channel_is_left_out_of_that_run(run, tmp_path):
 @pytest.mark.parametrize(
     ("argv", "code", "told"),
     [
-        (["day0.csv", "--joint"], 2, "--joint needs two or more logs; the axes of one log: --joint-axes"),
+        (["day0.csv", "--joint"], 2, "--joint needs two or more logs. For the axes of one log, use --joint-axes"),
         (["day0.csv", "day0.csv", "--joint"], 2, "is given twice"),
         (["day0.csv", "copy.csv", "--joint"], 1, "copy.csv: gyro_x has the same samples as day0.csv"),
         (["day0.csv", "fast.csv", "--joint"], 1, "fast.csv: gyro_x has 20 Hz, in day0.csv it has 10 Hz"),
@@ -149,5 +149,5 @@ def test_what_is_refused(run, tmp_path, monkeypatch, argv, code, told):
 def test_axes_of_one_log(run):
     code, out, _ = run("day0.csv", "--joint-axes", "--common", "none")
     assert code == 0
-    assert "joint fit of 2 runs: 1 channel at 10 Hz" in out
+    assert "joint fit of 2 axes of each sensor: 1 channel at 10 Hz" in out
     assert "gyro " in out

@@ -93,6 +93,29 @@ class TestInMemory:
         assert compared.key(at)[1].channel == "gyro_x"
         assert "! gyro_x random walk: run day 3 does not belong: 61 % above the others" in repr(compared)
 
+    def test_the_first_line_leaves_out_names_only_of_many_runs(self, days):
+        assert repr(compare_runs(days)).startswith("4 runs of A1: day 1, day 2, day 3, day 4\n")
+        many = compare_runs([scaled(copy.deepcopy(day), 1 + 0.001 * k) for k, day in enumerate(days * 2, 1)])
+        assert repr(many).startswith("8 runs of A1: day 1 … day 4 (2)\n")
+        long = [f"{'a name as long as a line':60} {k}" for k in range(DAYS)]
+        first = repr(compare_runs(days, names=long)).splitlines()[0]
+        assert first.startswith("4 runs of A1: a name")
+        assert len(first) <= 80
+
+    @pytest.mark.parametrize("by", ["unit", "axis"])
+    def test_the_table_has_80_columns(self, days, by):
+        for day in days:
+            terms = day["channels"]["gyro_x"]["fit"]["terms"]
+            day["channels"]["gyroscope_long"] = copy.deepcopy(day["channels"]["gyro_x"])
+            terms["bias_instability"]["value"] *= 1.2345e4
+        lines = repr(compare_runs(days, by=by)).splitlines()
+        assert max(map(len, lines)) <= 80
+        what = {"unit": "run", "axis": "result"}[by]
+        assert f"next ±: 95 % prediction interval of one more {what}, around the mean" in lines
+
+    def test_one_run_is_not_compared(self, days):
+        assert "Nothing to compare: each value is from one run." in repr(compare_runs(days[:1]))
+
     def test_names_and_units(self, days):
         compared = compare_runs(days, names=["a", "b", "c", "d"], units=["u", "u", "v", "v"])
         assert compared.groups == ("u", "v")
@@ -123,7 +146,7 @@ class TestInMemory:
         assert (columns["runs"][row], columns["of_runs"][row]) == (DAYS - 1, DAYS)
         assert columns["largest_limit"][row] == 1e-4
         assert "3 of 4" in repr(compared)
-        assert "their mean is too large" in repr(compared)
+        assert "the mean of these is too large" in repr(compared)
 
     def test_a_run_that_should_show_the_term(self, days):
         terms = days[1]["channels"]["gyro_x"]["fit"]["terms"]
@@ -131,7 +154,7 @@ class TestInMemory:
         compared = compare_runs(days)
         ((_, (run,)),) = compared.below().items()
         assert run.name == "day 2"
-        assert "run day 2 should show it: below 0.0034 deg/√h" in repr(compared)
+        assert "run day 2 does not belong: below 0.0034 deg/√h, less than the others predict" in " ".join(repr(compared).split())
         terms["random_walk"]["upper_limit"] = 1e-3
         assert not compare_runs(days).below()
 

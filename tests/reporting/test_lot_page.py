@@ -77,7 +77,7 @@ def test_the_page_in_a_browser(many, tmp_path, browser):
     assert page.evaluate(first) == "unit 5"
     page.locator("table.units th", has_text="Unit").first.click()
     assert page.evaluate(first) in ("(missing 1)", "unit 1")
-    head = page.locator("table.units th", has_text="gyro N")
+    head = page.locator("table.units th", has_text="gyro random walk")
     head.click()
     head.click()
     assert page.evaluate(first) == "unit 5"

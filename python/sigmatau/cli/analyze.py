@@ -41,7 +41,7 @@ from sigmatau.cli.options import (
     write_json,
     write_result,
 )
-from sigmatau.cli.ranges import read_off_ranges
+from sigmatau.cli.ranges import lines_by_hand, read_off_ranges
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
@@ -316,6 +316,9 @@ def _one(
         told = wrapped(causes(analysis.findings, room=_MOST_LINES))
         if with_table:
             _table(screen(analysis, below=len(told) + 1, legend=not quiet))
+            by_hand = lines_by_hand(analysis, settings["read_off_at"])
+            if by_hand:
+                _table("\n".join(by_hand))
         for line in told:
             say(line, quiet=quiet)
     code = exit_code(analysis.findings)

@@ -72,7 +72,7 @@ def joint_command(
     """Analyse logs one by one, fit them jointly, and write one result."""
     logs, left_out = batch.gather(places)
     if len(logs) < _SEVERAL and over == "runs":
-        raise OptionError("--joint needs two or more logs; the axes of one log: --joint-axes", option="joint")
+        raise OptionError("--joint needs two or more logs. For the axes of one log, use --joint-axes", option="joint")
     for option, path in outputs.files.items():
         check_output(path, outputs.endings[option], option)
     for path in exports.files.values():

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from sigmatau.analysed import Analysis
 from sigmatau.cli.options import key_values
 from sigmatau.errors import OptionError
+from sigmatau.noise.terms import TERMS
 from sigmatau.quality.selection.time_text import time_of
+from sigmatau.results import wrapped
 
 _EXAMPLE = "random_walk=1s:10s"
 
@@ -18,7 +21,7 @@ def read_off_ranges(values: Sequence[str]) -> dict[str, tuple[float, float]]:
         first, colon, last = text.partition(":")
         if not (first.strip() and colon and last.strip()):
             raise OptionError(
-                f"--read-off-at {key}={text}: want the shortest and the longest averaging time, e.g. {_EXAMPLE}",
+                f"--read-off-at {key}={text}: give the shortest and the longest averaging time, e.g. {_EXAMPLE}",
                 option="read_off_at",
             )
         ends = [
@@ -27,3 +30,19 @@ def read_off_ranges(values: Sequence[str]) -> dict[str, tuple[float, float]]:
         ]
         found[key] = (ends[0], ends[1])
     return found
+
+
+def lines_by_hand(analysis: Analysis, ranges: Mapping[str, object]) -> list[str]:
+    """What was read off in the given ranges beside a fit, a line a channel. A read-off without a fit has its own table."""
+    terms = {key.rpartition(".")[2] for key in ranges}
+    lines = []
+    for channel, read in analysis.read_off.items() if analysis.fits else ():
+        texts = [
+            f"{TERMS[name].label(read.quantity)} {' '.join(read.texts(name)[0])} ({one.region})"
+            for name, one in read.items()
+            if one.range_from == "given"
+        ]
+        refused = [f"{TERMS[one.term].label(read.quantity)}: {one.reason}" for one in read.refused if one.term in terms]
+        if texts or refused:
+            lines.append(f"{channel} read off: {', '.join([*texts, *refused])}")
+    return wrapped(lines)

@@ -8,14 +8,14 @@ from typing import Any, Literal
 from sigmatau.datasheets.claims import Claim, Meaning
 from sigmatau.datasheets.measured import NOTHING, Measured
 from sigmatau.errors import OptionError
-from sigmatau.results import Printed, interval_texts, plain, printable, two_digits
+from sigmatau.results import WIDTH, Printed, interval_texts, plain, printable, two_digits, wrapped
 from sigmatau.units import find
 
 Side = Literal["below", "undecided", "above"]
 Status = Literal["within", "above typical", "undecided", "out"]
 
 _WORST: tuple[Status, ...] = ("out", "undecided", "above typical", "within")
-_COLUMNS = 5
+_COLUMNS = 5  # channel, claim, value, status, and the limits, which follow in lines of their own
 _MOST_PRINTED_SIGMAS = 100
 
 
@@ -160,27 +160,42 @@ class Verdict(Printed):
     def __repr__(self) -> str:
         lines = [f"{printable(self.unit)} against {self.datasheet}: {self.status}"]
         rows = [row for judged in self.judged for row in _rows(judged)]
+        rows = _narrow(rows)
         full = [row for row in rows if len(row) == _COLUMNS]
         widths = [max((len(row[k]) for row in full), default=0) for k in range(_COLUMNS)]
         for row in rows:
-            cells = [cell.ljust(w) for cell, w in zip(row, widths, strict=True)] if len(row) == _COLUMNS else row
-            lines.append("  " + "   ".join(cells).rstrip())
+            if len(row) < _COLUMNS:
+                lines += wrapped(["  " + "   ".join(row).rstrip()], indent=5)
+                continue
+            *cells, against = [cell.ljust(w) for cell, w in zip(row, widths, strict=True)]
+            lines.append("  " + "  ".join(cells).rstrip())
+            lines += [f"{' ' * (widths[0] + 8)}{text}" for text in against.rstrip().split("; ") if text]
         if not self.judged:
             lines.append("  the datasheet has no noise specification for these channels")
-        lines += [
+        more = [
             f"  {name}: in the datasheet, no model in the result" for name in self.missing if name not in self.absent
         ]
         if self.absent:
-            lines.append(f"  {', '.join(self.absent)}: in the datasheet, not in the result{_hint(self.absent)}")
+            more.append(f"  {', '.join(self.absent)}: in the datasheet, not in the result{_hint(self.absent)}")
         by_term: dict[str, list[str]] = {}
         for channel, term in self.unsaid:
             by_term.setdefault(term, []).append(channel)
-        lines += [
+        more += [
             f"  measured, not in the datasheet: {term.replace('_', ' ')} ({', '.join(names)})"
             for term, names in by_term.items()
         ]
-        more = "" if self.factor is None else f"; maximum, where not stated: {self.factor:g} times typical"
-        return "\n".join([*lines, f"  confidence level of above and below: {100 * self.level:g} % each{more}"])
+        factor = "" if self.factor is None else f"; maximum, where not stated: {self.factor:g} times typical"
+        more.append(f"  confidence level of above and below: {100 * self.level:g} % each{factor}")
+        return "\n".join([*lines, *wrapped(more, indent=4)])
+
+
+def _narrow(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Rows that fit the terminal: if the values are too long, they are in the lines of the limits."""
+    full = [row for row in rows if len(row) == _COLUMNS]
+    wide = sum(max((len(row[k]) for row in full), default=0) + 2 for k in range(_COLUMNS - 1))
+    if wide <= WIDTH:
+        return rows
+    return [(*row[:2], row[3], "", f"{row[2]}; {row[4]}") if len(row) == _COLUMNS else row for row in rows]
 
 
 def _by(judged: Judged) -> str:
@@ -205,7 +220,7 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
         limits = "; ".join(
             f"{_called(claim, name)} {text}" for name in ("typical", "maximum") if (text := _stated(claim, name))
         )
-        row: tuple[str, ...] = (judged.channel, claim.label, "not measured", limits, judged.status)
+        row: tuple[str, ...] = (judged.channel, claim.label, "not measured", judged.status, limits)
         return [row, ("", f"  {judged.reason}")] if judged.reason not in ("", NOTHING) else [row]
     text, unit = claim.display()
     rows: list[tuple[str, ...]] = []
@@ -220,7 +235,7 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
         )
         label = claim.label + words if k == 0 else f"  or{words[1:]}"
         value = _value_text(reading.measured, text, size)
-        rows.append((judged.channel if k == 0 else "", label, value, against, judged.status if k == 0 else ""))
+        rows.append((judged.channel if k == 0 else "", label, value, judged.status if k == 0 else "", against))
     return [*rows, ("", f"  {judged.reason}")] if judged.reason else rows
 
 

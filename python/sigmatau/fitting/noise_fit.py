@@ -334,7 +334,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
         if self.runs:
-            return f"not seen in {len(self.runs)} runs of {duration_text(sum(self.runs))} together"
+            return f"not seen in {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
 
     def headline(self, *, method: bool = True) -> str:

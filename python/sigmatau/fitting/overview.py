@@ -68,7 +68,7 @@ def overview_rows(
     rows: list[tuple[str, ...]] = [("", *labels, "trust")]
     for (quantity, unit, n, tau0, runs), group in groupby(fits.items(), lambda item: _kind(item[1])):
         units = (display_units(term, quantity, unit)[-1][0] for term in COLUMNS)
-        rows.append((f"[{f'{runs} runs' if runs else duration_text(n * tau0)}]", *units, ""))
+        rows.append((f"[{'joint' if runs else duration_text(n * tau0)}]", *units, ""))
         for channel, fitted in group:
             values = (_text(fitted, term, short=short) for term in COLUMNS)
             rows.append((channel, *values, trust(fitted, findings, channel)))

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 _SCREEN = 23  # lines, and a prompt
 _LEAST_ROWS = 6  # of the table of one group
 _MOST_ROWS = 13  # of the table of many groups
-_MOST_NAMED = 4  # runs and groups that are named
+_ALL_NAMED = 7  # runs that are all named in the first line, as the days of a week
+_MOST_NAMED = 4  # runs, groups or results that are named in a line
+_STD = 3  # column of STD %, which a table that is too wide leaves to --table
 _LARGEST = 1.0  # relative spread up to which it is printed
 _SHORT: dict[Judgement, str] = {
     "repeatable": "repeatable",
@@ -30,8 +32,9 @@ _SHORT: dict[Judgement, str] = {
     "one_run": "one run",
     "without_errors": "not tested",
 }
+_SHORT_TERMS = {"bias instability": "bias instab.", "rate random walk": "rate walk"}  # in a table that is too wide
 _ORDER: tuple[Judgement, ...] = ("outlier", "varies", "too_alike", "without_errors", "repeatable", "one_run")
-_OTHERS = {"unit": "run", "run": "unit", "axis": "result"}  # what is compared, by what the values have in common
+OTHERS = {"unit": "run", "run": "unit", "axis": "result"}  # what is compared, by what the values have in common
 
 
 def overview(comparison: RunComparison) -> str:
@@ -52,6 +55,8 @@ def tables(comparison: RunComparison) -> str:
     order = [*TERMS, MEAN]
     keys = sorted(by_table, key=lambda one: (one[0], one[1] != "gyro", one[1], order.index(one[2])))
     parts = ["\n".join(_paper_table(comparison, key, by_table[key], judgements)) for key in keys]
+    if np.isfinite(comparison.cells.delta).any():
+        parts.append(f"δ: error as stated, or else the mean error of a {OTHERS[comparison.by]}")
     return lines_text("\n\n".join(parts).splitlines())
 
 
@@ -82,7 +87,7 @@ def _of_one(comparison: RunComparison) -> list[str]:
     judgements = comparison.judgements()
     order = in_order(comparison, compared)
     below = [*wrapped(_said(comparison, order, judgements)), *_turn_on(comparison)]
-    room = max(_SCREEN - len(below) - 3, _LEAST_ROWS)  # beside the first two lines and that on the intervals
+    room = max(_SCREEN - len(below) - 4, _LEAST_ROWS)  # beside the first two lines and those on the columns
     if len(order) > room:
         worst = sorted(order, key=lambda at: _ORDER.index(judgements[at]))[: room - 1]
         order = [at for at in order if at in worst]
@@ -94,11 +99,15 @@ def _of_one(comparison: RunComparison) -> list[str]:
 
 def _head(comparison: RunComparison) -> str:
     used = [run for run in comparison.runs if not run.problem]
-    what = _OTHERS[comparison.by]
+    what = OTHERS[comparison.by]
     names = [run.serial if comparison.by == "run" else run.name for run in used]
-    named = ", ".join(names[:_MOST_NAMED]) + (f" … {names[-1]}" if len(names) > _MOST_NAMED else "")
     of = f" of {comparison.groups[0]}" if comparison.groups[0] else ""
-    return wrapped([f"{len(used)} {what if len(used) == 1 else what + 's'}{of}: {named}"], indent=2)[0]
+    head = f"{len(used)} {what if len(used) == 1 else what + 's'}{of}: "
+    every = head + ", ".join(names)
+    if len(names) <= _ALL_NAMED and len(every) <= WIDTH:
+        return every
+    brief = f"{head}{names[0]} … {names[-1]}"
+    return brief if len(brief) <= WIDTH else f"{brief[: WIDTH - 1]}…"
 
 
 def in_order(comparison: RunComparison, rows: Iterable[int]) -> list[int]:
@@ -117,8 +126,8 @@ def in_order(comparison: RunComparison, rows: Iterable[int]) -> list[int]:
 
 def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:
     level = f"{100 * comparison.level:g}"
-    what = _OTHERS[comparison.by]
-    cells = [("", "", "mean", "STD %", f"between {what}s %", "next ± %", "")]
+    what = OTHERS[comparison.by]
+    cells: list[tuple[str, ...]] = [("", "", "mean", "STD %", f"between {what}s %", "next ± %", "")]
     for at in rows:
         label, found = comparison.key(at)[1], comparison.row(at)
         unit, size = unit_of(label)
@@ -127,7 +136,16 @@ def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[
         cells.append(
             (label.channel, term_name(label), f"{_mean_text(found, size)} {unit}", *_spread(label, found), verdict)
         )
-    widths = [max(len(row[k]) for row in cells) for k in range(len(cells[0]))]
+    widths = _widths(cells)
+    if sum(widths) + len(widths) - 1 > WIDTH:
+        cells[0] = tuple("between %" if text.startswith("between") else text for text in cells[0])
+        widths = _widths(cells)
+    if sum(widths) + len(widths) - 1 > WIDTH:
+        cells = [(row[0], _SHORT_TERMS.get(row[1], row[1]), *row[2:]) for row in cells]
+        widths = _widths(cells)
+    if sum(widths) + len(widths) - 1 > WIDTH:
+        cells = [(*row[:_STD], *row[_STD + 1 :]) for row in cells]
+        widths = _widths(cells)
     gap = 2 if sum(widths) + 2 * (len(widths) - 1) <= WIDTH else 1
     lines = []
     previous = ""
@@ -135,9 +153,17 @@ def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[
         shown = (row[0] if row[0] != previous else "", *row[1:])
         previous = row[0]
         lines.append((" " * gap).join(text.ljust(width) for text, width in zip(shown, widths, strict=True)).rstrip())
-    lines[0] = lines[0].ljust(len(lines[0]))
-    note = f"[ ]: {level} % interval; next: {level} % prediction interval of one more {what}"
-    return [*lines, note]
+    if all(comparison.cells.seen[at] < 2 for at in rows):
+        return [*lines, f"Nothing to compare: each value is from one {what}. Give the results of two or more."]
+    return [
+        *lines,
+        f"between {what}s: spread of the true values, errors removed [{level} % interval]",
+        f"next ±: {level} % prediction interval of one more {what}, around the mean",
+    ]
+
+
+def _widths(cells: Sequence[Sequence[str]]) -> list[int]:
+    return [max(map(len, column)) for column in zip(*cells, strict=True)]
 
 
 def _mean_text(found: RandomEffects, size: float) -> str:
@@ -174,7 +200,7 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
     """What the verdicts mean: runs that do not belong by name; terms that are not seen in all runs."""
     lines = []
     outliers = comparison.outliers()
-    what = _OTHERS[comparison.by]
+    what = OTHERS[comparison.by]
     for at in rows:
         if at in outliers:
             label, run = comparison.key(at)[1], outliers[at]
@@ -192,8 +218,8 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
             unit, size = unit_of(label)
             limit = min(comparison.table.limit[comparison.cells.limited(at)]) / size
             lines.append(
-                f"! {label.channel} {term_name(label)}: {what} {runs[0].name} should show it:"
-                f" below {two_digits(limit)} {unit}, less than expected of a {what}"
+                f"! {label.channel} {term_name(label)}: {what} {runs[0].name} does not belong:"
+                f" below {two_digits(limit)} {unit}, less than the others predict"
             )
     if len(lines) > _MOST_NAMED:
         lines = [
@@ -206,7 +232,7 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
             f"! {alike} rows agree better than their errors allow: errors too large, or {what}s not independent"
         )
     if any(comparison.cells.seen[at] < comparison.cells.looked[at] for at in rows):
-        lines.append(f"· m of n: only m {what}s show the term; their mean is too large.")
+        lines.append(f"· m of n: m of the n {what}s show the term; the mean of these is too large.")
     return lines
 
 
@@ -238,7 +264,7 @@ def _turn_on(comparison: RunComparison) -> list[str]:
     factors = ""
     if one.tau and one.tau_low is not None and one.tau_high is not None:
         low, high = one.tau_low / one.tau, one.tau_high / one.tau
-        factors = f" (interval × {low:.2f} to × {high:.2f})"
+        factors = f" ({100 * comparison.level:g} % interval: × {low:.2f} to × {high:.2f})"
     start = "turn-on bias" if comparison.by == "unit" else "bias"
     return wrapped([f"{start}, STD: {'; '.join(parts)}{factors}"])
 
@@ -247,7 +273,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
     """Over many groups: by channel and term how many repeat, and the groups with a run that does not belong."""
     judgements = comparison.judgements()
     used = sum(not run.problem for run in comparison.runs)
-    what, group = _OTHERS[comparison.by], comparison.by
+    what, group = OTHERS[comparison.by], comparison.by
     rows: dict[tuple[str, str], list[int]] = {}
     labels = comparison.table.labels
     order = [*TERMS]
@@ -307,7 +333,7 @@ def _paper_table(
     rows = in_order(comparison, rows)
     labels = [comparison.key(at)[1] for at in rows]
     unit, size = unit_of(labels[0])
-    what = _OTHERS[comparison.by]
+    what = OTHERS[comparison.by]
     values = [{id(run): value / size for run, value, _ in comparison.values(at)} for at in rows]
     runs = [run for run in comparison.runs if any(id(run) in one for one in values)]
     digits = _decimals([value for one in values for value in one.values()])

@@ -9,7 +9,7 @@ import numpy as np
 
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.errors import DataError, OptionError
-from sigmatau.lots.comparison_text import in_order, term_name, unit_of
+from sigmatau.lots.comparison_text import OTHERS, in_order, term_name, unit_of
 from sigmatau.lots.runs import MEAN, SIGNED
 from sigmatau.noise.terms import TERMS
 from sigmatau.plot.forest import ForestPanel
@@ -70,5 +70,7 @@ def _panel(comparison: RunComparison, at: int) -> ForestPanel:
         mean_high=scaled(found.high),
         next_low=scaled(found.next_low),
         next_high=scaled(found.next_high),
+        level=comparison.level,
+        compared=OTHERS[comparison.by],
         row=f"{stream_name(label.channel)} {label.term}",
     )

@@ -52,11 +52,14 @@ class JointAnalysis(Printed):
     joint : JointFit
     records : mapping of str to Analysis
         The analyses of the single records, by name.
+    over : {"runs", "axes"}
+        What one model is fitted to.
     """
 
     analysis: Analysis
     joint: JointFit
     records: Mapping[str, Analysis] = field(repr=False)
+    over: Over = "runs"
 
     def to_dict(self) -> dict[str, Any]:
         """The stable JSON form of an analysis, with a ``joint`` in each channel."""
@@ -71,8 +74,9 @@ class JointAnalysis(Printed):
         rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
         together = duration_text(max(sum(one.fit.runs) for one in self.joint.values()))
         runs = max(len(one.runs) for one in self.joint.values())
+        what = "axes of each sensor" if self.over == "axes" else "runs"
         axes = f"{len(curves)} {'channel' if len(curves) == 1 else 'channels'} at {' and '.join(rates)} Hz"
-        return f"joint fit of {runs} runs: {axes}, {together} together"
+        return f"joint fit of {runs} {what}: {axes}, {together} together"
 
     def overview(self, *, width: int = 80, legend: bool = True) -> str:
         """The table of an analysis, and how much the runs differ."""
@@ -188,7 +192,7 @@ def fit_analysed(
         grids={},
     )
     by_name = {record.name: record.analysis for record in records}
-    return JointAnalysis(analysis=analysis, joint=JointFit(joints), records=by_name)
+    return JointAnalysis(analysis=analysis, joint=JointFit(joints), records=by_name, over=over)
 
 
 def _findings(joint: JointChannel) -> list[Finding]:

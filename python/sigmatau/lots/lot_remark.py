@@ -83,6 +83,6 @@ CODES = {
     "same_data": "the data are those of another unit",
     "not_expected": "the unit is not on the list of those expected",
     "unreadable": "the log or the result cannot be read",
-    "missing": "the unit is expected, and there is no file",
+    "missing": "the unit is expected, but there is no file",
 }
 """Codes of the remarks of a lot, and their meaning; findings of the analysis have their own codes."""

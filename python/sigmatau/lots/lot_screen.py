@@ -37,12 +37,23 @@ def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
     for state, name, reason in told[:most]:
         lines.append(_cut(f"{state.ljust(states)}  {name.ljust(names)}  {reason}", width))
     if len(told) > most:
-        lines.append(f"… and {len(told) - most} more; see -v, or a file of -o")
+        lines.append(f"… and {len(told) - most} more; see -v or the files of -o")
+    lines += _only_described(lot, width)
     rows = pooled(lot)
     if rows:
         lines += ["", *table(rows, width=width)]
     lines += drift_lines(lot, rows)
     return "\n".join(lines)
+
+
+def _only_described(lot: Lot, width: int) -> list[str]:
+    """Without a specification: what is said of the units that fit the others."""
+    told = {one.name for one in told_units(lot)}
+    fit = sum(one.state == "not_judged" and one.name not in told for one in lot.units)
+    if lot.spec is not None or not fit:
+        return []
+    found = f"{fit} {'unit' if fit == 1 else 'units'}: nothing found. Give --spec SPEC.toml to judge"
+    return wrapped([f"{found} {'it' if fit == 1 else 'them'}."], width=width)
 
 
 def told_units(lot: Lot) -> list[JudgedUnit]:
@@ -86,6 +97,8 @@ def _cut(line: str, width: int) -> str:
 
 _HEAD = ("", "units", "median", "±%", "min", "max", "limit", "unit", "outliers")
 _SPARE = (4, 5)  # columns that a narrow terminal has no room for
+_OUTLIERS = 8  # column that is shown if there are any
+_NOTE = "±%: robust standard deviation over the units, median of the axes"
 
 
 def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
@@ -97,7 +110,7 @@ def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
                 f"{row.sensor} {_abbreviated(row)}",
                 str(row.units),
                 f"{row.median:.3g}",
-                percent(row.spread),
+                percent(row.spread) if row.units > 1 else "–",
                 f"{row.low:.3g}",
                 f"{row.high:.3g}",
                 " or ".join(f"{limit:.3g}" for limit in row.limits) or "–",
@@ -107,10 +120,13 @@ def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
             for row in rows
         ),
     ]
+    if not any(row[_OUTLIERS] for row in cells[1:]):
+        cells = [row[:_OUTLIERS] for row in cells]
     lines = _aligned(cells)
     if max(map(len, lines)) > width:
         lines = _aligned([tuple(cell for k, cell in enumerate(row) if k not in _SPARE) for row in cells])
-    return [_cut(line, width) for line in lines]
+    note = [_NOTE] if any(row.units > 1 for row in rows) else []
+    return [_cut(line, width) for line in [*lines, *note]]
 
 
 def _aligned(cells: Sequence[Sequence[str]]) -> list[str]:

@@ -22,17 +22,17 @@ _FAR = 3.0  # ratio from which on a difference is told as a factor: "57 times"
 
 
 def difference(ratio: float) -> str:
-    """A ratio as a difference: ``"12 % above"``, ``"57 times below"``.
+    """A ratio to a reference, whose name follows: ``"12 % above"``, ``"57 times"``, ``"1/57 of"``.
 
     Examples
     --------
     >>> difference(1.123), difference(0.5), difference(57.3), difference(1 / 57.3)
-    ('12 % above', '50 % below', '57 times above', '57 times below')
+    ('12 % above', '50 % below', '57 times', '1/57 of')
     """
     if ratio >= _FAR:
-        return f"{two_digits(ratio)} times above"
+        return f"{two_digits(ratio)} times"
     if ratio <= 1 / _FAR:
-        return f"{two_digits(1 / ratio)} times below" if ratio > 0 else "far below"
+        return f"1/{two_digits(1 / ratio)} of" if ratio > 0 else "far below"
     percent = 100 * abs(ratio - 1)
     return f"{two_digits(percent)} % {'above' if ratio >= 1 else 'below'}"
 
@@ -113,7 +113,7 @@ _WORDS: Mapping[str, Callable[[Remark], str]] = {
     "same_data": lambda one: f"the data are those of {one.text}; log this unit again",
     "not_expected": lambda one: "not on the list of --expect",
     "unreadable": lambda one: one.text,
-    "missing": lambda one: "expected, and there is no file",
+    "missing": lambda one: "expected, but there is no file",
 }
 
 

@@ -40,6 +40,8 @@ class ForestPanel:
     mean_high: float | None
     next_low: float | None
     next_high: float | None
+    level: float  # confidence level of the intervals
+    compared: str  # "run", "unit" or "result"
     row: str = ""  # panels of the same row stand beside each other
 
 
@@ -84,10 +86,17 @@ def draw_forest(panel: ForestPanel, ax: Axes, *, named: bool) -> None:
     """Draw one panel; `named`: with the names of the runs."""
     count = len(panel.names)
     rows = np.arange(count)[::-1]
+    level = f"{100 * panel.level:g} %"
     if panel.next_low is not None and panel.next_high is not None:
-        ax.axvspan(panel.next_low, panel.next_high, color="0.93", lw=0, label="prediction interval of one more run")
+        ax.axvspan(
+            panel.next_low,
+            panel.next_high,
+            color="0.93",
+            lw=0,
+            label=f"{level} prediction interval of one more {panel.compared}",
+        )
     if panel.mean_low is not None and panel.mean_high is not None:
-        ax.axvspan(panel.mean_low, panel.mean_high, color="0.82", lw=0, label="interval of the mean")
+        ax.axvspan(panel.mean_low, panel.mean_high, color="0.82", lw=0, label=f"{level} interval of the mean")
     ax.axvline(panel.mean, color="0.35", lw=0.8)
     size = 4.0 if count <= _MOST_NAMES else 1.5
     for chosen, colour in ((np.arange(count) != panel.odd, "C0"), (np.arange(count) == panel.odd, "C3")):

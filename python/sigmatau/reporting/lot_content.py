@@ -24,8 +24,8 @@ Column = tuple[str, str, str, float]
 
 _COLUMNS = ("random_walk", "bias_instability", "means_10")  # coefficients with a column of their own
 _MOST_COLUMNS = 6
-_SHORT = {"random_walk": "N", "bias_instability": "B", "means_10": "10 s means"}
-_MAXIMUM = "of maximum, %"
+_SHORT = {"random_walk": "random walk", "bias_instability": "bias instability", "means_10": "10 s means"}
+_MAXIMUM = "% of maximum"
 
 
 _CONVENTIONS = {
@@ -132,10 +132,10 @@ def done_rows(lot: Lot, command: str | None, moment: str) -> list[tuple[str, str
     shown = {
         "Specification": "none" if lot.spec is None else f"{lot.spec.name} ({lot.spec.maker}); {lot.spec.source}",
         "Expected": "not stated" if lot.expected is None else f"{lot.expected} units",
-        "Confidence level": f"{100 * settings.level:g} % of above and of below a maximum, each",
+        "Confidence level": f"{100 * settings.level:g} % for above a maximum, and for below it",
         "Without a maximum": "not judged" if settings.factor is None else f"{settings.factor:g} × typical or 1 σ value",
         "Undecided": settings.undecided.replace("-", " "),
-        "Warnings": "fail a unit" if settings.fail_on else "a unit is not judged",
+        "Warnings": "the unit fails" if settings.fail_on else "the unit is not judged",
         "Accepted": ", ".join(settings.accept) or "nothing",
         "Exit code": str(lot.exit_code),
         "Command": command or "",

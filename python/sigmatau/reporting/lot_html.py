@@ -123,7 +123,7 @@ def _units(lot: Lot) -> Markup:
     order = {state: k for k, state in enumerate(STATES)}
     rows = [_unit(one, columns, order) for one in sorted(lot.units, key=lambda one: order[one.state])]
     table = element("table", element("thead", element("tr", heads)), element("tbody", rows), class_="units")
-    about = "Of coefficients, the largest of the axes. A head of the table sorts it."
+    about = "Coefficients are the largest of the axes. Select the head of a column to sort by it."
     return joined(element("p", about, class_="about"), _scrolled(table))
 
 
@@ -153,8 +153,9 @@ def _distribution(lot: Lot) -> Markup:
         class_="distributions",
     )
     about = (
-        "±: standard deviation over the units, robust, in per cent. Drift: change from the first to the last unit, in the"
-        " order in which they were given, where it is significant. Outliers: found in 5 % of lots without any."
+        "±: robust standard deviation over the units. Drift: change from the first to the last unit, in the order in which"
+        " they were given, if significant. A lot without outliers has one named in at most 5 % of the cases. Charts: dashed,"
+        " maximum; dotted, median; red points, units that failed or are unlike the others."
     )
     charts = element("div", class_="charts", data_lot="values")
     return joined(element("p", about, class_="about"), _scrolled(table), element("p", ""), charts)
@@ -163,7 +164,7 @@ def _distribution(lot: Lot) -> Markup:
 def _curves() -> Markup:
     about = (
         "Thin: all units. Thick: their median, with the range of the middle 80 %. In colour: units that failed or are unlike"
-        " the others. Dashed: maxima of the specification; each term alone has to lie below its line."
+        " the others. Dashed: maxima of the specification, each for its term alone."
     )
     return joined(element("p", about, class_="about"), element("div", class_="charts", data_lot="curves"))
 

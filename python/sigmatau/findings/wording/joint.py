@@ -14,10 +14,10 @@ from sigmatau.noise.terms import TERMS
 def _run_differs(_: Finding, d: kinds.RunDiffers) -> Words:
     action = "Fit the other runs without it, or find what differed in this run"
     if d.term is None:
-        return Words(f"{d.run}: its spectrum is not that of the other runs (p = {d.p_value:.1g})", action)
+        return Words(f"{d.run}: the spectrum differs from that of the other runs (p = {d.p_value:.1g})", action)
     label = TERMS[d.term].label("")
     if d.factor is None:
-        return Words(f"{d.run}: has {label}, which the other runs do not show (p = {d.p_value:.1g})", action)
+        return Words(f"{d.run} shows {label}, and the other runs do not (p = {d.p_value:.1g})", action)
     return Words(f"{d.run}: {label} is {number(d.factor)} times that of the other runs (p = {d.p_value:.1g})", action)
 
 

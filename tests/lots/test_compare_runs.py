@@ -356,6 +356,12 @@ class TestCommand:
         assert max(map(len, repr(compared).splitlines())) <= 80
         assert len(repr(compared).splitlines()) <= 24
 
+    def test_what_a_killed_run_leaves_is_not_read(self, folder):
+        (folder / ".day1.json.sigmatau-x.json").write_bytes(b"")
+        compared = compare_runs(folder)
+        assert len(compared.runs) == DAYS
+        assert not compared.unused
+
     def test_results_that_cannot_be_used_are_named(self, folder, capsys):
         (folder / "cut.json").write_text('{"schema": 2,')
         (folder / "list.json").write_text("[]")

@@ -103,7 +103,7 @@ _NOTE = "±%: robust standard deviation over the units, median of the axes"
 
 def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
     """A row a coefficient of a sensor."""
-    cells = [
+    cells: list[tuple[str, ...]] = [
         _HEAD,
         *(
             (

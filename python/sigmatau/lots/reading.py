@@ -34,7 +34,9 @@ def gather(places: Sequence[Path]) -> list[Path]:
         if not place.is_dir():
             found.append(place)
             continue
-        inside = sorted((os.path.join(at, name) for at, _, names in os.walk(place) for name in names), key=_natural)  # noqa: PTH118  much faster
+        # Hidden files are no results: a killed run leaves its half-written ones under such names.
+        visible = (os.path.join(at, name) for at, _, names in os.walk(place) for name in names if name[0] != ".")  # noqa: PTH118  much faster
+        inside = sorted(visible, key=_natural)
         results = [file for file in inside if file[-5:].lower() == ".json"]
         named = {file[:-5] for file in results}
         tables = (file for file in inside if file[-4:].lower() == ".csv" and not file.endswith(_CURVES))

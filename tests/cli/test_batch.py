@@ -42,9 +42,9 @@ def run(*argv, capsys):
 def in_process(monkeypatch):
     """Logs analysed here, one after the other, where the processes are not what is tested: each takes a second to start."""
 
-    def run(logs, work, *, jobs):
+    def run(logs, work, *, jobs, keep=None):
         for log in logs:
-            yield batch._outcome(log, work)
+            yield batch._outcome(log, work, keep)
 
     monkeypatch.setattr(batch, "run", run)
 

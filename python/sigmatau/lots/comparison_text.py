@@ -17,7 +17,9 @@ from sigmatau.results import WIDTH, lines_text, two_digits, wrapped
 if TYPE_CHECKING:
     from sigmatau.lots.comparison import RunComparison
 
-_MOST_ROWS = 12  # of a table on a screen of 24 lines
+_SCREEN = 23  # lines, and a prompt
+_LEAST_ROWS = 6  # of the table of one group
+_MOST_ROWS = 13  # of the table of many groups
 _ALL_NAMED = 7  # runs that are all named in the first line, as the days of a week
 _MOST_NAMED = 4  # runs, groups or results that are named in a line
 _STD = 3  # column of STD %, which a table that is too wide leaves to --table
@@ -84,14 +86,15 @@ def _of_one(comparison: RunComparison) -> list[str]:
     compared = [at for at in rows if comparison.cells.seen[at] > 1] or [at for at in rows if comparison.cells.seen[at]]
     judgements = comparison.judgements()
     order = in_order(comparison, compared)
-    if len(order) > _MOST_ROWS:
-        worst = sorted(order, key=lambda at: _ORDER.index(judgements[at]))[:_MOST_ROWS]
+    below = [*wrapped(_said(comparison, order, judgements)), *_turn_on(comparison)]
+    room = max(_SCREEN - len(below) - 4, _LEAST_ROWS)  # beside the first two lines and those on the columns
+    if len(order) > room:
+        worst = sorted(order, key=lambda at: _ORDER.index(judgements[at]))[: room - 1]
         order = [at for at in order if at in worst]
     lines = [_head(comparison), *_table(comparison, order, judgements)]
     if len(compared) > len(order):
         lines.append(f"{len(compared) - len(order)} more rows, none worse: --table")
-    lines += _said(comparison, order, judgements)
-    return lines + _turn_on(comparison)
+    return lines + below
 
 
 def _head(comparison: RunComparison) -> str:
@@ -206,7 +209,7 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
             others = [v for one, v, _ in comparison.values(at) if one is not run]
             lines.append(
                 f"! {label.channel} {term_name(label)}: {what} {name} does not belong:"
-                f" {_against(value, float(np.mean(others)))} the mean of the others"
+                f" {_against(value, float(np.mean(others)))} the others"
             )
     below = comparison.below()
     for at in rows:
@@ -229,9 +232,7 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
             f"! {alike} rows agree better than their errors allow: errors too large, or {what}s not independent"
         )
     if any(comparison.cells.seen[at] < comparison.cells.looked[at] for at in rows):
-        lines.append(
-            f"· m of n: m of the n {what}s show the term. Mean and spread are of these; the mean is too large."
-        )
+        lines.append(f"· m of n: m of the n {what}s show the term; the mean of these is too large.")
     return lines
 
 
@@ -322,7 +323,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
         lines.append(f"! {name}: {what} {runs[0]}{more} does not belong")
     if len(named) > _MOST_NAMED:
         lines.append(f"! {len(named) - _MOST_NAMED} more {group}s have a {what} that does not belong: --csv")
-    return lines
+    return wrapped(lines)
 
 
 def _paper_table(

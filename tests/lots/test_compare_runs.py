@@ -154,7 +154,9 @@ class TestInMemory:
         compared = compare_runs(days)
         ((_, (run,)),) = compared.below().items()
         assert run.name == "day 2"
-        assert "run day 2 does not belong: below 0.0034 deg/√h, less than the others predict" in " ".join(repr(compared).split())
+        assert "run day 2 does not belong: below 0.0034 deg/√h, less than the others predict" in " ".join(
+            repr(compared).split()
+        )
         terms["random_walk"]["upper_limit"] = 1e-3
         assert not compare_runs(days).below()
 

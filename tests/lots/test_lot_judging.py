@@ -291,3 +291,28 @@ def test_many_units_are_fast_enough_to_judge(units, sheet):
         many[f"unit {k}"] = content
     lot = st.judge_lot(many, sheet(), expect=400)
     assert lot.counts["passed"] == 400
+
+
+class TestChangedResults:
+    """A result that was changed by hand is a unit that failed to read, and no error of the lot."""
+
+    @pytest.mark.parametrize(
+        "damage",
+        [
+            {"findings": 5},
+            {"findings": [7]},
+            {"findings": [{"code": "spikes", "left_out": "many"}]},
+            {"findings": [{"code": "spikes", "left_out": [1]}]},
+            {"findings": [{"code": "spikes", "channels": 7}]},
+            {"error": "boom"},
+        ],
+    )
+    def test_its_findings_or_error(self, units, damage, sheet):
+        lot = st.judge_lot({**units, "changed": units["u1"] | damage}, sheet())
+        assert lot["changed"].state == "unreadable"
+        assert lot.counts["passed"] == 4
+
+    def test_more_samples_than_a_number_holds(self, units, sheet):
+        changed = json.loads(json.dumps(units["u1"]))
+        changed["channels"]["gyro_x"]["samples"] = 10**400
+        assert st.judge_lot({**units, "changed": changed}, sheet())["changed"].state == "unreadable"

@@ -85,7 +85,8 @@ def lot_command(
     results
         Folder for the result of each unit, as analyze --json writes it.
     level
-        Confidence level of "above" a maximum: a unit exactly at it fails with a probability of at most 1 - LEVEL.
+        Confidence level of "above" and "below" a maximum: a value exactly at it fails its unit with a probability of at most
+        1 - LEVEL, and lets it pass with no more.
     factor
         Where the specification states no maximum, use FACTOR times the typical or 1 σ value. Default: such a value is not
         judged, and no unit passes.

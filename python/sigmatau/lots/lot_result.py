@@ -16,9 +16,9 @@ from sigmatau.frozen import frozen
 from sigmatau.lots.lot_remark import STATES, Remark, State
 from sigmatau.lots.lot_statistics import Band, Distribution, Floats
 from sigmatau.lots.lot_unit import UnitResult
-from sigmatau.lots.lot_words import remark_text, what_text, what_unit
+from sigmatau.lots.lot_words import STATE_WORDS, remark_text, what_text, what_unit
 from sigmatau.noise.terms import BIAS_LEVEL
-from sigmatau.results import Tabular, plain
+from sigmatau.results import Tabular, plain, printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,6 +95,9 @@ class JudgedUnit:
     def notes(self) -> tuple[Remark, ...]:
         """Remarks that are only told."""
         return tuple(one for one in self.remarks if one.kind == "note" and one.code != "no_specification")
+
+    def __repr__(self) -> str:
+        return ": ".join(filter(None, (printable(self.name), STATE_WORDS[self.state], self.reason)))
 
     def to_dict(self) -> dict[str, Any]:
         channels = {

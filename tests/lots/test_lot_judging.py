@@ -202,7 +202,7 @@ def test_an_implausible_value_is_said(units, sheet):
 def test_without_a_specification(units, bad):
     lot = st.judge_lot(units)
     assert {one.state for one in lot.units} == {"not_judged"}
-    assert lot.exit_code == 0
+    assert lot.exit_code == 4
     assert "4 units: nothing found. Give --spec SPEC.toml to judge them." in repr(lot)
     lot = st.judge_lot(units | {"bad": bad})
     assert lot.exit_code == 4

@@ -69,7 +69,7 @@ def lot_command(
     """Judge a lot of units: each is passed, failed, not judged, failed to read, or missing.
 
     Exit code 0 if all units passed, 3 if one failed, 4 if not all were judged, read and there. Without --spec, the units are
-    described and compared with each other: 0 if all were analysed and none has a doubt.
+    described and compared with each other, and none is judged.
 
     Parameters
     ----------

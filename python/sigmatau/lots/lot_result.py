@@ -176,17 +176,11 @@ class Lot(Tabular):
 
     @property
     def exit_code(self) -> int:
-        """0: all passed (without a specification: all analysed, and none has a doubt); 3: a unit failed; 4: not all are
-        judged, read and there.
-        """
+        """0: all passed; 3: a unit failed; 4: not all are judged, read and there, as without a specification."""
         if self.of("failed"):
             return FAILED
-        if self.of("unreadable") or self.of("missing") or self.too_many:
-            return OPEN
-        doubts = self.of("not_judged")
-        if self.spec is None:
-            doubts = tuple(one for one in doubts if any(remark.code != "no_specification" for remark in one.reasons))
-        return OPEN if doubts else 0
+        open_ = self.of("not_judged") or self.of("unreadable") or self.of("missing") or self.too_many
+        return OPEN if open_ else 0
 
     @property
     def drifts(self) -> tuple[Distribution, ...]:

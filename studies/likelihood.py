@@ -506,8 +506,9 @@ Reasons, as far as they were looked into:
 - Bias of K in the shortest records of the HG1700: K is not observed in 5 to 12 % of them, since a bias instability fits as
   well.
 - Quantization noise that is far larger than all else, in records of 2^20 samples (navigation, HG1700, CIMU): the mirror at
-  both ends adds a share of it to low frequencies, whose mean is in the model; its scatter is not. N is then 2 % low, and its
-  standard deviation and that of K are 1.3 to 1.6 times the bound.
+  both ends adds a share of it to low frequencies. Its mean is in the model, its scatter is not: the standard deviations of
+  N and K are 1.3 to 1.6 times the bound. This page was made before the mean was corrected, which had made N 2 % too low in
+  records of this length ([300 axes since then](../paper/repeatability.md)).
 - White noise behind slow filters (1 Hz, 0.3 s): six coefficients follow the band, and the level at the frequency 0 is
   extrapolated.
 - Telegraph noise of 50 s beside weak humps: a larger rate random walk or bias instability describes it about as well. The

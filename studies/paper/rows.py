@@ -349,8 +349,8 @@ def navigation_text(days: Days) -> str:
     inside = total - low - high
     error = math.sqrt(0.05 * 0.95 / total)
     return (
-        f"The intervals of the CIMU's random walk are too narrow. In {total} axes of {total // 3} more records, {inside} "
-        f"({100 * inside / total:.1f} %) contain the value, where 95 ± {100 * 1.96 * error:.1f} % is expected; {low} lie "
+        f"The CIMU's random walk in {total} axes of {total // 3} more records: {inside} intervals "
+        f"({100 * inside / total:.1f} %) contain the value; 95 ± {100 * 1.96 * error:.1f} % is expected. {low} lie "
         f"below it and {high} above."
     )
 

@@ -132,6 +132,8 @@ def test_a_constant_channel_is_left_out_of_that_run(run, tmp_path):
         (["day0.csv", "other.csv", "--joint"], 2, "--joint needs at least two logs with the same channel"),
         (["day0.csv", "bad.csv", "--joint"], 1, "--joint needs two or more logs that can be used: 1 of 2 can"),
         ([*DAYS, "--joint", "--report", "r.html"], 2, "--report is of single logs"),
+        ([*DAYS, "--joint", "--overlay", "o.png"], 2, "--overlay is of single logs"),
+        ([*DAYS, "--joint", "--read-off-at", "random_walk=1s:10s"], 2, "--read-off-at is of single logs"),
         ([*DAYS, "--joint", "--jobs", "2"], 2, "--jobs is of single logs"),
         ([*DAYS, "--joint", "--method", "gls"], 2, "--joint needs --method likelihood, not gls"),
         ([*DAYS, "--joint", "--common", "foo"], 2, "--common: 'foo' cannot be common to runs"),

@@ -154,7 +154,9 @@ class TestInMemory:
         compared = compare_runs(days)
         ((_, (run,)),) = compared.below().items()
         assert run.name == "day 2"
-        assert "run day 2 does not belong: below 0.0034 deg/√h, less than the others predict" in " ".join(repr(compared).split())
+        assert "run day 2 does not belong: below 0.0034 deg/√h, less than the others predict" in " ".join(
+            repr(compared).split()
+        )
         terms["random_walk"]["upper_limit"] = 1e-3
         assert not compare_runs(days).below()
 
@@ -267,6 +269,26 @@ class TestNotUsed:
         path = tmp_path / "none.csv"
         path.write_text("run,channel,term,value,unit\n1,gyro_x,random_walk,,deg/sqrt(h)\n")
         assert list(compare_runs([*days, path]).unused.values()) == ["no values"]
+
+    def test_a_table_without_rows(self, days, tmp_path):
+        path = tmp_path / "none.csv"
+        path.write_text("run,channel,term,value,unit\n")
+        with pytest.raises(DataError, match="has no rows below its header"):
+            compare_runs([path])
+        assert list(compare_runs([*days, path]).unused.values()) == ["has no rows below its header"]
+
+    def test_two_values_of_one_run(self, tmp_path):
+        """They would be compared as two runs."""
+        path = tmp_path / "twice.csv"
+        rows = "1,gyro_x,random_walk,0.1,deg/sqrt(h)\n1,gyro_x,random_walk,0.2,deg/sqrt(h)\n"
+        path.write_text(f"run,channel,term,value,unit\n{rows}")
+        with pytest.raises(DataError, match="row 3: a second row of random_walk of gyro_x in the run '1'"):
+            compare_runs([path])
+
+    def test_values_near_the_largest_number(self, tmp_path):
+        path = tmp_path / "large.csv"
+        path.write_text("run,channel,term,value,unit\n1,x,random_walk,1e300,u\n2,x,random_walk,1e-300,u\n")
+        assert compare_runs([path])["x", "random_walk"].std is None
 
     def test_nothing_is_left(self, days):
         with pytest.raises(DataError, match="not a result"):

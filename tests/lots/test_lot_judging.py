@@ -140,6 +140,52 @@ def test_undecided(units, sheet):
         assert any(remark.code == "undecided" for remark in lot.units[0].remarks)
 
 
+def test_below_the_maximum_in_every_convention(units, sheet):
+    """A density of an unknown convention, of which one is above the typical value and both are below the maximum."""
+    walk = st.compare_with(units["u1"], st.datasheet(sheet())).judged[0].readings[0].measured.value
+    typical, maximum = f"{1.2 * walk!r} rad/s/sqrt(Hz)", f"{3 * walk!r} rad/s/sqrt(Hz)"
+    claim = f'noise_density = {{ typical = "{typical}", maximum = "{maximum}", sided = "unknown" }}'
+    lot = st.judge_lot({"u1": units["u1"]}, sheet(one_sheet(f"[gyro_x]\n{claim}\n")))
+    assert lot.units[0].verdict.judged[0].status == "undecided"  # beside the typical value
+    assert lot.units[0].state == "passed"
+    # Between the conventions the maximum decides, and does not.
+    maximum = f"{1.2 * walk!r} rad/s/sqrt(Hz)"
+    claim = f'noise_density = {{ maximum = "{maximum}", sided = "unknown" }}'
+    lot = st.judge_lot({"u1": units["u1"]}, sheet(one_sheet(f"[gyro_x]\n{claim}\n")))
+    assert lot.units[0].state == "not_judged"
+    assert "--sided" in lot.units[0].reason
+
+
+def at_the_maximum(result, limit, rng, channels):
+    """The result with random walks that are exactly at a limit in truth, with their errors; the others far below."""
+    found = json.loads(json.dumps(result))
+    for name, channel in found["channels"].items():
+        value = limit * (math.exp(0.05 * rng.standard_normal()) if name in channels else 0.5)
+        term = channel["fit"]["terms"]["random_walk"]
+        term |= {"value": value, "low": value * math.exp(-1.96 * 0.05), "high": value * math.exp(1.96 * 0.05)}
+        channel["fit"]["model"]["random_walk"] = value
+    return found
+
+
+def test_a_value_exactly_at_its_maximum(units, sheet):
+    """It fails and passes in 5 % of 400 records each at most, with ± 3 standard errors of the count."""
+    rng = np.random.default_rng(seed_of("a value exactly at its maximum"))
+    limit = 0.4 * math.pi / 180 / 60
+    path = sheet(one_sheet('[gyro]\nrandom_walk = { maximum = "0.4 deg/sqrt(h)" }\n'))
+    states = [
+        st.judge_lot({"u": at_the_maximum(units["u1"], limit, rng, {"gyro_x"})}, path).units[0].state
+        for _ in range(400)
+    ]
+    most = 400 * 0.05 + 3 * math.sqrt(400 * 0.05 * 0.95)
+    assert 0 < states.count("failed") <= most
+    assert 0 < states.count("passed") <= most
+
+
+def test_a_unit_prints_itself(units, sheet):
+    lot = st.judge_lot({"u1": units["u1"], "torn": st.DataError("torn.csv: is empty")}, sheet())
+    assert [repr(one) for one in lot.units] == ["u1: passed", "torn: failed to read: torn.csv: is empty"]
+
+
 def test_an_implausible_value_is_said(units, sheet):
     """57.3 times below the typical value of the sheet, which has a maximum that it meets."""
     low = 0.103 * 57.3
@@ -156,7 +202,7 @@ def test_an_implausible_value_is_said(units, sheet):
 def test_without_a_specification(units, bad):
     lot = st.judge_lot(units)
     assert {one.state for one in lot.units} == {"not_judged"}
-    assert lot.exit_code == 0
+    assert lot.exit_code == 4
     assert "4 units: nothing found. Give --spec SPEC.toml to judge them." in repr(lot)
     lot = st.judge_lot(units | {"bad": bad})
     assert lot.exit_code == 4
@@ -294,3 +340,28 @@ def test_many_units_are_fast_enough_to_judge(units, sheet):
         many[f"unit {k}"] = content
     lot = st.judge_lot(many, sheet(), expect=400)
     assert lot.counts["passed"] == 400
+
+
+class TestChangedResults:
+    """A result that was changed by hand is a unit that failed to read, and no error of the lot."""
+
+    @pytest.mark.parametrize(
+        "damage",
+        [
+            {"findings": 5},
+            {"findings": [7]},
+            {"findings": [{"code": "spikes", "left_out": "many"}]},
+            {"findings": [{"code": "spikes", "left_out": [1]}]},
+            {"findings": [{"code": "spikes", "channels": 7}]},
+            {"error": "boom"},
+        ],
+    )
+    def test_its_findings_or_error(self, units, damage, sheet):
+        lot = st.judge_lot({**units, "changed": units["u1"] | damage}, sheet())
+        assert lot["changed"].state == "unreadable"
+        assert lot.counts["passed"] == 4
+
+    def test_more_samples_than_a_number_holds(self, units, sheet):
+        changed = json.loads(json.dumps(units["u1"]))
+        changed["channels"]["gyro_x"]["samples"] = 10**400
+        assert st.judge_lot({**units, "changed": changed}, sheet())["changed"].state == "unreadable"

@@ -201,7 +201,7 @@ def analyze_command(
     if joint or joint_axes:
         from sigmatau.cli.joint import joint_command, refuse, terms_of
 
-        refuse(outputs, method, jobs)
+        refuse(outputs, method, jobs=jobs, overlay=overlay, read_off_at=read_off_at)
         return joint_command(
             logs,
             reading,

@@ -45,11 +45,20 @@ def terms_of(text: str | None) -> tuple[str, ...]:
     return common_terms([name.strip() for name in text.split(",") if name.strip() and name.strip() != "none"])
 
 
-def refuse(outputs: Outputs, method: str, jobs: int | None) -> None:
+def refuse(
+    outputs: Outputs, method: str, *, jobs: int | None, overlay: Path | None, read_off_at: Sequence[str] | None
+) -> None:
     """Raise `OptionError` for an option that a joint fit does not have."""
     if method != "likelihood":
         raise OptionError(f"--joint needs --method likelihood, not {method}", option="joint")
-    for option, given in (("report", outputs.report), ("stability", outputs.stability), ("jobs", jobs)):
+    single = {
+        "report": outputs.report,
+        "stability": outputs.stability,
+        "overlay": overlay,
+        "read-off-at": read_off_at or None,
+        "jobs": jobs,
+    }
+    for option, given in single.items():
         if given is not None:
             raise OptionError(
                 f"--{option} is of single logs, and --joint makes one result of all; run it without --joint",

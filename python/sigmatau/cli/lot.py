@@ -71,7 +71,7 @@ def lot_command(
     """Judge a lot of units: each is passed, failed, not judged, failed to read, or missing.
 
     Exit code 0 if all units passed, 3 if one failed, 4 if not all were judged, read and there. Without --spec, the units are
-    described and compared with each other: 0 if all were analysed and none has a doubt.
+    described and compared with each other, and none is judged.
 
     Parameters
     ----------
@@ -87,7 +87,8 @@ def lot_command(
     results
         Folder for the result of each unit, as analyze --json writes it.
     level
-        Confidence level of "above" a maximum: a unit exactly at it fails with a probability of at most 1 - LEVEL.
+        Confidence level of "above" and "below" a maximum: a value exactly at it fails its unit with a probability of at most
+        1 - LEVEL, and lets it pass with no more.
     factor
         Where the specification states no maximum, use FACTOR times the typical or 1 σ value. Default: such a value is not
         judged, and no unit passes.

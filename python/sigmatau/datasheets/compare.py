@@ -65,7 +65,7 @@ def compare_with(
     unit : str, optional
         Name of the unit, for printing.
     level : float, optional
-        Confidence level of the status ``"out"``: a unit exactly at its limit gets it in at most 1 − level of records.
+        Confidence level of the status ``"out"``: a value exactly at its limit gets it in at most 1 − level of records.
     factor : float, optional
         Maximum in typical values, if the datasheet has no maximum. Default: no maximum; a value above the typical one is
         reported and not out.

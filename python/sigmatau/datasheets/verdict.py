@@ -165,7 +165,7 @@ class Verdict(Printed):
         widths = [max((len(row[k]) for row in full), default=0) for k in range(_COLUMNS)]
         for row in rows:
             if len(row) < _COLUMNS:
-                lines += wrapped(["  " + "   ".join(row).rstrip()], indent=5)
+                lines += wrapped([f"{' ' * 7}{row[-1].strip()}"], indent=9)
                 continue
             *cells, against = [cell.ljust(w) for cell, w in zip(row, widths, strict=True)]
             lines.append("  " + "  ".join(cells).rstrip())

@@ -55,7 +55,8 @@ def cells_of(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool_]) -> 
     values, own = table.value[rows[with_value]], cell[with_value]
     k = np.maximum(seen, 1)
     mean = np.bincount(own, weights=values, minlength=len(codes)) / k
-    squares = np.bincount(own, weights=(values - mean[own]) ** 2, minlength=len(codes))
+    with np.errstate(over="ignore"):  # of values near the largest number, whose spread is then not known
+        squares = np.bincount(own, weights=(values - mean[own]) ** 2, minlength=len(codes))
     std = np.where(seen > 1, np.sqrt(squares / np.maximum(seen - 1, 1)), np.nan)
     signed = np.array([label.term in SIGNED for label in table.labels], dtype=bool)
     errors = table.error[rows[with_value]]

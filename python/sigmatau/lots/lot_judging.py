@@ -33,6 +33,8 @@ def of_verdict(verdict: Verdict) -> list[Remark]:
             continue
         if not any(reading.maximum is not None for reading in judged.readings):
             open_.setdefault(f"{_sensor(judged.channel)} {judged.claim.label}", []).append(judged)
+        elif not judged.may_be_out:
+            continue  # below its maximum in every convention; the typical value decides nothing
         elif judged.reason == NOT_ADEQUATE:
             found.append(Remark(code="no_model", kind="judging", channels=(judged.channel,)))
         elif not any(reading.measured.anything for reading in judged.readings):

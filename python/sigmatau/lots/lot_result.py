@@ -16,9 +16,9 @@ from sigmatau.frozen import frozen
 from sigmatau.lots.lot_remark import STATES, Remark, State
 from sigmatau.lots.lot_statistics import Band, Distribution, Floats
 from sigmatau.lots.lot_unit import UnitResult
-from sigmatau.lots.lot_words import remark_text, what_text, what_unit
+from sigmatau.lots.lot_words import STATE_WORDS, remark_text, what_text, what_unit
 from sigmatau.noise.terms import BIAS_LEVEL
-from sigmatau.results import Tabular, plain
+from sigmatau.results import Tabular, plain, printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,6 +95,9 @@ class JudgedUnit:
     def notes(self) -> tuple[Remark, ...]:
         """Remarks that are only told."""
         return tuple(one for one in self.remarks if one.kind == "note" and one.code != "no_specification")
+
+    def __repr__(self) -> str:
+        return ": ".join(filter(None, (printable(self.name), STATE_WORDS[self.state], self.reason)))
 
     def to_dict(self) -> dict[str, Any]:
         channels = {
@@ -173,17 +176,11 @@ class Lot(Tabular):
 
     @property
     def exit_code(self) -> int:
-        """0: all passed (without a specification: all analysed, and none has a doubt); 3: a unit failed; 4: not all are
-        judged, read and there.
-        """
+        """0: all passed; 3: a unit failed; 4: not all are judged, read and there, as without a specification."""
         if self.of("failed"):
             return FAILED
-        if self.of("unreadable") or self.of("missing") or self.too_many:
-            return OPEN
-        doubts = self.of("not_judged")
-        if self.spec is None:
-            doubts = tuple(one for one in doubts if any(remark.code != "no_specification" for remark in one.reasons))
-        return OPEN if doubts else 0
+        open_ = self.of("not_judged") or self.of("unreadable") or self.of("missing") or self.too_many
+        return OPEN if open_ else 0
 
     @property
     def drifts(self) -> tuple[Distribution, ...]:

@@ -20,6 +20,7 @@ from sigmatau.noise.terms import TERMS
 
 Floats = NDArray[np.float64]
 
+_MOST_SAMPLES = 2**53  # whole numbers that a float holds exactly
 _SEVERITIES = ("info", "warning", "error")
 
 
@@ -113,8 +114,9 @@ def unit_of(content: Mapping[str, Any]) -> UnitResult:
     error = content.get("error")
     source = content.get("source")
     path = str(source.get("path") or "") if isinstance(source, Mapping) else ""
-    if isinstance(error, Mapping):
-        return without_result(str(error.get("message"))[:500], path=path)
+    if error is not None:
+        message = error.get("message") if isinstance(error, Mapping) else error
+        return without_result(str(message)[:500] or "the analysis failed", path=path)
     channels = content.get("channels")
     if not isinstance(channels, Mapping) or not channels:
         raise DataError("not a result of sigmatau analyze: it has no channels")
@@ -126,11 +128,15 @@ def unit_of(content: Mapping[str, Any]) -> UnitResult:
             found[str(name)] = _channel(channel)
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:
             raise DataError(f"channel {name!r}: not a result of sigmatau analyze ({problem!r})") from None
+    try:
+        findings = tuple(_finding(one) for one in content.get("findings") or ())
+    except (TypeError, ValueError, AttributeError, OverflowError):
+        raise DataError("not a result of sigmatau analyze, or changed: its findings are of another form") from None
     return UnitResult(
         path=path,
         sha256=str(source.get("sha256") or "") if isinstance(source, Mapping) else "",
         channels=found,
-        findings=tuple(_finding(one) for one in content.get("findings") or () if isinstance(one, Mapping)),
+        findings=findings,
         rest=verdict,
     )
 
@@ -147,7 +153,7 @@ def _channel(channel: Mapping[str, Any]) -> UnitChannel:
     if not (tau.shape == adev.shape and tau.ndim == 1 and len(tau) and np.isfinite(tau).all() and (tau > 0).all()):
         raise ValueError("tau_s and adev are not a curve")
     rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
-    if not (math.isfinite(rate) and rate > 0 and samples > 0):
+    if not (math.isfinite(rate) and rate > 0 and 0 < samples < _MOST_SAMPLES):
         raise ValueError(f"{samples} samples at {rate} Hz")
     terms = (channel.get("fit") or {}).get("terms") or {}
     coefficients = {name: _coefficient(terms[name]) for name in TERMS if name in terms}

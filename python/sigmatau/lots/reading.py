@@ -149,13 +149,15 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
                     run = Run(name=name, serial=serial, place=str(file), typed=run_column is not None)
                     runs[serial, name] = builder.add_run(run)
                 try:
-                    reader.add(builder, runs[serial, name], cells)
+                    reader.add(builder, runs[serial, name], name, cells)
                 except DataError as error:
                     raise DataError(f"{file}, row {rows.line_num}: {error}") from None
     except OSError as error:
         raise DataError(f"{file}: {error.strerror or error}") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{file}: not a table of coefficients: {error}") from None
+    if not runs:
+        raise DataError(f"{file}: has no rows below its header")
 
 
 _RUN_COLUMNS = ("run", "day", "test")
@@ -171,12 +173,16 @@ class _Rows:
         self._verdict = columns.index("verdict") if "verdict" in columns else None
         self._numbers = [columns.index(name) if name in columns else None for name in _NUMBERS]
         self._known: dict[tuple[str, str, str], tuple[tuple[str, str, str, str, str], float]] = {}
+        self._given: set[tuple[int, str, str]] = set()
 
-    def add(self, builder: RunsBuilder, run: int, cells: Sequence[str]) -> None:
-        """A row; raises `DataError`."""
+    def add(self, builder: RunsBuilder, run: int, name: str, cells: Sequence[str]) -> None:
+        """A row of a run with this name; raises `DataError`, also for a second row of a channel and term of the run."""
         key = (cells[self._key[0]].strip(), cells[self._key[1]].strip(), cells[self._key[2]].strip())
         if key not in self._known:
             self._known[key] = _label(*key)
+        if (run, *key[:2]) in self._given:
+            raise DataError(f"a second row of {key[1]} of {key[0]} in the run {name!r}; name each run differently")
+        self._given.add((run, *key[:2]))
         label, factor = self._known[key]
         value, low, high, error, percent, limit, delta = (
             math.nan if at is None or not cells[at] else _number(cells[at], name)

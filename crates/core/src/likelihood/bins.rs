@@ -442,9 +442,10 @@ impl<'a> Bins<'a> {
     }
 
     /// Mean density that the mirror at both ends adds to quantization noise: the rates on either side of an end share the
-    /// value of the angle there, which no longer cancels.
+    /// value of the angle there, which no longer cancels. Of each end 2Q²: the square of twice the value, in half as many
+    /// segments as another sample is in.
     pub(crate) fn of_mirror(&self, frequency: f64) -> f64 {
-        8.0 * (PI * frequency * self.record.tau0).cos().powi(2)
+        4.0 * (PI * frequency * self.record.tau0).cos().powi(2)
             / (self.record.tau0 * self.record.samples as f64)
     }
 
@@ -611,6 +612,22 @@ mod tests {
             }
             assert!(high.windows(2).all(|p| p[0].1 == p[1].0));
             assert_eq!(high[high.len() - 1].1, record.segment / 2);
+        }
+    }
+
+    #[test]
+    fn the_mirror_adds_what_the_model_says() {
+        // Both end values of the angle are 1, one in each record: with all others they add up, as they are independent.
+        let (n, tau0) = (40_000, 0.01);
+        let mut first = vec![0.0; n];
+        first[0] = -1.0 / tau0;
+        let mut last = vec![0.0; n];
+        last[n - 1] = 1.0 / tau0;
+        let [first, last] = [first, last].map(|x| Summary::of(&x, tau0).unwrap());
+        let bins = Bins::new(&first, Arc::new(vec![true; first.density.len()]), Arc::new(Vec::new()));
+        for k in [8, 20, 100, 300] {
+            let (got, model) = (first.density[k] + last.density[k], bins.of_mirror(first.frequency(k)));
+            assert!((got / model - 1.0).abs() < 2e-3, "{got} instead of {model} at {k}");
         }
     }
 

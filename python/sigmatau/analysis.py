@@ -234,8 +234,11 @@ def of_curves(
     findings: Sequence[Finding] = (),
     grids: Mapping[str, str] | None = None,
     method: Method = "gls",
+    fitted_on: Mapping[str, DeviationCurve] | None = None,
 ) -> Analysis:
     """Analyse existing overlapped curves, such as those of an `Accumulator`.
+
+    `fitted_on`: by channel, the curve that is fitted in place of the one that is shown.
 
     Raises
     ------
@@ -252,7 +255,7 @@ def of_curves(
             continue
         kept[channel] = curve
         if method != "read-off":
-            fits[channel] = fit(curve)
+            fits[channel] = fit((fitted_on or {}).get(channel, curve))
             kept[channel] = _with_freedom(curve, fits[channel])
             found += fit_findings(fits[channel])
     if kept:
@@ -273,7 +276,8 @@ def _with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
     """The curve with degrees of freedom by the model; with missing samples in proportion to the pairs that are left."""
     edf = fitted.degrees_of_freedom(m=curve.m)
     if edf is not None and curve.missing:
-        edf = np.maximum(edf * curve.n_pairs / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
+        starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
+        edf = np.maximum(edf * starts / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
     return replace(curve, edf=edf)
 
 

@@ -71,7 +71,7 @@ def _is_one_log(path: Path) -> bool:
     """Whether a folder is a log: a Zarr store, or a ROS 2 bag."""
     from sigmatau.io.read.formats.split import files_of
 
-    return path.suffix == ".zarr" or bool(files_of(path))
+    return bool(files_of(path))
 
 
 def _inside_a_log(path: Path) -> bool:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from sigmatau.findings.finding import Finding
 
-SUBJECTS = ("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "exporting")
+SUBJECTS = ("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "exporting", "stretches")
 """Modules of this package, one per subject."""
 
 

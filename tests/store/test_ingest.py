@@ -7,7 +7,8 @@ import pytest
 
 from sigmatau.analysed import failed_result
 from sigmatau.errors import DataError
-from sigmatau.store.ingest import Added, Entry
+from sigmatau.store.ingest import Added
+from sigmatau.store.rows import Entry
 from sigmatau.store.store import Chosen, Store
 
 from store_results import result

@@ -13,7 +13,8 @@ import sqlalchemy
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.store import connect, tables
-from sigmatau.store.ingest import Added, Entry
+from sigmatau.store.ingest import Added
+from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 from store_results import result
@@ -21,7 +22,7 @@ from store_results import result
 WRITER = textwrap.dedent(
     """
     import sys
-    from sigmatau.store.ingest import Entry
+    from sigmatau.store.rows import Entry
     from sigmatau.store.store import Store
     from store_results import result
 

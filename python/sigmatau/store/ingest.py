@@ -2,40 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from itertools import islice
-from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
-from sigmatau.noise.terms import TERMS
 from sigmatau.store import tables
-from sigmatau.store.packing import Packed, pack
+from sigmatau.store.packing import NUMBERS
+from sigmatau.store.rows import Entry, Label, Rows, rows_of
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine, Table
     from sqlalchemy.engine import Connection
 
-_SCHEMAS = (1, 2)
+BATCH = 200
+"""Runs of a transaction."""
+
 _ATTEMPTS = 5  # of a transaction that meets another writer
-
-State = Literal["fitted", "not_fitted", "not_at_rest", "failed"]
-
-
-@frozen
-class Entry:
-    """A result with what is known of its unit and its run."""
-
-    result: Mapping[str, Any]
-    unit: str
-    model: str = ""
-    name: str = ""  # of the run; default: the name of its log
-    recorded: datetime | None = None  # with a time zone, or UTC
-    temperature: float | None = None  # [degC]
 
 
 @frozen
@@ -46,8 +33,11 @@ class Added:
     revised: int = 0  # results that replace earlier ones of the same log and options
     known: int = 0  # results that were there
 
+    def __add__(self, other: Added) -> Added:
+        return Added(new=self.new + other.new, revised=self.revised + other.revised, known=self.known + other.known)
 
-def add(engine: Engine, entries: Iterable[Entry], *, batch: int = 200) -> Added:
+
+def add(engine: Engine, entries: Iterable[Entry], *, batch: int = BATCH) -> Added:
     """Add results, `batch` of them in a transaction: what was committed stays if the process is killed.
 
     The same log with the same options is one run: a result that is there already is not added again, one that differs is
@@ -60,79 +50,71 @@ def add(engine: Engine, entries: Iterable[Entry], *, batch: int = 200) -> Added:
     """
     total = Added()
     source = iter(entries)
-    while chunk := [_prepared(entry) for entry in islice(source, batch)]:
-        one = _committed(engine, chunk)
-        total = Added(new=total.new + one.new, revised=total.revised + one.revised, known=total.known + one.known)
+    while chunk := [_named(entry) for entry in islice(source, batch)]:
+        total += add_rows(engine, chunk)
     return total
 
 
-def _committed(engine: Engine, chunk: Sequence[tuple[Entry, str, Packed]]) -> Added:
+def _named(entry: Entry) -> Rows:
+    try:
+        return rows_of(entry)
+    except DataError as error:
+        raise DataError(f"{entry.unit}: {error}") from None
+
+
+def add_rows(engine: Engine, chunk: Sequence[Rows]) -> Added:
     """Add results in a transaction. If another writer added the same runs meanwhile, they are compared with its rows."""
     import sqlalchemy
 
     from sigmatau.store.connect import reason
 
+    driver: type[Exception] = engine.dialect.loaded_dbapi.Error
     for attempt in range(_ATTEMPTS):
         try:
             with engine.connect().execution_options(writes=True) as connection, connection.begin():
                 return _add(connection, chunk)
-        except (sqlalchemy.exc.IntegrityError, sqlalchemy.exc.OperationalError) as error:
+        except (sqlalchemy.exc.SQLAlchemyError, driver) as error:
             if attempt == _ATTEMPTS - 1 or not _may_pass(error):
                 raise DataError(f"the store did not take the results: {reason(error)}") from None
-        except sqlalchemy.exc.SQLAlchemyError as error:
-            raise DataError(f"the store did not take the results: {reason(error)}") from None
     raise AssertionError
 
 
 def _may_pass(error: Exception) -> bool:
     """Whether a second attempt may succeed: rows of another writer, or a deadlock with it."""
-    import sqlalchemy
-
-    return isinstance(error, sqlalchemy.exc.IntegrityError) or "deadlock" in str(error).lower()
-
-
-def _prepared(entry: Entry) -> tuple[Entry, str, Packed]:
-    """An entry with its identity, in its stored form; raises `DataError`."""
-    result = entry.result
-    if not isinstance(result, Mapping) or not isinstance(result.get("channels"), Mapping) or "source" not in result:
-        raise DataError(f"{entry.unit}: not a result of sigmatau analyze")
-    if result.get("schema", 1) not in _SCHEMAS:
-        raise DataError(f"{entry.unit}: schema {result['schema']!r:.20} is of a newer version of sigmatau")
-    source = result["source"]
-    log = source.get("sha256") or f"{entry.unit}/{source.get('path')}"
-    made_with = json.dumps([result.get("options", {}), source.get("conversions", [])], sort_keys=True)
-    identity = hashlib.sha256(f"{entry.unit}\n{log}\n{made_with}".encode()).hexdigest()
-    return entry, identity, pack(result)
+    kind = type(getattr(error, "orig", None) or error)
+    same_rows = any(base.__name__ == "IntegrityError" for base in kind.__mro__)
+    return same_rows or "deadlock" in str(error).lower()
 
 
-def _add(connection: Connection, chunk: Sequence[tuple[Entry, str, Packed]]) -> Added:
+def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
     from sqlalchemy import insert, update
 
-    known = _latest(connection, {identity for _, identity, _ in chunk})
-    units = _unit_ids(connection, [entry for entry, _, _ in chunk])
+    known = _latest(connection, {one.identity for one in chunk})
+    units = _unit_ids(connection, chunk)
     now = datetime.now(UTC).replace(tzinfo=None)
-    rows: dict[tuple[str, int], dict[str, Any]] = {}
+    runs: dict[tuple[str, int], dict[str, Any]] = {}
     results, replaced = [], set()
-    for entry, identity, stored in chunk:
-        revision, last = known.get(identity, (0, ""))
-        if stored.digest == last:
+    for one in chunk:
+        revision, last = known.get(one.identity, (0, ""))
+        if one.packed.digest == last:
             continue
-        known[identity] = (revision + 1, stored.digest)
+        known[one.identity] = (revision + 1, one.packed.digest)
         if revision:
-            replaced.add(identity)
-        if (identity, revision) in rows:
-            rows[identity, revision]["current"] = False
-        row = _run_row(entry, now) | {"identity": identity, "revision": revision + 1, "digest": stored.digest}
-        rows[identity, revision + 1] = row | {"content": stored.content, "unit_id": units[entry.unit], "current": True}
-        results.append((entry.result, stored.curves))
+            replaced.add(one.identity)
+        if (one.identity, revision) in runs:
+            runs[one.identity, revision]["current"] = False
+        keys = {"unit_id": units[one.unit], "identity": one.identity, "revision": revision + 1}
+        runs[one.identity, revision + 1] = {**one.run, **keys, "current": True, "added": now}
+        results.append(one)
     if replaced:
         connection.execute(update(tables.run).where(tables.run.c.identity.in_(replaced)).values(current=False))
-    if rows:
-        made = insert(tables.run).returning(tables.run.c.id, sort_by_parameter_order=True)
-        ids = connection.execute(made, list(rows.values())).scalars().all()
-        _add_contents(connection, zip(ids, results, strict=True))
-    new = sum(revision == 1 for _, revision in rows)
-    return Added(new=new, revised=len(rows) - new, known=len(chunk) - len(rows))
+    if runs:
+        ids = _new_ids(connection, len(runs))
+        rows = [{**row, "id": key} for key, row in zip(ids, runs.values(), strict=True)]
+        connection.execute(insert(tables.run), rows)
+        _add_contents(connection, ids, results)
+    new = sum(revision == 1 for _, revision in runs)
+    return Added(new=new, revised=len(runs) - new, known=len(chunk) - len(runs))
 
 
 def _latest(connection: Connection, identities: set[str]) -> dict[str, tuple[int, str]]:
@@ -146,111 +128,102 @@ def _latest(connection: Connection, identities: set[str]) -> dict[str, tuple[int
     return {identity: (revision, content) for identity, revision, content in rows}
 
 
-def _unit_ids(connection: Connection, entries: Sequence[Entry]) -> dict[str, int]:
-    """The units by name, with the type of sensor if it is stated; new ones are made."""
+def _new_ids(connection: Connection, count: int) -> list[int]:
+    """Keys of runs: of a sequence, or those after the last one while no other process of SQLite can write."""
+    if connection.dialect.name == "sqlite":
+        last = connection.exec_driver_sql("SELECT coalesce(max(id), 0) FROM run").scalar_one()
+        return list(range(last + 1, last + 1 + count))
+    made = f"SELECT nextval(pg_get_serial_sequence('run', 'id')) FROM generate_series(1, {count})"
+    return list(connection.exec_driver_sql(made).scalars())
+
+
+def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
+    """The units by name, with the sensor model if it is stated; new ones are made."""
     from sqlalchemy import update
 
-    models = _ids(connection, tables.model, {entry.model for entry in entries if entry.model})
-    units = _ids(connection, tables.unit, {entry.unit for entry in entries})
-    typed = {entry.unit: models[entry.model] for entry in entries if entry.model}
-    for name, model in typed.items():
-        of = tables.unit.c
-        connection.execute(
-            update(tables.unit).where(of.id == units[name], of.model_id.is_distinct_from(model)).values(model_id=model)
-        )
+    models = _ids(connection, tables.model, {one.model for one in chunk if one.model})
+    units = _ids(connection, tables.unit, {one.unit for one in chunk})
+    typed = {one.unit: models[one.model] for one in chunk if one.model}
+    of = tables.unit.c
+    for model in set(typed.values()):
+        own = [units[name] for name, its in typed.items() if its == model]
+        wrong = (of.id.in_(own), of.model_id.is_distinct_from(model))
+        connection.execute(update(tables.unit).where(*wrong).values(model_id=model))
     return units
 
 
 def _ids(connection: Connection, table: Table, names: set[str]) -> dict[str, int]:
     """The keys of names, which are added if they are not there; another writer may add them meanwhile."""
     from sqlalchemy import select
-    from sqlalchemy.dialects import postgresql, sqlite
 
     if not names:
         return {}
     found = select(table.c.name, table.c.id).where(table.c.name.in_(names))
     ids = {name: key for name, key in connection.execute(found)}
     if missing := sorted(names - ids.keys()):
-        made = (sqlite if connection.dialect.name == "sqlite" else postgresql).insert(table)
-        connection.execute(made.on_conflict_do_nothing(), [{"name": name} for name in missing])
+        _add_unless_there(connection, table, [{"name": name} for name in missing])
         ids = {name: key for name, key in connection.execute(found)}
     return ids
 
 
-def _run_row(entry: Entry, now: datetime) -> dict[str, Any]:
-    result = entry.result
-    source, channels = result["source"], result["channels"]
-    path = str(source.get("path") or "")
-    lengths = [one["samples"] / one["sample_rate_hz"] for one in channels.values()]
-    recorded = entry.recorded
-    if recorded is not None and recorded.tzinfo is not None:
-        recorded = recorded.astimezone(UTC).replace(tzinfo=None)
-    return {
-        "name": entry.name or PurePath(path).name or entry.unit,
-        "path": path,
-        "sha256": source.get("sha256"),
-        "recorded": recorded,
-        "temperature": entry.temperature,
-        "duration": max(lengths, default=None),
-        "state": _state(result),
-        "message": str((result.get("error") or {}).get("message", "")),
-        "version": str(result.get("sigmatau", "")),
-        "added": now,
-    }
+def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
+    """The keys of labels, of which a store has few; new ones are added."""
+    from sqlalchemy import select
+
+    of = tables.label.c
+    columns = (of.channel, of.quantity, of.term, of.unit, of.rate_unit)
+
+    def known() -> dict[Label, int]:
+        return {(c, q, t, u, r): key for key, c, q, t, u, r in connection.execute(select(of.id, *columns))}
+
+    ids = known()
+    if missing := sorted(wanted - ids.keys()):
+        names = [column.name for column in columns]
+        _add_unless_there(connection, tables.label, [dict(zip(names, label, strict=True)) for label in missing])
+        ids = known()
+    return ids
 
 
-def _state(result: Mapping[str, Any]) -> State:
-    if result.get("error"):
-        return "failed"
-    if any("fit" in channel for channel in result["channels"].values()):
-        return "fitted"
-    return "not_at_rest" if (result.get("rest") or {}).get("verdict") == "not_at_rest" else "not_fitted"
+def _add_unless_there(connection: Connection, table: Table, rows: list[dict[str, Any]]) -> None:
+    from sqlalchemy.dialects import postgresql, sqlite
+
+    made = (sqlite if connection.dialect.name == "sqlite" else postgresql).insert(table)
+    connection.execute(made.on_conflict_do_nothing(), rows)
 
 
-def _add_contents(
-    connection: Connection, results: Iterable[tuple[int, tuple[Mapping[str, Any], Mapping[str, bytes]]]]
-) -> None:
-    from sqlalchemy import insert
-
-    channels, terms, findings = [], [], []
-    for run_id, (result, curves) in results:
-        for name, one in result["channels"].items():
-            channels.append(_channel_row(run_id, name, one) | {"curve": curves[name]})
-            terms += [row | {"run_id": run_id, "channel": name} for row in _term_rows(one)]
-        for one in result.get("findings", ()):
-            row = {key: str(one.get(key, "")) for key in ("code", "severity", "message")}
-            findings.append(row | {"run_id": run_id, "channels": " ".join(one.get("channels") or ())})
-    for table, rows in ((tables.channel, channels), (tables.coefficient, terms), (tables.finding, findings)):
-        if rows:
-            connection.execute(insert(table), rows)
-
-
-def _channel_row(run_id: int, name: str, channel: Mapping[str, Any]) -> dict[str, Any]:
-    fitted = channel.get("fit") or {}
-    return {
-        "run_id": run_id,
-        "name": name,
-        "quantity": channel["quantity"],
-        "unit": channel["curve"]["unit"],
-        "rate": channel["sample_rate_hz"],
-        "samples": channel["samples"],
-        "verdict": fitted.get("verdict", ""),
-        "trust": channel.get("trust", ""),
-        "p_value": fitted.get("p_value"),
-        "mean": (channel.get("mean") or {}).get("value"),
-    }
+def _add_contents(connection: Connection, ids: Sequence[int], results: Sequence[Rows]) -> None:
+    known = _label_ids(connection, {label for one in results for label in one.labels})
+    of_labels = {labels: [known[label] for label in labels] for labels in {one.labels for one in results}}
+    stored, channels, terms, findings = [], [], [], []
+    for key, one in zip(ids, results, strict=True):
+        labels = of_labels[one.labels]
+        numbers = np.frombuffer(one.numbers, dtype=NUMBERS).copy()
+        numbers["label"] = labels
+        stored.append((key, one.packed.content, one.packed.curves, numbers.tobytes()))
+        channels += [(key, *row) for row in one.channels]
+        terms += [(key, label, *row) for label, row in zip(labels, one.terms, strict=True)]
+        findings += [(key, *row) for row in one.findings]
+    _bulk(connection, tables.result, ("run_id", "content", "curves", "numbers"), stored)
+    names = ("run_id", "name", "quantity", "unit", "rate", "samples", "verdict", "trust", "p_value")
+    _bulk(connection, tables.channel, names, channels)
+    names = ("run_id", "label_id", "observed", "value", "low", "high", "upper_limit", "level")
+    _bulk(connection, tables.coefficient, names, terms)
+    _bulk(connection, tables.finding, ("run_id", "code", "severity", "channels", "message"), findings)
 
 
-_NUMBERS = ("value", "low", "high", "upper_limit")
+def _bulk(connection: Connection, table: Table, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]) -> None:
+    """Insert rows as they are, by the fastest way of the driver: a row as a dictionary takes SQLAlchemy ten times longer."""
+    if not rows:
+        return
+    names = ", ".join(columns)
+    if connection.dialect.name == "sqlite":
+        marks = ", ".join("?" * len(columns))
+        connection.exec_driver_sql(f"INSERT INTO {table.name} ({names}) VALUES ({marks})", list(rows))
+        return
+    with _cursor(connection) as cursor, cursor.copy(f'COPY "{table.name}" ({names}) FROM STDIN') as copy:
+        for row in rows:
+            copy.write_row(row)
 
 
-def _term_rows(channel: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    for name, term in (channel.get("fit") or {}).get("terms", {}).items():
-        if name in TERMS:
-            yield {
-                "term": name,
-                "observed": term["observed"],
-                **{key: term.get(key) for key in _NUMBERS},
-                "level": term["level"],
-                "unit": term["unit"],
-            }
+def _cursor(connection: Connection) -> Any:  # noqa: ANN401  of the driver
+    return connection.connection.cursor()

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.results import Tabular, plain
-from sigmatau.store.ingest import Added, Entry
+from sigmatau.store.ingest import Added
+from sigmatau.store.rows import Entry
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement, Select
@@ -181,28 +182,29 @@ class Store:
         self, chosen: Chosen | None = None, *, term: str | None = None, channel: str | None = None
     ) -> Table:
         """A row a run, channel and term: value with interval, or limit, in SI."""
-        from sqlalchemy import select
+        from sqlalchemy import and_, select
 
         from sigmatau.store import tables
 
-        one, of, run = tables.coefficient.c, tables.channel.c, tables.run.c
+        one, label, of, run = tables.coefficient.c, tables.label.c, tables.channel.c, tables.run.c
         query = (
             select(
-                tables.unit.c.name.label("unit"), run.name.label("run"), run.recorded, run.temperature,
-                one.channel, one.term, one.observed, one.value, one.low, one.high, one.upper_limit, one.level, one.unit.label("si"),
-                of.verdict, of.trust,
+                tables.unit.c.name.label("unit"), run.name.label("run"), run.recorded, run.temperature, label.channel,
+                label.term, one.observed, one.value, one.low, one.high, one.upper_limit, one.level,
+                label.unit.label("si"), of.verdict, of.trust,
             )
-            .join_from(tables.coefficient, tables.channel)
-            .join(tables.run, tables.channel.c.run_id == tables.run.c.id)
-            .join(tables.unit, tables.run.c.unit_id == tables.unit.c.id)
+            .join_from(tables.coefficient, tables.label)
+            .join(tables.channel, and_(of.run_id == one.run_id, of.name == label.channel))
+            .join(tables.run, one.run_id == run.id)
+            .join(tables.unit, run.unit_id == tables.unit.c.id)
             .outerjoin(tables.model, tables.unit.c.model_id == tables.model.c.id)
             .where(*_conditions(chosen))
-            .order_by(tables.unit.c.name, run.recorded, run.id)
+            .order_by(tables.unit.c.name, run.recorded, run.id, label.channel, label.id)
         )  # fmt: skip
         if term is not None:
-            query = query.where(one.term == term)
+            query = query.where(label.term == term)
         if channel is not None:
-            query = query.where(one.channel == channel)
+            query = query.where(label.channel == channel)
         return self._table(query)
 
     def results(self, chosen: Chosen | None = None) -> Iterator[tuple[Mapping[str, Any], dict[str, Any]]]:
@@ -210,23 +212,18 @@ class Store:
         from sqlalchemy import select
 
         from sigmatau.store.packing import unpack
-        from sigmatau.store.tables import channel, run
+        from sigmatau.store.tables import result
 
         table = self.runs(chosen).columns()
         rows = [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
         for at in range(0, len(rows), _READ):
             part = rows[at : at + _READ]
-            ids = [row["id"] for row in part]
+            found = select(result.c.run_id, result.c.content, result.c.curves)
             with self._read() as connection:
-                curves: dict[int, dict[str, bytes]] = {}
-                for key, name, raw in connection.execute(
-                    select(channel.c.run_id, channel.c.name, channel.c.curve).where(channel.c.run_id.in_(ids))
-                ):
-                    curves.setdefault(key, {})[name] = raw
-                found = select(run.c.id, run.c.content).where(run.c.id.in_(ids))
-                contents = {key: content for key, content in connection.execute(found)}
+                asked = connection.execute(found.where(result.c.run_id.in_([row["id"] for row in part])))
+                contents = {key: (content, curves) for key, content, curves in asked}
             for row in part:
-                yield row, unpack(contents[row["id"]], curves.get(row["id"], {}))
+                yield row, unpack(*contents[row["id"]])
 
 
 def _conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:

@@ -9,7 +9,6 @@ from sqlalchemy import (
     DateTime,
     Float,
     ForeignKey,
-    ForeignKeyConstraint,
     Index,
     Integer,
     LargeBinary,
@@ -68,16 +67,28 @@ run = Table(
     Column("version", String(40), nullable=False),  # of sigmatau
     Column("added", DateTime, nullable=False),  # UTC
     Column("digest", String(64), nullable=False),  # of the result's content without the program's version
-    Column("content", LargeBinary, nullable=False),  # the result without curves, JSON, compressed by zlib
+    Column("file_version", String(200), nullable=False),  # of the log as the file system or object store tells it; or empty
+    Column("options_key", String(64), nullable=False),  # checksum of the options, see `sigmatau.store.rows.options_key`
     UniqueConstraint("identity", "revision"),
     Index(None, "unit_id", "current"),
     Index(None, "recorded"),
+    Index(None, "options_key"),
 )
+
+result = Table(
+    "result",
+    metadata,
+    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("content", LargeBinary, nullable=False),  # the result without curves, JSON, compressed by zlib
+    Column("curves", LargeBinary, nullable=False),  # see `sigmatau.store.packing`
+    Column("numbers", LargeBinary, nullable=False),  # the rows of `coefficient` as one array, see `packing.NUMBERS`
+)
+"""Whole results, beside the tables that queries scan."""
 
 channel = Table(
     "channel",
     metadata,
-    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True),
+    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
     Column("name", String(100), primary_key=True),
     Column("quantity", String(60), nullable=False),
     Column("unit", String(60), nullable=False),  # SI, of the rate
@@ -86,24 +97,33 @@ channel = Table(
     Column("verdict", String(20), nullable=False),  # of the fit; empty without a fit
     Column("trust", String(20), nullable=False),
     Column("p_value", Float),
-    Column("mean", Float),  # [unit]
-    Column("curve", LargeBinary, nullable=False),  # see `sigmatau.store.packing`
+    sqlite_with_rowid=False,
 )
+
+label = Table(
+    "label",
+    metadata,
+    _key(),
+    Column("channel", String(100), nullable=False),
+    Column("quantity", String(60), nullable=False),
+    Column("term", String(40), nullable=False),  # of `sigmatau.noise.terms.TERMS`, or mean
+    Column("unit", String(60), nullable=False),  # SI, of the coefficient
+    Column("rate_unit", String(60), nullable=False),  # SI, of the channel
+    UniqueConstraint("channel", "quantity", "term", "unit", "rate_unit"),
+)
+"""What a coefficient is of: the same few for all runs."""
 
 coefficient = Table(
     "coefficient",
     metadata,
-    Column("run_id", Integer, primary_key=True),
-    Column("channel", String(100), primary_key=True),
-    Column("term", String(40), primary_key=True),
+    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("label_id", ForeignKey("label.id"), primary_key=True, autoincrement=False),
     Column("observed", Boolean),  # NULL if it was not tested
-    Column("value", Float),  # [unit], SI
+    Column("value", Float),  # SI
     Column("low", Float),
     Column("high", Float),
     Column("upper_limit", Float),
-    Column("level", Float, nullable=False),
-    Column("unit", String(60), nullable=False),
-    ForeignKeyConstraint(["run_id", "channel"], ["channel.run_id", "channel.name"], ondelete="CASCADE"),
+    Column("level", Float),  # of interval or limit; NULL without them
     sqlite_with_rowid=False,
 )
 

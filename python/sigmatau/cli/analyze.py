@@ -22,8 +22,6 @@ from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
     Reading,
-    averaging_times,
-    bandwidths,
     check_folder,
     check_output,
     check_style,
@@ -41,6 +39,7 @@ from sigmatau.cli.options import (
     write_json,
     write_result,
 )
+from sigmatau.cli.settings import Settings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
@@ -59,18 +58,7 @@ NOT_AT_REST = 5
 def analyze_command(
     *logs: Path,
     reading: Reading | None = None,
-    method: Literal["likelihood", "gls", "read-off"] = "likelihood",
-    taus: str = "half",
-    overlap: Literal["full", "none"] = "full",
-    counting: Literal["standard", "paper"] = "standard",
-    terms: str | None = None,
-    tau_min: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
-    long: Literal["auto", "exact", "strided"] = "auto",
-    window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
-    keep: Annotated[list[str] | None, Parameter(negative=())] = None,
-    at_rest: Annotated[bool, Parameter(negative=())] = False,
-    bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
+    settings: Settings | None = None,
     report: Path | None = None,
     note: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
@@ -91,36 +79,6 @@ def analyze_command(
     ----------
     logs
         One log; or several logs or folders of logs, which are analysed separately and summarised.
-    method
-        Fit the coefficients to the spectrum (likelihood) or to the Allan variances (gls), or only read them off the curve,
-        as in the paper (read-off).
-    taus
-        Averaging times: octave, half, quarter, eighth (of an octave), all, or a list in seconds, 0.1,1,10.
-    overlap
-        Average overlapping clusters (full), or disjoint clusters only (none).
-    counting
-        Number of terms for N rates: N+1-2n (standard), or N-2n as in the paper's eq. (6) (paper).
-    terms
-        Noise terms that may be present: random_walk,bias_instability. Default: all five. A term that is left out is taken as
-        absent; if it is not, the others are wrong.
-    tau_min
-        Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
-    long
-        Pairs of clusters longer than 4096 samples: all (exact), or every 64th or fewer, in bounded memory (strided). auto is
-        strided if the record does not fit in memory, and exact otherwise; a finding reports strided.
-    window
-        Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
-    leave_out
-        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log.
-    keep
-        Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes (with
-        commas between), or all. Default: none; they are treated as missing.
-    at_rest
-        Analyse motion, such as that of a turntable or a shaker, as noise. Default: a log that is partly at rest is cut to
-        its longest part at rest, and one that is not at rest gets no coefficients (exit code 5).
-    bandwidth
-        Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then
-        reports the random walk that aliasing adds.
     report
         Write one page with curves, coefficients, findings and what was done: .html opens offline, .pdf is to print; for
         several logs, a folder for one .html each.
@@ -151,24 +109,12 @@ def analyze_command(
     """
     if not logs:
         raise OptionError("name a log, several logs, or a folder of logs", option="log")
-    averaging = averaging_times(taus)
-    settings: dict[str, Any] = {
-        "taus": averaging,
-        "overlap": overlap,
-        "counting": counting,
-        "method": method,
-        "terms": None if terms is None else [name.strip() for name in terms.split(",")],
-        "tau_min": tau_min,
-        "long": long,
-        "window": window,
-        "leave_out": leave_out or None,
-        "keep": keep or (),
-        "at_rest": at_rest,
-        "bandwidth": bandwidths(bandwidth or []),
+    chosen: dict[str, Any] = {
+        **(settings or Settings()).arguments(),
         "stability": stability is not None,
         "threads": threads,
     }
-    exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
+    exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=chosen["method"])
     check_style(style, plot, stability)
     outputs = Outputs(
         report=report, notes=_notes(note or [], report), plot=plot, stability=stability, json=json, csv=csv, style=style
@@ -179,13 +125,13 @@ def analyze_command(
         not files_of(place) for place in folders
     )  # a ROS 2 bag is a folder and one log
     if len(logs) == 1 and not meant_as_several:
-        return _one(logs[0], reading, settings, outputs, exports, verbose=verbose, quiet=quiet)
+        return _one(logs[0], reading, chosen, outputs, exports, verbose=verbose, quiet=quiet)
     if exports.files:
         raise OptionError(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
             option="export",
         )
-    return _many(logs, reading, settings, outputs, jobs=jobs, verbose=verbose, quiet=quiet)
+    return _many(logs, reading, chosen, outputs, jobs=jobs, verbose=verbose, quiet=quiet)
 
 
 def _notes(texts: Sequence[str], report: Path | None) -> dict[str, str]:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import logging
+import math
 import queue
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from sigmatau.errors import DataError, OptionError
@@ -19,8 +22,9 @@ if TYPE_CHECKING:
 
 _TASK_SECONDS = 2.0  # that a task of several logs takes: its overhead is about 5 ms
 _BATCH_LOGS = 64
+_RECOUNT = 3.0  # between counts of the workers [s]
+_TRIES = 3  # of a stretch
 _AHEAD = 2  # tasks a thread of the workers has waiting
-_DEATHS = 2  # of workers, that a task is given up after
 _PATIENCE = 0.5  # between looks at the clock and the scheduler [s]
 _LARGE = 1 << 26  # bytes of a log from which on a worker looks whether it must be divided
 _UNLIMITED = 4 << 30  # memory of a worker that states no limit [bytes]
@@ -56,16 +60,18 @@ def cluster(
     except ImportError:
         raise ImportError("a fleet needs dask.distributed: pip install 'sigmatau[cluster]'") from None
     settings = {
-        "distributed.scheduler.allowed-failures": _DEATHS - 1,
+        "distributed.scheduler.allowed-failures": 0,  # a task whose worker ended is started again here, and smaller
         "distributed.scheduler.worker-saturation": 1.0,  # a log that ends its worker then takes no others with it
-        "distributed.logging.distributed": "critical",
     }
+    for name in ("distributed", "distributed.client"):  # what it tells becomes an error of one line, or a failed log
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with dask.config.set(settings):
         if scheduler is None:
             with (
                 LocalCluster(
                     n_workers=workers, threads_per_worker=1, dashboard_address=None,
                     memory_limit="auto" if memory is None else int(memory), silence_logs=60,
+                    preload="sigmatau.fleet.worker", preload_nanny=[],
                 ) as local,
                 Client(local) as client,
             ):  # fmt: skip
@@ -85,8 +91,8 @@ def run_fleet(client: Client, logs: Sequence[Log], job: Job, *, done: Callable[[
     """Analyse logs. `done` gets the outcomes of each task as soon as they are there, in any order; with none, it is called
     about twice a second.
 
-    A task whose worker ends is tried again. If the workers of a task of several logs keep ending, each of its logs becomes
-    a task; one that ends its workers again runs with no other beside it, and if it ends them then too, it has failed.
+    If the worker of a task of several logs ends, each of its logs becomes a task. If the worker of a log ends then too, the
+    log runs with no other beside it; if its worker ends once more, it has failed. A stretch of a record is tried three times.
 
     Raises
     ------
@@ -101,6 +107,7 @@ class _Task:
     kind: _Kind
     logs: tuple[Log, ...]
     part: int = 0  # of the stretches of a plan
+    tries: int = 1
 
 
 @dataclass(slots=True)
@@ -124,6 +131,7 @@ class _Run:
         self._running: dict[str, tuple[_Task, Future]] = {}
         self._ready: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._records: dict[str, _Divided] = {}
+        self._threads, self._counted = 1, -math.inf  # of the workers, and when they were counted
         self._seconds, self._finished = 0.0, 0  # of the workers, for logs that are finished
 
     def all(self, logs: Sequence[Log]) -> None:
@@ -133,7 +141,7 @@ class _Run:
         self._waiting += [_Task("divide", (log,)) for log in logs if log.place in large]
         self._logs += [log for log in logs if log.place not in large]
         try:
-            while self._start():
+            while self._started():
                 try:
                     key = self._ready.get(timeout=_PATIENCE)
                 except queue.Empty:
@@ -148,10 +156,19 @@ class _Run:
             with contextlib.suppress(Exception):
                 self._client.cancel([future for _, future in self._running.values()], force=True)
 
+    def _started(self) -> bool:
+        """`_start`; raises `DataError` if the scheduler does not answer."""
+        try:
+            return self._start()
+        except OSError:
+            raise _lost() from None
+
     def _start(self) -> bool:
         """Start as many tasks as the workers need; whether any is running."""
-        threads = max(sum(self._client.nthreads().values()), 1)
-        while len(self._running) < _AHEAD * threads and (task := self._next()) is not None:
+        if time.monotonic() > self._counted + _RECOUNT:  # workers come and go
+            self._threads = max(sum(self._client.nthreads().values()), 1)
+            self._counted = time.monotonic()
+        while len(self._running) < _AHEAD * self._threads and (task := self._next()) is not None:
             future = self._submit(task)
             self._running[future.key] = task, future
             future.add_done_callback(lambda one: self._ready.put(one.key))
@@ -171,7 +188,7 @@ class _Run:
             return None
         # The first tasks are of one log; then the mean time tells how many make a task.
         mean = self._seconds / self._finished if self._finished else _TASK_SECONDS
-        left = -(-len(self._logs) // max(sum(self._client.nthreads().values()), 1))
+        left = -(-len(self._logs) // self._threads)
         count = min(max(round(_TASK_SECONDS / max(mean, 1e-3)), 1), _BATCH_LOGS, max(left, 1))
         return _Task("batch", tuple(self._logs.popleft() for _ in range(min(count, len(self._logs)))))
 
@@ -232,10 +249,12 @@ class _Run:
             self._done(outcomes)
 
     def _killed(self, task: _Task) -> None:
-        if task.kind == "batch":
+        if task.kind == "batch" and len(task.logs) > 1:
             self._waiting += [_Task("single", (log,)) for log in task.logs]
-        elif task.kind == "single":
+        elif task.kind in ("batch", "single"):
             self._alone.append(_Task("alone", task.logs))
+        elif task.kind in ("divide", "stretch") and task.tries < _TRIES:
+            self._waiting.append(replace(task, tries=task.tries + 1))
         else:
             self._give_up(task, "its worker ended each time it was tried, which happens when memory is short")
 

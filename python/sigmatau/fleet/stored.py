@@ -58,6 +58,11 @@ class Stored:
         found = self._runs.get(log.place, ())
         return any(version == log.version and (failures or state != "failed") for version, state in found)
 
+    def failed(self, logs: Iterable[Log]) -> int:
+        """How many of some logs have failed in their present version, and have no other result."""
+        of = ([state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs)
+        return sum(bool(states) and set(states) == {"failed"} for states in of)
+
     def add(self, rows: Sequence[Rows]) -> Added:
         """Add results in one transaction; raises `DataError`."""
         from sigmatau.store.ingest import add_rows

@@ -20,6 +20,8 @@ from .fitting.read_off import ReadOff, read_off
 from .io.read import read
 from .io.read.frame import from_frame
 from .io.write import write
+from .lots.comparison import RunComparison, compare_runs
+from .lots.repeatability import RandomEffects, random_effects
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
@@ -39,6 +41,7 @@ from .spectrum.transfer import transfer
 from .statespace.arma import arma
 from .statespace.state_space import state_space
 from .statespace.verify import verify
+from .store.store import Store
 
 __all__ = [
     "Accumulator",
@@ -61,12 +64,15 @@ __all__ = [
     "NonFiniteError",
     "OptionError",
     "Plan",
+    "RandomEffects",
     "ReadOff",
     "Record",
     "RecordTooShortError",
     "Resonance",
+    "RunComparison",
     "Sinusoid",
     "Spectrum",
+    "Store",
     "Stream",
     "Verdict",
     "__version__",
@@ -74,6 +80,7 @@ __all__ = [
     "analyze",
     "arma",
     "check",
+    "compare_runs",
     "compare_with",
     "cross_spectrum",
     "datasheet",
@@ -88,6 +95,7 @@ __all__ = [
     "plan",
     "predict",
     "psd",
+    "random_effects",
     "read",
     "read_off",
     "report",

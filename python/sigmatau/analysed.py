@@ -21,6 +21,7 @@ from sigmatau.fitting.read_off import ReadOff
 from sigmatau.fitting.tables import fit_legend, fit_table, read_off_legend, read_off_table
 from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.rest import Rest
 from sigmatau.record.record import Provenance, stream_name
 from sigmatau.results import TablesByChannel, Tabular, duration_text, html_table, printable, wrapped
@@ -39,12 +40,15 @@ SCHEMA = 2
 _FIRST_COLUMNS = ("channel", "term", "value", "low", "high", "unit", "observed", "trust")
 
 
-def failed_result(path: str | Path, message: str, *, exit_code: int) -> dict[str, Any]:
+def failed_result(
+    path: str | Path, message: str, *, exit_code: int, notes: Mapping[str, str] | None = None
+) -> dict[str, Any]:
     """The JSON form of an analysis that failed: why, and no channels."""
     return {
         "schema": SCHEMA,
         "sigmatau": __version__,
         "source": {"path": str(path)},
+        **({"notes": dict(notes)} if notes else {}),
         "error": {"message": message, "exit_code": exit_code},
         "findings": [],
         "channels": {},
@@ -89,6 +93,10 @@ class Analysis(Tabular):
     used : mapping of str to ndarray, shape (n_spans, 2)
         By channel, beginnings and ends of the stretches that were analysed, from the beginning of the record. Samples
         between them are missing, or were left out. Empty for curves alone. [s]
+    means : mapping of str to ChannelMean
+        Mean of each channel, with its error where the noise averages out. Empty for curves alone.
+    notes : mapping of str to str
+        What the user says of the record: serial number, run, temperature …
     """
 
     source: Provenance
@@ -101,6 +109,8 @@ class Analysis(Tabular):
     rest: Rest | None = None
     rate_source: str = ""
     used: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    means: Mapping[str, ChannelMean] = field(default_factory=dict)
+    notes: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """The stable JSON form, schema 2: plain values, no NaN."""
@@ -108,6 +118,7 @@ class Analysis(Tabular):
             "schema": SCHEMA,
             "sigmatau": __version__,
             "source": self.source.to_dict(),
+            **({"notes": dict(self.notes)} if self.notes else {}),
             **({} if self.rest is None else {"rest": self.rest.to_dict()}),
             "findings": [finding.to_dict() for finding in self.findings],
             "channels": {
@@ -115,6 +126,7 @@ class Analysis(Tabular):
                     "quantity": curve.quantity,
                     "sample_rate_hz": 1 / curve.tau0,
                     "samples": curve.n,
+                    **({"mean": self.means[channel].to_dict()} if channel in self.means else {}),
                     "curve": curve.to_dict(),
                     "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
                     **self._fit_to_dict(channel),

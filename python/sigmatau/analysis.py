@@ -31,6 +31,7 @@ from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, Bandwidth, chec
 from sigmatau.quality.curves import curves_of
 from sigmatau.quality.facts import facts_kept, in_threads
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
+from sigmatau.quality.means import ChannelMean, channel_mean
 from sigmatau.quality.samples.resolution import rounded
 from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start
 from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
@@ -88,6 +89,7 @@ def analyze(
     bandwidth: Bandwidth | None = None,
     at_rest: bool = False,
     stability: bool = False,
+    notes: Mapping[str, str] | None = None,
     threads: int | None = None,
 ) -> Analysis:
     """Analyse a static record: Allan deviation and noise coefficients with intervals of every channel.
@@ -128,6 +130,8 @@ def analyze(
         at rest has no coefficients, and one that is at rest for a part is cut to that part, with a finding.
     stability : bool
         Whether to compute the dynamic Allan deviation of every channel, see `sigmatau.dynamic_allan`.
+    notes : mapping of str to str, optional
+        What to say of the record in the result: ``{"serial number": "A123", "run": "day 1"}``. `compare_runs` groups by it.
 
     Returns
     -------
@@ -224,7 +228,14 @@ def analyze(
         rest=resting,
         rate_source=record.streams[0].grid.source,
         used={channel: used_spans(record, channel) for channel in curves},
+        means={} if moving else _means(record, tuple(curves), fits),
+        notes={str(name): str(text) for name, text in (notes or {}).items()},
     )
+
+
+def _means(record: Record, channels: Sequence[str], fits: Mapping[str, NoiseFit]) -> dict[str, ChannelMean]:
+    found = {name: channel_mean(record.stream_of(name), name, fits.get(name)) for name in channels}
+    return {name: mean for name, mean in found.items() if mean is not None}
 
 
 def of_curves(

@@ -1,10 +1,8 @@
 import uuid
 
 import pytest
-
-from postgresql import programs, server
-
 import sqlalchemy
+from postgresql import programs, server
 
 
 @pytest.fixture(scope="session")

@@ -4,14 +4,13 @@ import json
 from datetime import UTC, datetime
 
 import pytest
+from store_results import result
 
 from sigmatau.analysed import failed_result
 from sigmatau.errors import DataError
 from sigmatau.store.ingest import Added
 from sigmatau.store.rows import Entry
 from sigmatau.store.store import Chosen, Store
-
-from store_results import result
 
 
 def entries(count, *, days=1):
@@ -92,7 +91,9 @@ def test_coefficients_are_those_of_the_result(place):
     assert table["observed"] == [True]
 
 
-@pytest.mark.parametrize("bad", [{}, [], {"channels": 3, "source": {}}, {"channels": {}}, {"channels": {}, "source": {}, "schema": 99}])
+@pytest.mark.parametrize(
+    "bad", [{}, [], {"channels": 3, "source": {}}, {"channels": {}}, {"channels": {}, "source": {}, "schema": 99}]
+)
 def test_no_result_is_an_error_and_adds_nothing(place, bad):
     with Store(place) as store:
         with pytest.raises(DataError):
@@ -106,6 +107,8 @@ def test_choosing(place):
         assert len(store.runs(Chosen(units=("unit1", "unit2")))) == 6
         assert len(store.runs(Chosen(units=("unit*",)))) == 12
         assert len(store.runs(Chosen(units=("unit_",)))) == 0  # not a pattern
-        assert len(store.runs(Chosen(since=datetime(2026, 1, 2), until=datetime(2026, 1, 3)))) == 4
+        assert (
+            len(store.runs(Chosen(since=datetime(2026, 1, 2, tzinfo=UTC), until=datetime(2026, 1, 3, tzinfo=UTC)))) == 4
+        )
         assert len(store.runs(Chosen(model="tactical"))) == 12
         assert len(store.runs(Chosen(model="other"))) == 0

@@ -10,14 +10,12 @@ from pathlib import Path
 
 import pytest
 import sqlalchemy
+from store_results import result
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.store import connect, tables
-from sigmatau.store.ingest import Added
 from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
-
-from store_results import result
 
 WRITER = textwrap.dedent(
     """
@@ -121,9 +119,8 @@ def test_places_that_are_no_store(tmp_path):
         (tmp_path / "nowhere" / "x.db", "no directory"),
         (cut, "malformed|disk image|damaged|not a database"),
     ]:
-        with pytest.raises(DataError, match=told):
-            with Store(place) as store:
-                store.runs()
+        with pytest.raises(DataError, match=told), Store(place) as store:
+            store.runs()
     with pytest.raises(DataError, match="there is no such store"):
         Store(tmp_path / "x.db", create=False)
     with pytest.raises(OptionError, match="mysql is not supported"):

@@ -83,7 +83,8 @@ def analyze_command(
         Write one page with curves, coefficients, findings and what was done: .html opens offline, .pdf is to print; for
         several logs, a folder for one .html each.
     note
-        What the report says of the record at its head, "serial number=A123"; may be repeated.
+        What the report and the JSON say of the record, "serial number=A123"; may be repeated. sigmatau compare groups
+        results by serial number and run.
     plot
         Draw all axes: .png, .svg or .pdf; for several logs, a folder for one .png each.
     stability
@@ -112,12 +113,13 @@ def analyze_command(
     chosen: dict[str, Any] = {
         **(settings or Settings()).arguments(),
         "stability": stability is not None,
+        "notes": _notes(note or [], report, json),
         "threads": threads,
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=chosen["method"])
     check_style(style, plot, stability)
     outputs = Outputs(
-        report=report, notes=_notes(note or [], report), plot=plot, stability=stability, json=json, csv=csv, style=style
+        report=report, notes=chosen["notes"], plot=plot, stability=stability, json=json, csv=csv, style=style
     )
     # A shell pattern may match a single log.
     folders = [place for place in (*logs, report, plot, stability, json, csv) if place is not None and place.is_dir()]
@@ -134,10 +136,10 @@ def analyze_command(
     return _many(logs, reading, chosen, outputs, jobs=jobs, verbose=verbose, quiet=quiet)
 
 
-def _notes(texts: Sequence[str], report: Path | None) -> dict[str, str]:
-    """``["serial number=A123"]`` as a dictionary; raises `OptionError` for another form, or without a report."""
-    if texts and report is None:
-        raise OptionError("--note needs --report r.html", option="note")
+def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:
+    """``["serial number=A123"]`` as a dictionary; raises `OptionError` for another form, or without a file to write it to."""
+    if texts and report is None and json is None:
+        raise OptionError("--note needs --report r.html or --json r.json", option="note")
     notes = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
@@ -190,7 +192,7 @@ def _one(
     named = {f"export {name}": path for name, path in exports.files.items()}
     refuse_same(log, **outputs.files, **named, **{"csv curves": beside})
     expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
-    with _failures_written(log, outputs.json):
+    with _failures_written(log, outputs.json, outputs.notes):
         record = read_log(log, reading, quiet=quiet)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
         if outputs.json is not None or outputs.report is not None:
@@ -297,7 +299,7 @@ def _many(
             outcomes[outcome.log] = outcome
             if outcome.error and outputs.json is not None:
                 file = outputs.json / f"{names[outcome.log]}.json"
-                write_json(failed_result(outcome.log, outcome.error, exit_code=outcome.code), file)
+                write_json(failed_result(outcome.log, outcome.error, exit_code=outcome.code, notes=outputs.notes), file)
             done(len(outcomes) / len(logs))
     for log in logs:
         for finding in outcomes[log].findings:
@@ -341,7 +343,7 @@ def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
 
 
 @contextmanager
-def _failures_written(log: Path, json: Path | None) -> Iterator[None]:
+def _failures_written(log: Path, json: Path | None, notes: Mapping[str, str]) -> Iterator[None]:
     """Write a JSON that says why there is no result, so that no earlier one stands for it."""
     try:
         yield
@@ -349,5 +351,5 @@ def _failures_written(log: Path, json: Path | None) -> Iterator[None]:
         usage = isinstance(error, OptionError)
         if json is not None:
             message = error.for_command_line() if isinstance(error, OptionError) else str(error)
-            write_result("", failed_result(log, message, exit_code=2 if usage else 1), json)
+            write_result("", failed_result(log, message, exit_code=2 if usage else 1, notes=notes), json)
         raise

@@ -83,10 +83,11 @@ logger | sigmatau watch --rate 200 --channels gyro=1:3 --unit gyro=deg/s
 sigmatau watch growing.csv --idle 60 --json last.json""",
     ),
     "compare": (
-        "Test whether units meet their datasheet, by noise term and in sigmas; exit code 3 if a unit does not.",
+        "Compare runs of a unit: what repeats, what varies and by how much, which run does not belong.",
         """\
-sigmatau compare result.json --datasheet icm42688p
-sigmatau compare unit1.json unit2.json --datasheet spec.toml --undecided fail --json""",
+sigmatau compare day1.json day2.json day3.json --plot forest.png
+sigmatau compare results --table --csv repeatability.csv
+sigmatau compare table1.csv""",
     ),
     "datasheet": (
         "List published values of common sensors with their sources; print a sensor as a noise model.",
@@ -107,7 +108,41 @@ sigmatau fleet analyze 'night/*.csv' --store lab.db --unit-from 'unit(\\d+)' --m
     ),
 }
 
-EXAMPLES = {name: examples for name, (_, examples) in _COMMANDS.items()}
+# The same for the parts of `store`.
+_STORE = {
+    "add": (
+        "Add results of analyze to a store, each once.",
+        """\
+sigmatau store add results --store lab.db --unit A123 --model tactical --date 2026-05-01
+sigmatau store add results --store lab.db --unit-from "(night[0-9])" --temperature 25""",
+    ),
+    "list": (
+        "List the units or the runs of a store.",
+        """\
+sigmatau store list --store lab.db
+sigmatau store list runs --store lab.db --unit "A*" --since 2026-01-01 --json""",
+    ),
+    "show": (
+        "Show the latest result of a unit, with intervals.",
+        "sigmatau store show A123 --store lab.db",
+    ),
+    "trend": (
+        "Follow a coefficient over time: median, spread and drift.",
+        """\
+sigmatau store trend --store lab.db --term random_walk --by month
+sigmatau store trend --store lab.db --term bias_instability --channel gyro_x --by quarter --json trend.json""",
+    ),
+    "export": (
+        "Export a table of a store to Parquet or CSV.",
+        """\
+sigmatau store export --store lab.db -o coefficients.parquet
+sigmatau store export --store lab.db --what runs -o runs.csv""",
+    ),
+}
+
+EXAMPLES = {
+    name: examples for name, (_, examples) in (_COMMANDS | {f"store {name}": of for name, of in _STORE.items()}).items()
+}
 """Command lines of the help pages, which the tests run."""
 
 app = App(
@@ -127,3 +162,14 @@ for _name, (_summary, _examples) in _COMMANDS.items():
         help_epilogue=f"Examples:\n\n```\n{_examples}\n```\n\n{_EXIT_CODES}",
         help_format="markdown",
     )
+
+_store = App(name="store", help="Keep results in a database: SQLite file or PostgreSQL.", help_epilogue=_EXIT_CODES)
+for _name, (_summary, _examples) in _STORE.items():
+    _store.command(
+        f"sigmatau.cli.store:{_name}_command",
+        name=_name,
+        help=_summary,
+        help_epilogue=f"Examples:\n\n```\n{_examples}\n```\n\n{_EXIT_CODES}",
+        help_format="markdown",
+    )
+app.command(_store)

@@ -1,163 +1,149 @@
-"""``sigmatau compare``: check whether units meet their datasheet; the exit code states the outcome."""
+"""``sigmatau compare``: repeatability of runs of a unit, from results of analyze or from tables of values."""
 
 from __future__ import annotations
 
-import json as json_module
 import sys
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import say
-from sigmatau.datasheets.compare import compare_with
-from sigmatau.datasheets.sheet import datasheet as find_datasheet
-from sigmatau.datasheets.verdict import Verdict
+from sigmatau.cli.earlier import expect
+from sigmatau.cli.options import (
+    FIGURE_ENDINGS,
+    check_output,
+    check_style,
+    drawing,
+    refuse_same,
+    say,
+    working,
+    write_figure,
+    write_result,
+)
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model.file import NOT_ADEQUATE
-from sigmatau.model.noise_model import NoiseModel
-from sigmatau.quality.clocks import Mark, clocks, marks_of
-from sigmatau.results import printable
+from sigmatau.io.atomic import atomic
+from sigmatau.lots.comparison import By, RunComparison, compare_runs
+from sigmatau.lots.comparison_text import overview, tables, unused_lines
+from sigmatau.results import csv_text
 
-_OUT = 3
-_UNUSABLE = 1  # one of the files; precedes _OUT, because the batch is incomplete
+_MOST_UNUSED = 10  # results that are named on the screen
+
+_UNUSABLE = 1
 
 
 def compare_command(
     *results: Path,
-    datasheet: str,
+    by: Literal["unit", "run", "axis"] = "unit",
     level: float = 0.95,
-    factor: float | None = None,
-    sided: Literal["one", "two"] | None = None,
-    bias: Literal["minimum", "coefficient"] | None = None,
-    undecided: Literal["pass", "fail"] = "pass",
-    json: Annotated[bool, Parameter(negative=())] = False,
+    table: Annotated[bool, Parameter(name=["--table", "--verbose", "-v"], negative=())] = False,
+    plot: Path | None = None,
+    style: Literal["screen", "paper"] = "screen",
+    json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
+    csv: Path | None = None,
+    jobs: int | None = None,
+    store: str | None = None,
+    unit: Annotated[list[str] | None, Parameter(negative=())] = None,
+    datasheet: Annotated[str | None, Parameter(show=False)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Test whether units meet their datasheet, by noise term and in sigmas; exit code 3 if a unit does not.
+    """Compare runs of a unit: what repeats from run to run, what varies and by how much, which run does not belong.
 
-    Several results print one line each; a result whose lines and filters are all at other frequencies than those of the
-    others is named: its clock is off. A file that cannot be used is named on standard error, the others are compared, and
-    the exit code is 1.
+    Units are told apart by the note "serial number" of analyze, or by folder. A result that cannot be used is named on
+    standard error, the others are compared, and the exit code is 1.
 
     Parameters
     ----------
     results
-        JSON files of analyze, or a folder of them; or model files (.toml), which have no intervals.
-    datasheet
-        A name of "sigmatau datasheet list", or your file (.toml).
+        JSON or CSV files of analyze, or folders of them; or a table of values, a CSV with the columns run, channel, term,
+        value, unit and error (1 sigma) or error_percent.
+    by
+        Compare the runs of each unit (unit), the units of each run (run), or all results of an axis (axis).
     level
-        Confidence level of the status "out": a unit exactly at its limit gets it with a probability of at most 1 - LEVEL.
-    factor
-        If the datasheet states no maximum, use FACTOR times the typical value. Default: a typical value cannot fail a unit.
-    sided
-        Convention of noise densities if the datasheet does not state it (default: try both).
-    bias
-        Convention of bias instabilities if not stated: minimum of the Allan deviation, or coefficient B (default: try both).
-    undecided
-        Result for a unit if the data cannot decide whether it meets a maximum (default: pass).
+        Confidence level of tests and intervals.
+    table
+        Print all values: one table for each sensor and term, runs as rows and axes as columns, as in the paper.
+    plot
+        Draw the values of the first group with their intervals: .png, .svg or .pdf.
+    style
+        Style of the figure: screen, or paper, for the width of a column or a page of a paper.
     json
-        Print JSON.
+        Write everything as JSON; - writes it to standard output instead of the table.
+    csv
+        Write one row for each group, channel and term as CSV in SI units.
+    jobs
+        Number of processes that read many files (default: all cores).
+    store
+        Compare the runs of this store in place of results: a SQLite file or postgresql://USER@HOST/NAME, see sigmatau
+        store. Lines and filters (the clocks) are not compared.
+    unit
+        With --store, unit, or several with a *: 'A*'; may be repeated.
     quiet
         Print only errors on standard error.
     """
-    if not results:
-        raise OptionError("no results; give JSON files of sigmatau analyze", option="results")
-    sheet = find_datasheet(datasheet)
-    paths = _files(results)
-    verdicts, errors, marks = [], {}, {}
-    for path in paths:
-        try:
-            result = _result(path)
-            verdict = compare_with(result, sheet, unit=str(path), level=level, factor=factor, sided=sided, bias=bias)
-        except DataError as error:
-            if len(paths) == 1:
-                raise DataError(_named(path, error)) from None
-            errors[path] = _named(path, error)
-        else:
-            verdicts.append(verdict)
-            marks[str(path)] = _marks(result)
-    for message in errors.values():
-        sys.stderr.write(f"sigmatau: {printable(' '.join(message.split()))}\n")
-    if not verdicts:
-        return _UNUSABLE
-    if not any(verdict.judged for verdict in verdicts):
-        raise DataError(f"{sheet.name}: the datasheet has no noise specification for the measured channels")
-    failed = sum(verdict.fails(undecided) for verdict in verdicts)
-    off = clocks(marks)
-    for name, finding in off.items():
-        say(f"{name}: {finding}", quiet=quiet)
-    if json:
-        content = {
-            "datasheet": sheet.to_dict(),
-            "failed": failed,
-            "units": [{**verdict.to_dict(), "fails": verdict.fails(undecided)} for verdict in verdicts],
-            "clocks_off": {name: finding.to_dict() for name, finding in off.items()},
-            "not_compared": [{"unit": str(path), "error": message} for path, message in errors.items()],
-        }
-        text = json_module.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
-    else:
-        text = repr(verdicts[0]) if len(paths) == 1 else _summary(verdicts, sheet.name, undecided, len(errors))
-    sys.stdout.write(text + "\n")
-    open_ = [verdict for verdict in verdicts if verdict.fails("fail") and not verdict.fails(undecided)]
-    if open_:
-        doubtful = [verdict for verdict in open_ if any(one.reason == NOT_ADEQUATE for one in verdict.judged)]
-        why = f" ({len(doubtful)} because no model fits)" if doubtful else ""
-        say(
-            f"warning: {len(open_)} of {len(verdicts)} passed undecided{why} and may be out; --undecided fail fails them",
-            quiet=quiet,
+    if datasheet is not None:
+        raise OptionError(
+            f"--datasheet is an option of sigmatau lot now: sigmatau lot RESULTS --spec {datasheet}", option="datasheet"
         )
-    return _UNUSABLE if errors else _OUT if failed else 0
+    if store is not None and results:
+        raise OptionError("give results, or --store, not both", option="store")
+    if unit and store is None:
+        raise OptionError("--unit needs --store; results are chosen by name", option="unit")
+    if not results and store is None:
+        raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
+    if jobs is not None and jobs < 1:
+        raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
+    file = None if str(json) == "-" else json
+    check_style(style, plot)
+    check_output(plot, FIGURE_ENDINGS, "plot")
+    check_output(file, (), "json")
+    check_output(csv, (".csv",), "csv")
+    for result in results:
+        refuse_same(result, plot=plot, json=file, csv=csv)
+    _refuse_inside(results, file, csv)
+    expect(plot, file)
+    with working("reading results", quiet=quiet):
+        comparison = (
+            compare_runs(results, by=by, level=level, jobs=jobs)
+            if store is None
+            else _of_store(store, unit or [], by, level)
+        )
+    if csv is not None:
+        with atomic(csv) as temporary:
+            temporary.write_text(csv_text(comparison.columns()), encoding="utf-8")
+    if plot is not None:
+        with drawing(plot, style, quiet=quiet):
+            write_figure(comparison.plot(), plot)
+    text = f"{overview(comparison)}\n\n{tables(comparison)}" if table else overview(comparison)
+    write_result(text, comparison.to_dict() if json is not None else None, json)
+    return _tell_unused(comparison, quiet=quiet)
 
 
-def _files(places: Sequence[Path]) -> list[Path]:
-    """The results; those of a folder sorted by name."""
-    found: list[Path] = []
-    for place in places:
-        inside = sorted(place.glob("*.json")) if place.is_dir() else [place]
-        if not inside:
-            raise DataError(f"{place}: no .json in this folder; sigmatau analyze LOGS --json {place} writes them")
-        found += inside
-    return found
+def _of_store(place: str, units: Sequence[str], by: By, level: float) -> RunComparison:
+    from sigmatau.cli.store import opened
+    from sigmatau.store.store import Chosen
+
+    with opened(place) as store:
+        return store.compare(Chosen(units=tuple(units)), by=by, level=level)
 
 
-def _named(path: Path, error: DataError) -> str:
-    """The message of an error, beginning with the file."""
-    message = str(error)
-    return message if message.startswith(f"{path}:") else f"{path}: {message}"
+def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:
+    """Raise an error for an output inside a folder that is read: the next run would read it as a result."""
+    folders = [place.resolve() for place in results if place.is_dir()]
+    for output in outputs:
+        if output is not None and any(folder in output.resolve().parents for folder in folders):
+            raise DataError(f"{output}: is inside a folder of results; write it to another folder")
 
 
-def _result(path: Path) -> NoiseModel | dict[str, Any]:
-    if path.suffix.lower() != ".json":
-        return NoiseModel.read(path)
-    try:
-        content = json_module.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise DataError(f"{path}: {error.strerror or error}") from None
-    except (ValueError, RecursionError) as error:
-        raise DataError(f"{path}: not JSON: {error}") from None
-    if not isinstance(content, dict):
-        raise DataError(f"{path}: not a result of sigmatau analyze: no channels")
-    return content
-
-
-def _marks(result: NoiseModel | dict[str, Any]) -> tuple[Mark, ...]:
-    """The frequencies that a result has in common with others of its unit; none of what was written by hand."""
-    if isinstance(result, NoiseModel):
-        return ()
-    try:
-        return marks_of({name: channel.get("fit") or {} for name, channel in result["channels"].items()})
-    except (AttributeError, KeyError, TypeError, ValueError):
-        return ()
-
-
-def _summary(verdicts: Sequence[Verdict], name: str, undecided: Literal["pass", "fail"], unusable: int) -> str:
-    counts = Counter(verdict.status for verdict in verdicts)
-    parts = [f"{counts[s]} {s}" for s in ("within", "above typical", "undecided", "out") if counts[s]]
-    failed = sum(verdict.fails(undecided) for verdict in verdicts)
-    lines = [verdict.line() for verdict in verdicts]
-    lines.append(f"{len(verdicts)} {'unit' if len(verdicts) == 1 else 'units'} against {name}: {', '.join(parts)}")
-    lines.append(f"passed: {len(verdicts) - failed}, failed: {failed}" + f", not compared: {unusable}" * bool(unusable))
-    return "\n".join(lines)
+def _tell_unused(comparison: RunComparison, *, quiet: bool) -> int:
+    """Name what was not compared; the exit code."""
+    lines = unused_lines(comparison)
+    for line in lines[:_MOST_UNUSED]:
+        if line.startswith("not used: "):
+            sys.stderr.write("sigmatau: ")
+            say(line)
+        else:
+            say(line, quiet=quiet)
+    if len(lines) > _MOST_UNUSED:
+        say(f"{len(lines) - _MOST_UNUSED} more results are not used: --json lists them")
+    return _UNUSABLE if comparison.unused else 0

@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
@@ -39,6 +40,8 @@ def fleet_command(
     memory: float | None = None,
     unit_from: str | None = None,
     model: str = "",
+    date: str | None = None,
+    temperature: float | None = None,
     retry_failed: Annotated[bool, Parameter(negative=())] = False,
     reading: Reading | None = None,
     settings: Settings | None = None,
@@ -65,10 +68,14 @@ def fleet_command(
     memory
         Memory of each process of this host in GB (default: its share of the host's). Larger records are divided.
     unit_from
-        Regular expression that finds the name of the unit in the path of a log: its first group, 'unit(\\d+)'. Default: the
-        name of the folder of the log.
+        What names the unit: a regular expression for the path of a log, whose first group is the unit, '(SN\\d+)'. Default:
+        the folder of the log.
     model
         Sensor model of the units.
+    date
+        Beginning of the records, 2026-05-01T12:00 (UTC), or name: the first date in the path of a log.
+    temperature
+        Temperature of the records in degC.
     retry_failed
         Analyse logs again that failed before.
     quiet
@@ -91,11 +98,16 @@ def fleet_command(
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Job
     from sigmatau.store.connect import engine_of
+    from sigmatau.store.naming import Naming
 
     how, chosen = (reading or Reading()).options(), (settings or Settings()).arguments()
     _check(how, chosen)
     options = _stated(how, Reading().options()) | _stated(chosen, Settings().arguments())
-    found = find(logs, unit_from=unit_from)
+    naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
+    naming.check()
+    found = find(logs)
+    for log in found:  # a name that is missing is an error now, and not of each log later
+        naming.entry({"source": {"path": log.place}}, Path(log.place))
     stored = Stored(engine_of(place), options)
     wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
     before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
@@ -103,7 +115,7 @@ def fleet_command(
         say(f"of {len(found)} logs {before}", quiet=quiet)
     tally = _Tally(stored, len(wanted))
     if wanted:
-        job = Job(reading=how, settings=chosen, options=options, model=model)
+        job = Job(reading=how, settings=chosen, options=options, naming=naming)
         gigabyte = None if memory is None else memory * 1e9
         try:
             with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client, _progress(

@@ -1,13 +1,11 @@
-"""The logs of a fleet: files and objects by pattern, with what tells whether they have changed, and of which unit they are."""
+"""The logs of a fleet: files and objects by pattern, with what tells whether they have changed."""
 
 from __future__ import annotations
 
 import glob
 import hashlib
 import os
-import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -22,7 +20,6 @@ class Log:
     place: str  # path or URL
     size: int | None  # bytes; None if the storage does not say
     changed: str  # time of its last change, or its tag, as text
-    unit: str = ""  # the sensor's name
 
     @property
     def version(self) -> str:
@@ -30,23 +27,20 @@ class Log:
         return f"{self.size}/{self.changed}"
 
 
-def find(patterns: Iterable[str], *, unit_from: str | None = None) -> list[Log]:
+def find(patterns: Iterable[str]) -> list[Log]:
     """The logs of paths, patterns (``logs/**/*.csv``) and URLs (``s3://bucket/night*``), each once, by name.
 
     Parameters
     ----------
     patterns : iterable of str
         A folder stands for all that is below it. Zarr stores and ROS 2 bags are folders that are one log.
-    unit_from : str, optional
-        Regular expression that is searched in the place of a log: its first group, or what it matches, is the name of the
-        unit. Default: the name of the folder of the log.
 
     Raises
     ------
     DataError
         For a pattern without a log, or a place that cannot be listed.
     OptionError
-        Without a pattern; for an expression that is none, or that does not match a log.
+        Without a pattern.
     ImportError
         For a URL without fsspec or the package of its protocol.
     """
@@ -59,26 +53,7 @@ def find(patterns: Iterable[str], *, unit_from: str | None = None) -> list[Log]:
         if not logs:
             raise DataError(f"{pattern}: no log there")
         found.update((log.place, log) for log in logs)
-    expression = None if unit_from is None else _expression(unit_from)
-    return [replace(found[place], unit=_unit(place, expression)) for place in sorted(found)]
-
-
-def _expression(text: str) -> re.Pattern[str]:
-    try:
-        return re.compile(text)
-    except re.error as error:
-        raise OptionError(f"{{option}} {text!r} is not a regular expression: {error}", option="unit_from") from None
-
-
-def _unit(place: str, expression: re.Pattern[str] | None) -> str:
-    if expression is None:
-        path = PurePath(place.partition("://")[2]) if "://" in place else Path(place).absolute()
-        return path.parent.name or path.name
-    match = expression.search(place)
-    name = None if match is None else match[1] if match.re.groups else match[0]
-    if not name:
-        raise OptionError(f"{{option}} {expression.pattern!r} does not match {place}", option="unit_from")
-    return name
+    return [found[place] for place in sorted(found)]
 
 
 def _local(pattern: str) -> Iterator[Log]:

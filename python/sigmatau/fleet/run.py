@@ -18,7 +18,7 @@ from sigmatau.fleet.stretches import Plan, merged, sums
 from sigmatau.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 _TASK_SECONDS = 2.0  # that a task of several logs takes: its overhead is about 5 ms
 _BATCH_LOGS = 64

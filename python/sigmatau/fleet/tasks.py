@@ -8,6 +8,7 @@ import gc
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from sigmatau.frozen import frozen
 
 if TYPE_CHECKING:
     from sigmatau.fleet.stretches import Plan
+    from sigmatau.store.naming import Naming
     from sigmatau.store.rows import Rows
 
 _THREADS = "threads"  # the setting of `analyze` that a worker sets itself: it has one core
@@ -31,14 +33,14 @@ class Job:
         Options of `sigmatau.read` and `sigmatau.analyze`.
     options : mapping
         Those that are not the defaults, as results name them.
-    model : str
-        Sensor model; empty if it is not stated.
+    naming : Naming
+        How the store calls the results.
     """
 
     reading: Mapping[str, Any]
     settings: Mapping[str, Any]
     options: Mapping[str, Any]
-    model: str = ""
+    naming: Naming
 
 
 @frozen
@@ -127,7 +129,7 @@ def _outcome(log: Log, job: Job, result: Any) -> Outcome:  # noqa: ANN401  a fun
         return failed(log, job, _about(log, str(error)))
     except MemoryError:
         return failed(log, job, _about(log, "not enough memory for this record"))
-    except Exception as error:  # noqa: BLE001  a defect of the program must not end the other logs
+    except Exception as error:  # a defect of the program must not end the other logs
         return failed(log, job, _about(log, f"{type(error).__name__}: {error}"))
 
 
@@ -136,10 +138,10 @@ def _about(log: Log, message: str) -> str:
 
 
 def _entered(log: Log, job: Job, result: dict[str, Any], code: int, error: str = "") -> Outcome:
-    from sigmatau.store.rows import Entry, rows_of
+    from sigmatau.store.rows import rows_of
 
     result["options"] = dict(job.options)
-    entry = Entry(result=result, unit=log.unit, model=job.model, file_version=log.version)
+    entry = replace(job.naming.entry(result, Path(log.place)), file_version=log.version)
     return Outcome(log=log, code=code, rows=rows_of(entry), error=error)
 
 

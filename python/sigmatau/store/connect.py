@@ -139,7 +139,9 @@ def _up_to_date(engine: Engine, place: str | Path) -> None:
     if found == newest:
         return
     if tables and _TABLES not in tables:
-        raise DataError(f"{_shown(place)}: has other tables ({', '.join(sorted(tables)[:3])} …); give an empty database")
+        raise DataError(
+            f"{_shown(place)}: has other tables ({', '.join(sorted(tables)[:3])} …); give an empty database"
+        )
     with engine.connect().execution_options(writes=True) as connection, connection.begin():
         if engine.dialect.name == "postgresql":
             connection.execute(text(f"SELECT pg_advisory_xact_lock({_LOCK})"))

@@ -159,11 +159,15 @@ def _ids(connection: Connection, table: Table, names: set[str]) -> dict[str, int
     if not names:
         return {}
     found = select(table.c.name, table.c.id).where(table.c.name.in_(names))
-    ids = {name: key for name, key in connection.execute(found)}
+    ids = _pairs(connection.execute(found))
     if missing := sorted(names - ids.keys()):
         _add_unless_there(connection, table, [{"name": name} for name in missing])
-        ids = {name: key for name, key in connection.execute(found)}
+        ids = _pairs(connection.execute(found))
     return ids
+
+
+def _pairs(rows: Iterable[Any]) -> dict[str, int]:
+    return {row[0]: row[1] for row in rows}
 
 
 def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
@@ -204,11 +208,13 @@ def _add_contents(connection: Connection, ids: Sequence[int], results: Sequence[
         terms += [(key, label, *row) for label, row in zip(labels, one.terms, strict=True)]
         findings += [(key, *row) for row in one.findings]
     _bulk(connection, tables.result, ("run_id", "content", "curves", "numbers"), stored)
-    names = ("run_id", "name", "quantity", "unit", "rate", "samples", "verdict", "trust", "p_value")
-    _bulk(connection, tables.channel, names, channels)
-    names = ("run_id", "label_id", "observed", "value", "low", "high", "upper_limit", "level")
-    _bulk(connection, tables.coefficient, names, terms)
+    _bulk(connection, tables.channel, _CHANNEL, channels)
+    _bulk(connection, tables.coefficient, _COEFFICIENT, terms)
     _bulk(connection, tables.finding, ("run_id", "code", "severity", "channels", "message"), findings)
+
+
+_CHANNEL = ("run_id", "name", "quantity", "unit", "rate", "samples", "verdict", "trust", "p_value")
+_COEFFICIENT = ("run_id", "label_id", "observed", "value", "low", "high", "upper_limit", "level")
 
 
 def _bulk(connection: Connection, table: Table, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]) -> None:

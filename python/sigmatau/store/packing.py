@@ -17,7 +17,10 @@ from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 
 _LEVEL = 1  # of zlib: 6 is 8 % smaller and three times slower
-_NOT_COMPARED = {"sigmatau": "", "schema": 0}  # keys that differ between versions of the program that give the same numbers
+_NOT_COMPARED = {
+    "sigmatau": "",
+    "schema": 0,
+}  # keys that differ between versions of the program that give the same numbers
 _BYTES = 8  # of a number
 _INTEGERS, _FLOATS = "<i8", "<f8"
 
@@ -119,4 +122,4 @@ def unpack(content: bytes, curves: bytes) -> dict[str, Any]:
 def _values(found: NDArray[Any]) -> list[Any]:
     """Plain numbers; what is NaN was None, because JSON of a result has no NaN."""
     values: list[Any] = found.tolist()
-    return [None if value != value else value for value in values] if np.isnan(found).any() else values  # noqa: PLR0124
+    return [None if value != value else value for value in values] if np.isnan(found).any() else values

@@ -116,7 +116,9 @@ def _rows(entry: Entry) -> Rows:
     unit = _name(entry.unit, "unit")
     log = source.get("sha256") or f"{unit}/{source.get('path')}"
     made_with = json.dumps([options, source.get("conversions", [])], sort_keys=True)
-    channels, labels, terms, numbers = [], [], [], []
+    channels: list[tuple[Any, ...]] = []
+    labels: list[Label] = []
+    terms, numbers = [], []
     for name, channel in result["channels"].items():
         fitted = channel.get("fit") or {}
         quantity, of = channel["quantity"], channel["curve"]["unit"]
@@ -172,14 +174,11 @@ _QUANTILE = float(normal_quantile((1 + _LEVEL) / 2))
 def _run(entry: Entry, source: Mapping[str, Any], channels: list[tuple[Any, ...]]) -> dict[str, Any]:
     result = entry.result
     path = _text(source.get("path") or "")
-    recorded = entry.recorded
-    if recorded is not None and recorded.tzinfo is not None:
-        recorded = recorded.astimezone(UTC).replace(tzinfo=None)
     return {
         "name": _name(entry.name or PurePath(path).name or entry.unit, "run"),
         "path": path,
         "sha256": source.get("sha256"),
-        "recorded": recorded,
+        "recorded": None if entry.recorded is None else in_utc(entry.recorded),
         "temperature": entry.temperature,
         "duration": max((samples / rate for *_, rate, samples, _, _, _ in channels), default=None),
         "state": _state(result),
@@ -187,6 +186,11 @@ def _run(entry: Entry, source: Mapping[str, Any], channels: list[tuple[Any, ...]
         "version": _text(result.get("sigmatau", ""))[:40],
         "file_version": _text(entry.file_version)[:200],
     }
+
+
+def in_utc(time: datetime) -> datetime:
+    """A time as a store keeps it: UTC, without a time zone. One without a zone is UTC."""
+    return time if time.tzinfo is None else time.astimezone(UTC).replace(tzinfo=None)
 
 
 def _state(result: Mapping[str, Any]) -> State:
@@ -203,7 +207,9 @@ def _name(text: str, of: str, *, needed: bool = True) -> str:
     if needed and not found:
         raise DataError(f"the name of the {of} is empty")
     if len(found) > _MOST_LETTERS[of]:
-        raise DataError(f"the name of the {of} has {len(found)} characters, more than {_MOST_LETTERS[of]}: {found:.30}…")
+        raise DataError(
+            f"the name of the {of} has {len(found)} characters, more than {_MOST_LETTERS[of]}: {found:.30}…"
+        )
     return found
 
 

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
+from itertools import compress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.frozen import frozen
-from sigmatau.results import Tabular, plain
-from sigmatau.store.ingest import Added
-from sigmatau.store.rows import Entry
+from sigmatau.results import Tabular, lines_text
+from sigmatau.store.ingest import BATCH, Added
+from sigmatau.store.rows import Entry, in_utc
+from sigmatau.store.text import aligned, cell
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement, Select
     from sqlalchemy.engine import Connection
+
+    from sigmatau.analysed import Analysis
+    from sigmatau.lots.comparison import By, RunComparison
+    from sigmatau.store.from_files import FilesAdded
+    from sigmatau.store.naming import Naming
+    from sigmatau.store.trend import Period, Trend
 
 _READ = 100  # results that are read at a time
 
@@ -34,6 +40,7 @@ class Chosen:
     states: tuple[str, ...] = ()
     since: datetime | None = None  # UTC
     until: datetime | None = None
+    pattern: bool = True  # whether * in the name of a unit stands for any text
     history: bool = False  # whether results that were replaced are chosen too
 
 
@@ -51,23 +58,18 @@ class Table(Tabular):
         return len(next(iter(self.content.values()), ()))
 
     def to_dict(self) -> dict[str, Any]:
-        return plain(self, "content")["content"]
+        """By column; times as ISO 8601 in UTC."""
+        return {
+            key: [f"{x.isoformat()}Z" if isinstance(x, datetime) else x for x in of] for key, of in self.content.items()
+        }
+
+    def shown(self, names: Sequence[str]) -> Table:
+        """Some of the columns."""
+        return Table({name: self.content[name] for name in names})
 
     def __repr__(self) -> str:
-        head, rows = list(self.content), list(zip(*self.content.values(), strict=True))
-        texts = [head, *([_text(value) for value in row] for row in rows)]
-        widths = [max(len(row[k]) for row in texts) for k in range(len(head))]
-        return "\n".join(
-            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in texts
-        )
-
-
-def _text(value: object) -> str:
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, datetime):
-        return f"{value:%Y-%m-%d %H:%M}"
-    return "" if value is None else str(value)
+        rows = zip(*self.content.values(), strict=True)
+        return lines_text(aligned([tuple(self.content), *(tuple(map(cell, row)) for row in rows)]))
 
 
 class Store:
@@ -116,11 +118,59 @@ class Store:
         """Close the connections."""
         self._engine.dispose()
 
-    def add(self, entries: Iterable[Entry], *, batch: int = 200) -> Added:
-        """Add results; see `sigmatau.store.ingest.add`."""
-        from sigmatau.store.ingest import add
+    def add(self, entries: Iterable[Entry] | Entry | Analysis, *, unit: str | None = None, batch: int = BATCH) -> Added:
+        """Add results, each once: a result that is there already is not added again, another one of the same log and
+        options is a new revision.
 
+        Parameters
+        ----------
+        entries : iterable of Entry, Entry, or Analysis
+        unit : str, optional
+            Serial number for an `Analysis`. Default: its note "serial number".
+        batch : int
+            Results of a transaction: what was committed stays if the process is killed.
+
+        Returns
+        -------
+        Added
+            How many were new, revised, or there already.
+
+        Raises
+        ------
+        DataError
+            For a result that is none, one whose unit is unknown, or a database that does not take it; earlier batches stay.
+        """
+        from sigmatau.store.ingest import add
+        from sigmatau.store.naming import Naming
+
+        if isinstance(entries, Entry):
+            entries = [entries]
+        elif not isinstance(entries, Iterable) or hasattr(entries, "to_dict"):
+            content = entries.to_dict()
+            entries = [Naming(unit=unit).entry(content, Path(str(content["source"].get("path") or "")))]
         return add(self._engine, entries, batch=batch)
+
+    def add_files(
+        self, files: Sequence[Path], naming: Naming, *, jobs: int = 1, done: Callable[[int], None] = lambda _: None
+    ) -> FilesAdded:
+        """Add the JSON files of results; see `sigmatau.store.from_files.add_files`."""
+        from sigmatau.store.from_files import add_files
+
+        return add_files(self._engine, files, naming, jobs=jobs, done=done)
+
+    def versions(self, options_key: str) -> dict[str, str]:
+        """Logs that have a current result with these options: by path, the version of the file that was analysed."""
+        from sqlalchemy import select
+
+        from sigmatau.store.tables import run
+
+        with self._read() as connection:
+            found = connection.execute(
+                select(run.c.path, run.c.file_version)
+                .where(run.c.current, run.c.options_key == options_key)
+                .order_by(run.c.id)
+            )
+            return {row[0]: row[1] for row in found}
 
     @contextmanager
     def _read(self) -> Iterator[Connection]:
@@ -179,7 +229,7 @@ class Store:
         return self._table(query)
 
     def coefficients(
-        self, chosen: Chosen | None = None, *, term: str | None = None, channel: str | None = None
+        self, chosen: Chosen | None = None, *, term: str | None = None, channels: Sequence[str] = ()
     ) -> Table:
         """A row a run, channel and term: value with interval, or limit, in SI."""
         from sqlalchemy import and_, select
@@ -189,9 +239,9 @@ class Store:
         one, label, of, run = tables.coefficient.c, tables.label.c, tables.channel.c, tables.run.c
         query = (
             select(
-                tables.unit.c.name.label("unit"), run.name.label("run"), run.recorded, run.temperature, label.channel,
-                label.term, one.observed, one.value, one.low, one.high, one.upper_limit, one.level,
-                label.unit.label("si"), of.verdict, of.trust,
+                tables.unit.c.name.label("unit"), tables.model.c.name.label("model"), run.name.label("run"), run.recorded,
+                run.temperature, label.channel, label.quantity, label.term, one.observed, one.value, one.low, one.high,
+                one.upper_limit, one.level, label.unit.label("si"), label.rate_unit, of.verdict, of.trust,
             )
             .join_from(tables.coefficient, tables.label)
             .join(tables.channel, and_(of.run_id == one.run_id, of.name == label.channel))
@@ -203,9 +253,110 @@ class Store:
         )  # fmt: skip
         if term is not None:
             query = query.where(label.term == term)
-        if channel is not None:
-            query = query.where(label.channel == channel)
+        if channels:
+            query = query.where(label.channel.in_(channels))
         return self._table(query)
+
+    def trend(
+        self,
+        term: str = "random_walk",
+        *,
+        channels: Sequence[str] = (),
+        by: Period = "month",
+        chosen: Chosen | None = None,
+        level: float = 0.95,
+    ) -> Trend:
+        """Drift of a coefficient over time: median and spread by period, slopes between and within units.
+
+        Values of models that do not fit, and runs without a time, are not used.
+
+        Parameters
+        ----------
+        term : str
+            A key of `sigmatau.noise.terms.TERMS`, or ``"mean"``.
+        channels : sequence of str
+            Default: every channel.
+        by : {"day", "week", "month", "quarter", "year"}
+        chosen : Chosen, optional
+        level : float
+            Confidence level of intervals and tests.
+
+        Raises
+        ------
+        DataError
+            Without a value that has a time.
+        OptionError
+            For an unknown term or period, or a level outside 0 to 1.
+        """
+        from sigmatau.lots.runs import MEAN
+        from sigmatau.noise.terms import TERMS
+        from sigmatau.store.trend import trend_of
+
+        if term not in (*TERMS, MEAN):
+            raise OptionError(f"{{option}} must be {', '.join((*TERMS, MEAN))}, not {term!r}", option="term")
+        rows = self.coefficients(chosen, term=term, channels=channels).columns()
+        usable = [term == MEAN or verdict in QUANTIFIED for verdict in rows["verdict"]]
+        return trend_of(
+            {key: list(compress(column, usable)) for key, column in rows.items()}, term=term, by=by, level=level
+        )
+
+    def compare(self, chosen: Chosen | None = None, *, by: By = "unit", level: float = 0.95) -> RunComparison:
+        """Repeatability of every channel and term over the runs of each unit; see `sigmatau.compare_runs`.
+
+        Of the results of a log with several options, the latest is compared. The clocks of the runs are not compared.
+
+        Raises
+        ------
+        DataError
+            If no run has coefficients.
+        """
+        from sigmatau.lots.comparison import compare_table
+        from sigmatau.store.run_table import run_table
+
+        with self._read() as connection:
+            table = run_table(connection, _conditions(chosen))
+        if not table.runs:
+            raise DataError("the store has no run with coefficients of this kind")
+        return compare_table(table, by=by, level=level)
+
+    def latest(self, unit: str, *, run: str | None = None) -> tuple[Mapping[str, Any], dict[str, Any]]:
+        """The latest run of a unit, as in `runs`, with its result: of those with coefficients if there are any.
+
+        Raises
+        ------
+        DataError
+            If there is no such unit, or no such run.
+        """
+        table = self.runs(Chosen(units=(unit,), pattern=False)).columns()
+        rows = [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
+        if not rows:
+            raise DataError(f"the store has no unit {unit!r}; sigmatau store list shows its units")
+        named = [row for row in rows if run in (None, row["run"])]
+        if not named:
+            raise DataError(f"unit {unit} has no run {run!r}; its runs: {', '.join(row['run'] for row in rows[:10])}")
+        row = max(named, key=_order)
+        return row, self._result(row["id"])
+
+    def findings(self, run_id: int) -> list[tuple[str, str]]:
+        """Severity and message of the findings of a run, the column `id` of `runs`."""
+        from sqlalchemy import select
+
+        from sigmatau.store.tables import finding
+
+        of = finding.c
+        with self._read() as connection:
+            found = connection.execute(select(of.severity, of.message).where(of.run_id == run_id).order_by(of.id))
+            return [(severity, message) for severity, message in found]
+
+    def _result(self, run_id: int) -> dict[str, Any]:
+        from sqlalchemy import select
+
+        from sigmatau.store.packing import unpack
+        from sigmatau.store.tables import result
+
+        with self._read() as connection:
+            found = connection.execute(select(result.c.content, result.c.curves).where(result.c.run_id == run_id)).one()
+        return unpack(*found)
 
     def results(self, chosen: Chosen | None = None) -> Iterator[tuple[Mapping[str, Any], dict[str, Any]]]:
         """Each run, as in `runs`, with its result as it was added."""
@@ -226,6 +377,12 @@ class Store:
                 yield row, unpack(*contents[row["id"]])
 
 
+def _order(row: Mapping[str, Any]) -> tuple[bool, str, int]:
+    """With coefficients, then by time."""
+    recorded = row["recorded"]
+    return row["state"] == "fitted", "" if recorded is None else recorded.isoformat(), row["id"]
+
+
 def _conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
     from sqlalchemy import or_
 
@@ -234,19 +391,21 @@ def _conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
     one = chosen or Chosen()
     found: list[ColumnElement[bool]] = [] if one.history else [run.c.current]
     if one.units:
-        found.append(or_(*(unit.c.name.like(_pattern(name), escape="\\") for name in one.units)))
+        exact = [name for name in one.units if "*" not in name or not one.pattern]
+        alike = (unit.c.name.like(_like(name), escape="\\") for name in one.units if name not in exact)
+        found.append(or_(unit.c.name.in_(exact), *alike))
     if one.model is not None:
         found.append(model.c.name == one.model)
     if one.states:
         found.append(run.c.state.in_(one.states))
     if one.since is not None:
-        found.append(run.c.recorded >= one.since)
+        found.append(run.c.recorded >= in_utc(one.since))
     if one.until is not None:
-        found.append(run.c.recorded < one.until)
+        found.append(run.c.recorded < in_utc(one.until))
     return found
 
 
-def _pattern(name: str) -> str:
+def _like(name: str) -> str:
     for special in ("\\", "%", "_"):
         name = name.replace(special, "\\" + special)
     return name.replace("*", "%")

@@ -67,7 +67,9 @@ run = Table(
     Column("version", String(40), nullable=False),  # of sigmatau
     Column("added", DateTime, nullable=False),  # UTC
     Column("digest", String(64), nullable=False),  # of the result's content without the program's version
-    Column("file_version", String(200), nullable=False),  # of the log as the file system or object store tells it; or empty
+    Column(
+        "file_version", String(200), nullable=False
+    ),  # of the log as the file system or object store tells it; or empty
     Column("options_key", String(64), nullable=False),  # checksum of the options, see `sigmatau.store.rows.options_key`
     UniqueConstraint("identity", "revision"),
     Index(None, "unit_id", "current"),

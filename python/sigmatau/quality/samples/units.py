@@ -8,7 +8,8 @@ from typing import Literal
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.values import Gravity, ImplausibleUnit
 from sigmatau.noise.terms import TERMS
-from sigmatau.quality.samples.common import octaves, pieces, present, sample_of, white_level
+from sigmatau.quality.means import mean_of
+from sigmatau.quality.samples.common import octaves, sample_of, white_level
 from sigmatau.quality.samples.resolution import hides_noise, step_of
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
@@ -191,17 +192,7 @@ def _stated(stream: Stream) -> str:
 
 def _mean_vector(stream: Stream) -> float:
     """Length of the mean of all channels. [unit of the stream]"""
-    return math.hypot(*(_mean_of(stream, channel) for channel in stream.channels))
-
-
-def _mean_of(stream: Stream, channel: str) -> float:
-    """Mean of the samples that are not missing; NaN if there are none."""
-    total, count = 0.0, 0
-    for _, x in pieces(stream, channel):
-        part = float(x.sum())
-        there = x if math.isfinite(part) else present(x)
-        total, count = total + float(there.sum()), count + len(there)
-    return total / count if count else math.nan
+    return math.hypot(*(mean_of(stream, channel) for channel in stream.channels))
 
 
 def _levels(stream: Stream, channel: str, *, least_pairs: int = 200) -> tuple[float, float]:

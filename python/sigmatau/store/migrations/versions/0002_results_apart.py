@@ -50,7 +50,12 @@ def _new_tables() -> None:
         sa.Column("rate_unit", sa.String(length=60), nullable=False),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_label")),
         sa.UniqueConstraint(
-            "channel", "quantity", "term", "unit", "rate_unit", name=op.f("uq_label_channel_quantity_term_unit_rate_unit")
+            "channel",
+            "quantity",
+            "term",
+            "unit",
+            "rate_unit",
+            name=op.f("uq_label_channel_quantity_term_unit_rate_unit"),
         ),
     )
     op.create_table(
@@ -127,7 +132,8 @@ def _results() -> None:
     last = -1
     while True:
         runs = connection.execute(
-            sa.text("SELECT id, content FROM run WHERE id > :last ORDER BY id LIMIT :count"), {"last": last, "count": _BATCH}
+            sa.text("SELECT id, content FROM run WHERE id > :last ORDER BY id LIMIT :count"),
+            {"last": last, "count": _BATCH},
         ).all()
         if not runs:
             return
@@ -138,18 +144,20 @@ def _results() -> None:
             sa.text("SELECT run_id, name, curve FROM channel_1 WHERE run_id BETWEEN :first AND :last"), span
         ):
             curves[run_id, name] = bytes(raw)
-        numbers = {}
+        numbers: dict[int, list[bytes]] = {}
         for run_id, *row in connection.execute(_ROWS, span):
             numbers.setdefault(run_id, []).append(_number_row(*row))
         rows, keys = [], []
         for run_id, content in runs:
             told = json.loads(zlib.decompress(content))
-            rows.append({
-                "run_id": run_id,
-                "content": bytes(content),
-                "curves": b"".join(curves[run_id, name] for name in told["channels"]),
-                "numbers": b"".join(numbers.get(run_id, ())),
-            })
+            rows.append(
+                {
+                    "run_id": run_id,
+                    "content": bytes(content),
+                    "curves": b"".join(curves[run_id, name] for name in told["channels"]),
+                    "numbers": b"".join(numbers.get(run_id, ())),
+                }
+            )
             options = json.dumps(told.get("options", {}), sort_keys=True)
             keys.append({"run_id": run_id, "options": hashlib.sha256(options.encode()).hexdigest()})
         connection.execute(_INSERT, rows)
@@ -164,5 +172,5 @@ _ROWS = sa.text("""
 """)
 
 
-def _number_row(label, verdict, *values) -> bytes:
+def _number_row(label: int, verdict: str, *values: float | None) -> bytes:
     return _ROW.pack(label, verdict in _QUANTIFIED, *(math.nan if x is None else x for x in values))

@@ -1,0 +1,1 @@
+"""Runs, days, units and axes beside each other: repeatability."""

@@ -1,0 +1,454 @@
+"""`compare_runs`: repeatability of every channel and term over runs, units or axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
+from sigmatau.lots.grouping import Cells, cells_of, effects_of, holm
+from sigmatau.lots.group_effects import GroupEffects
+from sigmatau.lots.reading import gather, read_runs
+from sigmatau.lots.repeatability import Judgement, RandomEffects, check_level, judgement_of, one_group
+from sigmatau.lots.runs import SIGNED, Label, Run, RunsBuilder, RunTable, joined
+from sigmatau.quality.clocks import clocks
+from sigmatau.results import Tabular
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sigmatau.analysed import Analysis
+    from sigmatau.plot.style import Panels
+
+By = Literal["unit", "run", "axis"]
+
+_MOST_CLOCKS = 100  # runs of a unit whose clocks are compared pair by pair
+_NUMBERS = (
+    "mean", "low", "high", "std", "error", "q", "p_value", "p_low", "tau", "tau_low", "tau_high",
+    "next_low", "next_high", "next_error",
+)  # fmt: skip
+
+
+@frozen(eq=False)
+class RunComparison(Tabular):
+    """Result of `compare_runs`.
+
+    ``comparison["gyro_x", "random_walk"]`` is the `RandomEffects` of a term; with several groups
+    ``comparison["A123", "gyro_x", "random_walk"]``.
+
+    Attributes
+    ----------
+    by : {"unit", "run", "axis"}
+        What the values of a group have in common: the unit (compared are its runs), the run (its units), or the axis alone.
+    level : float
+        Confidence level of tests and intervals.
+    runs : tuple of Run
+        All results, in order: those with a `problem` are not compared.
+    groups : tuple of str
+        Names of the groups; one empty name if there is one group without a name.
+    clocks_off : mapping of str to Finding
+        Runs of a unit whose lines and filters are all at other frequencies than those of the others.
+    clocks_skipped : tuple of str
+        Units with too many runs to compare their clocks.
+
+    See Also
+    --------
+    compare_runs, random_effects
+    """
+
+    by: By
+    level: float
+    runs: tuple[Run, ...]
+    groups: tuple[str, ...]
+    clocks_off: Mapping[str, Finding]
+    clocks_skipped: tuple[str, ...]
+    table: RunTable
+    cells: Cells
+    effects: GroupEffects
+
+    @property
+    def unused(self) -> dict[str, str]:
+        """The results that are not compared: by file or name, why."""
+        return {run.place or run.name: run.problem for run in self.runs if run.problem}
+
+    def __len__(self) -> int:
+        return len(self.cells.label)
+
+    def key(self, at: int) -> tuple[str, Label]:
+        """Group and label of a row."""
+        return self.groups[self.cells.group[at]], self.table.labels[self.cells.label[at]]
+
+    def __iter__(self) -> Iterator[tuple[str, str, str]]:
+        """Group, channel and term of each row."""
+        for at in range(len(self)):
+            group, label = self.key(at)
+            yield group, label.channel, label.term
+
+    def __getitem__(self, key: tuple[str, ...]) -> RandomEffects:
+        """The random effects of a group, channel and term; without the group if there is one."""
+        if not (isinstance(key, tuple) and len(key) in (2, 3)) or (len(key) == 2 and len(self.groups) != 1):
+            raise KeyError(f"a key is (group, channel, term), or (channel, term) of one group; not {key!r}")
+        wanted = key if len(key) == 3 else (self.groups[0], *key)
+        for at, known in enumerate(self):
+            if known == wanted:
+                return self.row(at)
+        raise KeyError(f"no values of {' '.join(wanted).strip()}")
+
+    def row(self, at: int) -> RandomEffects:
+        """The random effects of a row."""
+        _, label = self.key(at)
+        scale: Literal["relative", "absolute"] = "absolute" if label.term in SIGNED else "relative"
+        return one_group(self.effects, at, scale=scale, level=self.level, std=float(self.cells.std[at]))
+
+    def values(self, at: int) -> list[tuple[Run, float, float]]:
+        """Run, value and standard error of each value of a row; the error relative, or of a signed term in SI."""
+        table = self.table
+        return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(at)]
+
+    def judgements(self) -> list[Judgement]:
+        """What the tests say of each row. Their p-values are corrected for the number of rows of the group after Holm, so that
+        a group without differences has one or more with a probability of at most 1 - `level`.
+        """
+        e = self.effects
+        p, low, outlier = (holm(x, self.cells.group) for x in (e.p_value, e.p_low, e.outlier_p))
+        rows = zip(e.k.tolist(), *(map(_known, x.tolist()) for x in (p, low, outlier)), strict=True)
+        return [judgement_of(k, a, b, c, level=self.level) for k, a, b, c in rows]
+
+    def outliers(self) -> dict[int, Run]:
+        """By row, the run that does not belong."""
+        found = {}
+        for at, judgement in enumerate(self.judgements()):
+            if judgement == "outlier":
+                found[at] = self.runs[self.table.run[self.cells.rows(at)[self.effects.outlier[at]]]]
+        return found
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a group, channel and term, see `Tabular.columns`. Numbers are in SI, spreads relative or in SI."""
+        labels = [self.table.labels[k] for k in self.cells.label]
+        signed = [label.term in SIGNED for label in labels]
+        outliers = self.outliers()
+        found: dict[str, list[Any]] = {
+            "group": [self.groups[k] for k in self.cells.group],
+            "channel": [label.channel for label in labels],
+            "term": [label.term for label in labels],
+            "unit": [label.unit for label in labels],
+            "scale": ["absolute" if one else "relative" for one in signed],
+            "runs": self.cells.seen.tolist(),
+            "of_runs": self.cells.looked.tolist(),
+            "largest_limit": _none_of(self.cells.limit),
+        }
+        for name, values in self._numbers(np.array(signed, dtype=bool)).items():
+            found[name] = _none_of(values)
+        found["paper_delta"] = _none_of(self.cells.delta)
+        found["paper_accepts"] = [
+            None if np.isnan(d) or np.isnan(s) else bool(s < d) for s, d in zip(self.cells.std, self.cells.delta, strict=True)
+        ]
+        found["judgement"] = list(self.judgements())
+        found["outlier"] = [outliers[at].name if at in outliers else None for at in range(len(self))]
+        return found
+
+    def _numbers(self, signed: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:
+        e = self.effects
+        ends = {
+            "mean": e.mean,
+            "low": e.mean - e.mean_error,
+            "high": e.mean + e.mean_error,
+            "next_low": e.mean - e.next_error,
+            "next_high": e.mean + e.next_error,
+        }
+        with np.errstate(over="ignore"):
+            found = {name: np.where(signed, x, np.exp(x)) for name, x in ends.items()}
+        for name in ("error", "q", "p_value", "p_low", "tau", "tau_low", "tau_high", "next_error"):
+            found[name] = getattr(e, name)
+        found["std"] = self.cells.std
+        return {name: found[name] for name in _NUMBERS}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI without NaN: runs, rows by column, clocks, results that are not used."""
+        return {
+            "by": self.by,
+            "level": self.level,
+            "runs": [
+                {"name": run.name, "serial": run.serial, "place": run.place, "notes": dict(run.notes)}
+                for run in self.runs
+                if not run.problem
+            ],
+            "rows": self.columns(),
+            "values": self._values(),
+            "clocks_off": {name: finding.to_dict() for name, finding in self.clocks_off.items()},
+            "not_used": self.unused,
+        }
+
+    def _values(self) -> dict[str, list[Any]]:
+        """Every value that is compared."""
+        rows = [(at, *one) for at in range(len(self)) for one in self.values(at)]
+        labels = [self.key(at)[1] for at, *_ in rows]
+        return {
+            "run": [run.name for _, run, _, _ in rows],
+            "serial": [run.serial for _, run, _, _ in rows],
+            "channel": [label.channel for label in labels],
+            "term": [label.term for label in labels],
+            "value": [value for *_, value, _ in rows],
+            "error": [None if np.isnan(error) else error for *_, error in rows],
+        }
+
+    def plot(self, *channels: str, ax: Panels = None) -> Figure:
+        """Forest plot: the value of each run with its interval, the mean, and the prediction interval of one more run.
+
+        Parameters
+        ----------
+        *channels : str
+            Which channels. Default: all of the first group.
+        ax : matplotlib axes, or sequence of them, optional
+            One a term. Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
+
+        Raises
+        ------
+        OptionError
+            For an unknown channel.
+        """
+        from sigmatau.lots.forest_panels import forest_panels
+        from sigmatau.plot.forest import draw_forests
+
+        return draw_forests(forest_panels(self, channels), ax=ax)
+
+    def __repr__(self) -> str:
+        from sigmatau.lots.comparison_text import overview
+
+        return overview(self)
+
+
+def _known(x: float) -> float | None:
+    return None if np.isnan(x) else x
+
+
+def _none_of(values: NDArray[np.float64]) -> list[float | None]:
+    return [x if ok else None for x, ok in zip(values.tolist(), np.isfinite(values).tolist(), strict=True)]
+
+
+def compare_runs(
+    results: Sequence[str | Path | Mapping[str, Any] | Analysis] | str | Path,
+    *,
+    names: Sequence[str] | None = None,
+    units: Sequence[str] | None = None,
+    by: By = "unit",
+    level: float = 0.95,
+    jobs: int | None = None,
+) -> RunComparison:
+    """Repeatability of every channel and term over several results.
+
+    Of each channel and term `random_effects` is applied to the values of a group: the runs of a unit, unless `by` says
+    otherwise. A term that only some runs show is compared over these, which favours large values: the numbers of runs with
+    and without it are part of the result. Means of channels give the repeatability of the bias from turn-on to turn-on.
+
+    Parameters
+    ----------
+    results : sequence of path, dict or Analysis
+        Results of `analyze`: objects, their ``to_dict()``, JSON or CSV files, or folders of these; or tables of values that
+        were typed, with the columns ``run, channel, term, value, unit`` and ``error`` (see docs/how-to/repeatability.md).
+    names : sequence of str, optional
+        Names of the runs, one for each result. Default: the note "run", or the name of the file.
+    units : sequence of str, optional
+        Names of the units, one for each result. Default: the note "serial number" or "unit", or the folder if there are
+        several.
+    by : {"unit", "run", "axis"}
+        Compare the runs of each unit, the units of each run, or everything of an axis.
+    level : float
+        Confidence level of tests and intervals.
+    jobs : int, optional
+        Processes that read many files. Default: all cores.
+
+    Returns
+    -------
+    RunComparison
+
+    Raises
+    ------
+    DataError
+        If no result can be used; a result that cannot be used beside others is in `RunComparison.unused`.
+    OptionError
+        For invalid options.
+
+    See Also
+    --------
+    random_effects : the same for numbers.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.analyze(st.simulate(model, duration=600, rate=20, rng=day)) for day in range(3)]
+    >>> compared = st.compare_runs(days, names=["day 1", "day 2", "day 3"])
+    >>> compared["gyro_x", "random_walk"].judgement
+    'repeatable'
+    """
+    _check_options(by, level)
+    table = _table_of(results, names, units, jobs)
+    return compare_table(replace(table, runs=_with_places(_without_copies(table))), by=by, level=level)
+
+
+def _check_options(by: str, level: float) -> None:
+    check_level(level)
+    if by not in ("unit", "run", "axis"):
+        raise OptionError(f"{{option}} must be unit, run or axis, not {by!r}", option="by")
+
+
+def compare_table(table: RunTable, *, by: By = "unit", level: float = 0.95) -> RunComparison:
+    """`compare_runs` of rows that are there, such as those of a `Store`: units are named, and no log is there twice."""
+    _check_options(by, level)
+    usable = np.array([not run.problem for run in table.runs], dtype=bool)
+    if not usable.any():
+        reasons = [f"{run.place or run.name}: {run.problem}" for run in table.runs]
+        raise DataError(reasons[0] if len(reasons) == 1 else f"no result can be used; the first: {reasons[0]}")
+    table = _of_one_unit(table)
+    if by == "axis":
+        names_of = [""] * len(table.runs)
+    else:
+        names_of = [run.serial if by == "unit" else run.name for run in table.runs]
+    groups = sorted({name for name, ok in zip(names_of, usable, strict=True) if ok})
+    position = {name: k for k, name in enumerate(groups)}
+    group_of_run = np.array([position.get(name, 0) for name in names_of], dtype=np.int64)
+    cells = cells_of(table, group_of_run, usable)
+    off, skipped = _clocks(table.runs)
+    return RunComparison(
+        by=by,
+        level=level,
+        runs=table.runs,
+        groups=tuple(groups),
+        clocks_off=off,
+        clocks_skipped=skipped,
+        table=table,
+        cells=cells,
+        effects=effects_of(table, cells, level=level),
+    )
+
+
+def _table_of(
+    results: Any,  # noqa: ANN401  what a user gives
+    names: Sequence[str] | None,
+    units: Sequence[str] | None,
+    jobs: int | None,
+) -> RunTable:
+    given = [results] if isinstance(results, str | Path | Mapping) or hasattr(results, "to_dict") else list(results)
+    for option, of in (("names", names), ("units", units)):
+        if of is not None and len(of) != len(given):
+            raise OptionError(f"{{option}} must have one name per result: {len(of)} names, {len(given)} results", option=option)
+    if not given:
+        raise DataError("no results to compare")
+    if names is None and units is None and all(isinstance(one, str | Path) for one in given):
+        return read_runs(gather([Path(one) for one in given]), jobs=jobs)
+    tables = []
+    for k, one in enumerate(given):
+        name = f"run {k + 1}" if names is None else str(names[k])
+        serial = None if units is None else str(units[k])
+        if isinstance(one, str | Path):
+            own = read_runs(gather([Path(one)]), jobs=jobs)
+            many = len(own.runs) > 1
+            runs = (
+                replace(
+                    run,
+                    name=run.name if names is None else f"{name} {run.name}" if many else name,
+                    serial=run.serial if serial is None else serial,
+                )
+                for run in own.runs
+            )
+            tables.append(replace(own, runs=tuple(runs)))
+            continue
+        content = one if isinstance(one, Mapping) and "fit" not in one else one
+        content = content if isinstance(content, Mapping) and not hasattr(content, "fits") else one.to_dict()
+        builder = RunsBuilder()
+        builder.add_result(content, name=name, serial=serial)
+        own = builder.table()
+        if names is not None:
+            own = replace(own, runs=tuple(replace(run, name=name) for run in own.runs))
+        tables.append(own)
+    return joined(tables)
+
+
+def _without_copies(table: RunTable) -> tuple[Run, ...]:
+    """Results that are there twice are named, because copies are not independent: of the same log, or with the same values
+    to the last bit, which two records do not have. Values that were typed may be equal.
+    """
+    order = np.argsort(table.run, kind="stable")
+    ends = np.searchsorted(table.run[order], np.arange(len(table.runs) + 1))
+    seen: dict[object, Run] = {}
+    found = []
+    for k, run in enumerate(table.runs):
+        own = order[ends[k] : ends[k + 1]]
+        keys: list[object] = [] if run.sha256 is None else [run.sha256]
+        if not run.typed and len(own):
+            keys.append((table.label[own].tobytes(), table.value[own].tobytes(), table.limit[own].tobytes()))
+        first = next((seen[key] for key in keys if key in seen), None)
+        if first is not None and not run.problem:
+            found.append(replace(run, problem=f"of the same log as {first.place or first.name}"))
+            continue
+        seen |= dict.fromkeys(keys, run)
+        found.append(run)
+    return tuple(found)
+
+
+def _with_places(runs: tuple[Run, ...]) -> tuple[Run, ...]:
+    """Units by folder if no note names them and there are several folders; names that tell the runs of a unit apart."""
+    folders = {Path(run.place).parent for run in runs if run.place and not run.problem}
+    if len(folders) > 1 and not any(run.serial for run in runs):
+        runs = tuple(replace(run, serial=Path(run.place).parent.name if run.place else "") for run in runs)
+    used: set[tuple[str, str]] = set()
+    found = []
+    for run in runs:
+        name, number = run.name, 2
+        while (run.serial, name) in used and not run.problem:
+            name, number = f"{run.name} ({number})", number + 1
+        used.add((run.serial, name))
+        found.append(run if name == run.name else replace(run, name=name))
+    return tuple(found)
+
+
+def _of_one_unit(table: RunTable) -> RunTable:
+    """Without channels that are in another physical unit than in most runs, such as rad/s among m/s²: the runs are named."""
+    kinds: dict[tuple[str, str], list[int]] = {}
+    for k, label in enumerate(table.labels):
+        kinds.setdefault((label.channel, label.term), []).append(k)
+    several = [of for of in kinds.values() if len(of) > 1]
+    if not several:
+        return table
+    counts = np.bincount(table.label, minlength=len(table.labels))
+    keep = np.ones(len(table.labels), dtype=bool)
+    for of in several:
+        most = max(of, key=lambda k: counts[k])
+        keep[[k for k in of if k != most]] = False
+    runs = list(table.runs)
+    for at in np.unique(table.run[~keep[table.label]]):
+        wrong = sorted({table.labels[k].channel for k in table.label[table.run == at] if not keep[k]})
+        if not runs[at].problem:
+            runs[at] = replace(runs[at], problem=f"{', '.join(wrong)}: in another unit than in the other results")
+    bad = {k for k, run in enumerate(runs) if run.problem}
+    rows = np.array([keep[label] and run not in bad for run, label in zip(table.run, table.label, strict=True)], dtype=bool)
+    arrays = {name: getattr(table, name)[rows] for name in ("run", "label", "value", "error", "limit", "delta", "status")}
+    return replace(table, runs=tuple(runs), **arrays)
+
+
+def _clocks(runs: Sequence[Run]) -> tuple[dict[str, Finding], tuple[str, ...]]:
+    by_unit: dict[str, dict[str, Run]] = {}
+    for run in runs:
+        if not run.problem and run.marks:
+            by_unit.setdefault(run.serial, {})[run.name] = run
+    found: dict[str, Finding] = {}
+    skipped = []
+    for serial, own in by_unit.items():
+        if len(own) > _MOST_CLOCKS:
+            skipped.append(serial)
+            continue
+        off = clocks({name: run.marks for name, run in own.items()})
+        found |= {f"{serial} {name}".strip(): finding for name, finding in off.items()}
+    return found, tuple(skipped)

@@ -1,0 +1,257 @@
+"""Coefficients of many results as one table: a row for each run, channel and term."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native.distributions import normal_quantile
+from sigmatau.errors import DataError
+from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.frozen import frozen
+from sigmatau.lots.group_effects import Floats, Ints
+from sigmatau.model.from_result import results_by_channel
+from sigmatau.noise.terms import TERMS
+from sigmatau.quality.clocks import Mark, marks_of
+
+MEAN = "mean"
+"""The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: its bias at turn-on, and what it senses at rest."""
+
+SIGNED = ("rate_ramp", MEAN)
+"""Terms whose values have a sign: they are compared as they are, all others by their logarithms."""
+
+OBSERVED, LIMITED, WITHOUT_ERROR, WITHOUT_INTERVAL = range(4)
+"""Status of a row: value with error; upper limit; value whose error is not known; value of a model that does not fit."""
+
+SERIAL_NOTES = ("serial number", "serial", "unit", "device", "sn")
+RUN_NOTES = ("run", "day", "test", "date")
+"""Notes of `analyze` that name the unit and the run, the first one that is there."""
+
+
+@frozen
+class Label:
+    """What a row is of."""
+
+    channel: str
+    quantity: str
+    term: str
+    unit: str  # SI
+    rate_unit: str  # SI unit of the channel
+
+
+@frozen
+class Run:
+    """A result that is compared, or why it is not."""
+
+    name: str
+    serial: str  # of the unit; empty if nothing says it
+    place: str = ""  # file, or empty
+    notes: Mapping[str, str] = field(default_factory=dict)
+    sha256: str | None = None  # of the log
+    marks: tuple[Mark, ...] = ()
+    problem: str = ""  # why it is not used
+    typed: bool = False  # from a table that may have been typed, with few digits
+
+
+@frozen(eq=False)
+class RunTable:
+    """Rows of all runs. Arrays have one entry per row."""
+
+    runs: tuple[Run, ...]
+    labels: tuple[Label, ...]
+    run: Ints  # position in `runs`
+    label: Ints  # position in `labels`
+    value: Floats  # [SI]
+    error: Floats  # standard error, NaN if not known; relative, or in SI of what is `SIGNED`
+    limit: Floats  # upper limit of a term that was not observed [SI]
+    delta: Floats  # error of the paper's rule, if stated [SI]
+    status: NDArray[np.int8]
+
+
+class RunsBuilder:
+    """Collects runs and rows, and makes the table."""
+
+    def __init__(self) -> None:
+        self._runs: list[Run] = []
+        self._labels: dict[tuple[str, str, str, str, str], int] = {}
+        self._rows: list[tuple[int, int, float, float, float, float, int]] = []
+
+    def add_run(self, run: Run) -> int:
+        """A run, to which rows belong; its position."""
+        self._runs.append(run)
+        return len(self._runs) - 1
+
+    def add_row(
+        self,
+        run: int,
+        label: tuple[str, str, str, str, str],
+        status: int,
+        *,
+        value: float = math.nan,
+        error: float = math.nan,
+        limit: float = math.nan,
+        delta: float = math.nan,
+    ) -> None:
+        """A row; `label` has the fields of `Label`."""
+        position = self._labels.setdefault(label, len(self._labels))
+        self._rows.append((run, position, value, error, limit, delta, status))
+
+    def add_result(self, content: Mapping[str, Any], *, name: str, place: str = "", serial: str | None = None) -> None:
+        """The JSON form of an analysis; `serial` names its unit, whatever its notes say."""
+        try:
+            notes, rows, marks, sha = _of_result(content)
+        except DataError as error:
+            named = _notes_of(content)
+            run = _named(name, named, serial)
+            self._runs.append(Run(name=run[0], serial=run[1], place=place, notes=named, problem=str(error)))
+            return
+        run_name, of = _named(name, notes, serial)
+        at = self.add_run(Run(name=run_name, serial=of, place=place, notes=notes, sha256=sha, marks=marks))
+        for label, status, value, error, limit in rows:
+            self.add_row(at, label, status, value=value, error=error, limit=limit)
+
+    def table(self) -> RunTable:
+        """All rows so far."""
+        rows = self._rows
+        columns = list(zip(*rows, strict=True)) if rows else [()] * 7
+        run, label, value, error, limit, delta, status = columns
+        return RunTable(
+            runs=tuple(self._runs),
+            labels=tuple(
+                Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r) for c, q, t, u, r in self._labels
+            ),
+            run=np.array(run, dtype=np.int64),
+            label=np.array(label, dtype=np.int64),
+            value=np.array(value, dtype=np.float64),
+            error=np.array(error, dtype=np.float64),
+            limit=np.array(limit, dtype=np.float64),
+            delta=np.array(delta, dtype=np.float64),
+            status=np.array(status, dtype=np.int8),
+        )
+
+
+def joined(tables: Sequence[RunTable]) -> RunTable:
+    """Several tables as one."""
+    if len(tables) == 1:
+        return tables[0]
+    labels: dict[Label, int] = {}
+    runs: list[Run] = []
+    run, label = [], []
+    for table in tables:
+        places = np.array([labels.setdefault(one, len(labels)) for one in table.labels], dtype=np.int64)
+        label.append(places[table.label] if len(places) else table.label)
+        run.append(table.run + len(runs))
+        runs += table.runs
+
+    def all_of(name: str) -> Any:  # noqa: ANN401  an array of any kind
+        return np.concatenate([getattr(table, name) for table in tables])
+
+    return RunTable(
+        runs=tuple(runs),
+        labels=tuple(labels),
+        run=np.concatenate(run),
+        label=np.concatenate(label),
+        value=all_of("value"),
+        error=all_of("error"),
+        limit=all_of("limit"),
+        delta=all_of("delta"),
+        status=all_of("status"),
+    )
+
+
+_Row = tuple[tuple[str, str, str, str, str], int, float, float, float]
+
+
+def _of_result(content: Mapping[str, Any]) -> tuple[dict[str, str], list[_Row], tuple[Mark, ...], str | None]:
+    channels = results_by_channel(content)
+    rows: list[_Row] = []
+    fits: dict[str, Mapping[str, Any]] = {}
+    for name, channel in channels.items():
+        try:
+            quantity, fit = channel["quantity"], channel.get("fit") or {}
+            rate_unit = channel["curve"]["unit"] if "curve" in channel else channel["mean"]["unit"]
+            rows += _of_fit(name, quantity, rate_unit, fit)
+            mean = channel.get("mean")
+            if mean is not None:
+                label = (name, quantity, MEAN, mean["unit"], rate_unit)
+                rows.append((label, WITHOUT_ERROR, _real(mean["value"]), math.nan, math.nan))
+            fits[name] = fit
+        except DataError as error:
+            raise DataError(f"channel {name!r}: {error}") from None
+        except (KeyError, TypeError, AttributeError, ValueError) as error:
+            raise DataError(f"channel {name!r}: not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
+    if not any(row[1] in (OBSERVED, LIMITED) for row in rows):
+        raise DataError("no coefficient has an interval: no model fits, or the coefficients were only read off")
+    try:
+        marks = marks_of(fits)
+    except (AttributeError, KeyError, TypeError, ValueError):
+        marks = ()
+    source = content.get("source")
+    sha = source.get("sha256") if isinstance(source, Mapping) else None
+    return _notes_of(content), rows, marks, sha if isinstance(sha, str) else None
+
+
+def _of_fit(name: str, quantity: str, rate_unit: str, fit: Mapping[str, Any]) -> Iterable[_Row]:
+    terms = fit.get("terms") or {}
+    fits = fit.get("verdict") in QUANTIFIED
+    for term in TERMS:
+        one = terms.get(term)
+        if one is None:
+            continue
+        label = (name, quantity, term, one["unit"], rate_unit)
+        if one.get("value") is None:
+            if one.get("observed") is False and one.get("upper_limit") is not None:
+                yield label, LIMITED, math.nan, math.nan, _real(one["upper_limit"])
+            continue
+        value, low, high = _real(one["value"]), one.get("low"), one.get("high")
+        error = math.nan
+        if fits and low is not None and high is not None:
+            error = error_of(term, value, _real(low), _real(high), level=_real(one.get("level", 0.95)))
+        yield label, WITHOUT_INTERVAL if math.isnan(error) else OBSERVED, value, error, math.nan
+
+
+def error_of(term: str, value: float, low: float, high: float, *, level: float) -> float:
+    """Standard error from an interval: relative, of logarithms, or of a signed value itself; NaN if it is none.
+
+    Of a coefficient the upper half counts. The lower half of an interval of a fit allows for terms that the record does not
+    show, which are the same in all runs: errors from it would be 1.5 times the scatter of simulated runs.
+    """
+    if not (low <= value <= high and low < high):
+        return math.nan
+    z = _z(level)
+    if term in SIGNED:
+        return (high - low) / (2 * z)
+    return math.log(high / value) / z if 0 < value < high else math.nan
+
+
+@lru_cache
+def _z(level: float) -> float:
+    if not 0 < level < 1:
+        raise DataError(f"level {level!r} is not between 0 and 1")
+    return float(normal_quantile((1 + level) / 2))
+
+
+def _real(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise DataError(f"{value!r:.40} is not a finite number")
+    return float(value)
+
+
+def _notes_of(content: Mapping[str, Any]) -> dict[str, str]:
+    notes = content.get("notes") if isinstance(content, Mapping) else None
+    return {str(key): str(text) for key, text in notes.items()} if isinstance(notes, Mapping) else {}
+
+
+def _named(name: str, notes: Mapping[str, str], serial: str | None) -> tuple[str, str]:
+    """Name of the run and of the unit."""
+    by_key = {key.strip().lower(): text for key, text in notes.items()}
+    run = next((by_key[key] for key in RUN_NOTES if by_key.get(key)), name)
+    if serial is not None:
+        return run, serial
+    return run, next((by_key[key] for key in SERIAL_NOTES if by_key.get(key)), "")

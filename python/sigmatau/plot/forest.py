@@ -1,0 +1,125 @@
+"""Forest plots: the value of each run with its interval, their mean, and the prediction interval of one more run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.frozen import frozen
+from sigmatau.plot.style import figure_of, new_figure, panels_of, small
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from sigmatau.plot.style import Panels
+
+_MOST_PANELS = 24
+_MOST_NAMES = 40  # runs whose names are written
+_ROW = 0.17  # height of a run [in]
+_MOST_HEIGHT = 5.0  # of a panel [in]
+_COLUMNS = 3
+
+
+@frozen(eq=False)
+class ForestPanel:
+    """What is drawn of one channel and term, in the unit of the axis."""
+
+    title: str
+    unit: str
+    names: Sequence[str]  # runs
+    value: NDArray[np.float64]
+    low: NDArray[np.float64]  # ends of the intervals, NaN if not known
+    high: NDArray[np.float64]
+    odd: int | None  # the run that does not belong
+    mean: float
+    mean_low: float | None
+    mean_high: float | None
+    next_low: float | None
+    next_high: float | None
+    row: str = ""  # panels of the same row stand beside each other
+
+
+def draw_forests(panels: Sequence[ForestPanel], *, ax: Panels = None) -> Figure:
+    """Draw panels beside each other, or in the given axes."""
+    panels = panels[:_MOST_PANELS]
+    if (given := panels_of(ax, len(panels))) is not None:
+        for axes, panel in zip(given, panels, strict=True):
+            draw_forest(panel, axes, named=True)
+        return figure_of(given[0])
+    places = _places(panels)
+    columns = 1 + max(column for _, column in places)
+    down = 1 + max(row for row, _ in places)
+    rows = max(len(panel.names) for panel in panels)
+    height = min(0.9 + _ROW * rows, _MOST_HEIGHT)
+    figure = new_figure(1.0 + 3.6 * columns, 0.6 + height * down)
+    every = figure.subplots(down, columns, squeeze=False)
+    for k, (place, panel) in enumerate(zip(places, panels, strict=True)):
+        same = place[1] and list(panel.names) == list(panels[k - 1].names)
+        draw_forest(panel, every[place], named=not same)
+    for row in range(down):
+        for column in range(columns):
+            if (row, column) not in places:
+                every[row, column].set_axis_off()
+    handles, labels = every[places[0]].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=small(), frameon=False)
+    return figure
+
+
+def _places(panels: Sequence[ForestPanel]) -> list[tuple[int, int]]:
+    """Row and column of each panel."""
+    found: list[tuple[int, int]] = []
+    for k, panel in enumerate(panels):
+        if k and panel.row == panels[k - 1].row and found[-1][1] + 1 < _COLUMNS:
+            found.append((found[-1][0], found[-1][1] + 1))
+        else:
+            found.append((found[-1][0] + 1 if found else 0, 0))
+    return found
+
+
+def draw_forest(panel: ForestPanel, ax: Axes, *, named: bool) -> None:
+    """Draw one panel; `named`: with the names of the runs."""
+    count = len(panel.names)
+    rows = np.arange(count)[::-1]
+    if panel.next_low is not None and panel.next_high is not None:
+        ax.axvspan(panel.next_low, panel.next_high, color="0.93", lw=0, label="prediction interval of one more run")
+    if panel.mean_low is not None and panel.mean_high is not None:
+        ax.axvspan(panel.mean_low, panel.mean_high, color="0.82", lw=0, label="interval of the mean")
+    ax.axvline(panel.mean, color="0.35", lw=0.8)
+    size = 4.0 if count <= _MOST_NAMES else 1.5
+    for chosen, colour in ((np.arange(count) != panel.odd, "C0"), (np.arange(count) == panel.odd, "C3")):
+        ends = np.abs(np.array([panel.value - panel.low, panel.high - panel.value]))[:, chosen]
+        if chosen.any():
+            ax.errorbar(
+                panel.value[chosen], rows[chosen], xerr=np.nan_to_num(ends), fmt="o", ms=size, lw=1.0, color=colour
+            )
+    ax.set_title(panel.title, fontsize=small() + 1)
+    ax.set_xlabel(panel.unit.replace("^{3/2}", "$^{3/2}$"), fontsize=small())
+    ax.tick_params(labelsize=small())
+    ax.set_ylim(-0.7, count - 0.3)
+    if named and count <= _MOST_NAMES:
+        ax.set_yticks(rows, [_shortened(name) for name in panel.names], fontsize=small())
+    else:
+        ax.set_yticks(rows if count <= _MOST_NAMES else [], [])
+    ax.xaxis.set_major_locator(_few_ticks())
+    values = np.concatenate([panel.low, panel.high, panel.value])
+    ends_ = [x for x in (panel.next_low, panel.next_high) if x is not None]
+    spread = float(np.nanmax(values) - np.nanmin(values))
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    if ends_ and max(ends_) - min(ends_) < 4 * spread:  # of two or three runs the interval is far wider than the values
+        low, high = min(low, *ends_), max(high, *ends_)
+    margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
+    ax.set_xlim(low - margin, high + margin)
+
+
+def _few_ticks() -> Any:  # noqa: ANN401  a locator
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(4)
+
+
+def _shortened(name: str) -> str:
+    return name if len(name) <= 18 else f"…{name[-17:]}"

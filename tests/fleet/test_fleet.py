@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
@@ -48,10 +49,10 @@ def same(place, expected):
 
 def test_damaged_files_fail_alone_with_a_reason(undisturbed, logs):
     failed = {path: result["error"]["message"] for path, (state, _, result) in undisturbed.items() if state == "failed"}
-    assert {os.path.dirname(path) for path in failed} == {str(logs / "without")}
+    assert {Path(path).parent for path in failed} == {logs / "without"}
     assert len(failed) == DAMAGED
     assert all(message.startswith(path) for path, message in failed.items())
-    assert len(set(message.removeprefix(path) for path, message in failed.items())) == DAMAGED
+    assert len({message.removeprefix(path) for path, message in failed.items()}) == DAMAGED
     assert {unit for path, (_, unit, _) in undisturbed.items() if path not in failed} == {f"unit{k}" for k in range(7)}
 
 
@@ -69,7 +70,7 @@ def test_results_are_those_of_analyze(undisturbed, logs):
 
 def test_a_second_run_analyses_nothing_again(undisturbed, logs, processes):
     (processes.folder / "whole.db").write_bytes((logs.parent / "whole.db").read_bytes())
-    out, err = ended(processes.fleet(logs, "--store", "whole.db", "--workers", 2))
+    out, _ = ended(processes.fleet(logs, "--store", "whole.db", "--workers", 2))
     assert out == f"0 of 0 logs analysed, {LOGS + DAMAGED} were in the store ({DAMAGED} of them failed)\n"
     assert processes.reads() == []
     # A log that changed is analysed again, and its earlier result is history; one that was only touched keeps its row.
@@ -114,8 +115,7 @@ def test_the_client_is_killed(undisturbed, logs, processes):
 
 def alive(pid):
     try:
-        with open(f"/proc/{pid}/stat") as status:
-            return status.read().rpartition(")")[2].split()[0] not in "ZX"
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except OSError:
         return False
 

@@ -100,7 +100,7 @@ sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
         "Analyse many logs, or very long ones, on several processes or hosts, and add the results to a store.",
         """\
 sigmatau fleet analyze 'logs/**' --store lab.db --workers 2
-sigmatau fleet analyze 'night/*.csv' --store lab.db --unit-from 'unit(\\d+)' --model ICM-42688-P --method gls""",
+sigmatau fleet analyze 'night/*.csv' --store lab.db --unit-from '(unit[0-9]+)' --model ICM-42688-P --method gls""",
     ),
     "demo": (
         "Simulate two hours of a tactical-grade unit, analyse the log, and compare the result with the truth.",

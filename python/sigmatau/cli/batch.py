@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 from sigmatau.analysed import Analysis
 from sigmatau.cli.earlier import is_result
-from sigmatau.process import keep_freed
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.fitting.overview import trust
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.io.read.registry import NOT_LOGS
+from sigmatau.process import keep_freed
 from sigmatau.quality.clocks import Mark, marks_of
 from sigmatau.results import duration_text
 

@@ -19,7 +19,6 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
-    from sigmatau.fleet.logs import Log
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Outcome
 
@@ -68,7 +67,7 @@ def fleet_command(
     memory
         Memory of each process of this host in GB (default: its share of the host's). Larger records are divided.
     unit_from
-        What names the unit: a regular expression for the path of a log, whose first group is the unit, '(SN\\d+)'. Default:
+        What names the unit: a regular expression for the path of a log, whose first group is the unit, '(SN[0-9]+)'. Default:
         the folder of the log.
     model
         Sensor model of the units.
@@ -241,7 +240,10 @@ def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
 
         def draw(done: int) -> None:
             progress.update(
-                task, completed=done, description=f"{done} of {total} logs", rate=_rate(done, total, time.monotonic() - begun)
+                task,
+                completed=done,
+                description=f"{done} of {total} logs",
+                rate=_rate(done, total, time.monotonic() - begun),
             )
 
         yield draw

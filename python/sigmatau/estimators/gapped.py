@@ -37,7 +37,9 @@ class GappedSums:
         self.missing = 0
         self._first: Accumulator | None = None  # the run that begins with the first sample
         self._last: Accumulator | None = None  # the run that ends with the last sample, if a gap is before it
-        self._closed: dict[int, tuple[int, float, float, int]] = {}  # by size: pairs, sums of variances and ramps, stride
+        self._closed: dict[
+            int, tuple[int, float, float, int]
+        ] = {}  # by size: pairs, sums of variances and ramps, stride
         self._curve: DeviationCurve | None = None  # of the shortest sizes, for its names and units
 
     def push(self, x: Floats) -> None:
@@ -132,20 +134,23 @@ class GappedSums:
         n = self.stop - self.start
         if self._curve is None:
             raise RecordTooShortError(
-                f"no run of samples between two gaps has two clusters ({self.missing} of {n} samples missing)", need=2, got=0
+                f"no run of samples between two gaps has two clusters ({self.missing} of {n} samples missing)",
+                need=2,
+                got=0,
             )
-        m = np.array(sorted(whole), dtype=np.int64)
-        pairs, variances, ramps, strides = (np.array([whole[k][at] for k in m.tolist()]) for at in range(4))
+        sizes = np.array(sorted(whole), dtype=np.int64)
+        columns = [np.array([whole[k][at] for k in sizes.tolist()]) for at in range(4)]
+        counts, strides = columns[0], columns[3]
         like = self._curve
         return DeviationCurve(
             channel=like.channel,
             quantity=like.quantity,
             unit=like.unit,
-            m=m,
-            tau=np.asarray(m * like.tau0, dtype=np.float64),
-            avar=variances / pairs,
-            n_pairs=pairs,
-            ramp=ramps / pairs,
+            m=sizes,
+            tau=np.asarray(sizes * like.tau0, dtype=np.float64),
+            avar=columns[1] / counts,
+            n_pairs=counts,
+            ramp=columns[2] / counts,
             n=n,
             tau0=like.tau0,
             stride=strides if (strides > 1).any() else None,

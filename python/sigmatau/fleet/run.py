@@ -18,7 +18,7 @@ from sigmatau.fleet.stretches import Plan, merged, sums
 from sigmatau.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 _TASK_SECONDS = 2.0  # that a task of several logs takes: its overhead is about 5 ms
 _BATCH_LOGS = 64
@@ -92,7 +92,7 @@ def run_fleet(client: Client, logs: Sequence[Log], job: Job, *, done: Callable[[
     about twice a second.
 
     If the worker of a task of several logs ends, each of its logs becomes a task. If the worker of a log ends then too, the
-    log runs with no other beside it; if its worker ends once more, it has failed. A stretch of a record is tried three times.
+    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times.
 
     Raises
     ------

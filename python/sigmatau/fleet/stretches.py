@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from sigmatau.frozen import frozen
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.record import Provenance
 from sigmatau.record.streams import Stream, grid_text
+
+if TYPE_CHECKING:
+    from sigmatau.io.read.stretches import Unread
 
 _VALUES = 1 << 25  # of a stretch, over all channels: about a second of a worker
 _PIECE = 1 << 16  # samples that are read at a time
@@ -162,7 +165,7 @@ def as_complete(curve: DeviationCurve) -> DeviationCurve:
     return replace(kept, n=min(complete, curve.n), missing=0)
 
 
-def _unread(place: str, reading: Mapping[str, Any]) -> Any:  # noqa: ANN401
+def _unread(place: str, reading: Mapping[str, Any]) -> Unread:
     from sigmatau.io.read.stretches import unread
 
     return unread(place, **reading)
@@ -170,8 +173,8 @@ def _unread(place: str, reading: Mapping[str, Any]) -> Any:  # noqa: ANN401
 
 def _step(stream: Stream) -> int:
     """Samples that are stored together."""
-    columns = [column for column in stream.samples.raw if isinstance(column, FileColumn)]
-    return max((column.step for column in columns), default=1)
+    columns: list[object] = [*stream.samples.raw]
+    return max((column.step for column in columns if isinstance(column, FileColumn)), default=1)
 
 
 def _accumulator(

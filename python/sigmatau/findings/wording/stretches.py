@@ -21,7 +21,8 @@ def _in_stretches(finding: Finding, it: InStretches) -> Words:
 def _pairs_across_gaps(finding: Finding, it: PairsAcrossGaps) -> Words:
     used = f"fitted to {duration_text(it.fitted)}" if it.fitted else "not fitted"
     return Words(
-        f"{it.missing} of {it.samples} samples missing, pairs across gaps left out; curve to {duration_text(it.longest)}, {used}",
+        f"{it.missing} of {it.samples} samples missing, pairs across gaps left out;"
+        f" curve to {duration_text(it.longest)}, {used}",
         "Copy or record the file again for longer averaging times",
     )
 

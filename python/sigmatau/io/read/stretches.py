@@ -59,7 +59,9 @@ def _streams(table: Table, options: Options) -> tuple[tuple[Stream, ...], tuple[
     choice, unit, overruled = resolve(table, options)
     rate = options.rate if options.rate is not None else table.rate
     if rate is None:
-        raise OptionError("states no rate, and time stamps of a record in stretches are not read; give --rate", option="rate")
+        raise OptionError(
+            "states no rate, and time stamps of a record in stretches are not read; give --rate", option="rate"
+        )
     if options.input == "accumulated":
         raise OptionError("{option} accumulated is not for a record in stretches", option="input")
     loaded = table.load(sorted(choice.channels.values()), None)

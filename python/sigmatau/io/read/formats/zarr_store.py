@@ -112,7 +112,9 @@ def _leaves(root: Any, names: tuple[str, ...], array: Any) -> Iterator[Leaf]:  #
 
 def _rate(root: Any, names: tuple[str, ...], attributes: Mapping[str, Any]) -> float | None:  # noqa: ANN401
     """The rate stated by an array, or by the nearest group above it that states one. [Hz]"""
-    groups = [] if hasattr(root, "shape") else [root["/".join(names[:k])] for k in range(len(names) - 1, 0, -1)] + [root]
+    groups = (
+        [] if hasattr(root, "shape") else [root["/".join(names[:k])] for k in range(len(names) - 1, 0, -1)] + [root]
+    )
     for of in (attributes, *(dict(group.attrs) for group in groups)):
         for key in _RATES:
             value = of.get(key)
@@ -181,9 +183,11 @@ class ChunkedRows(Rows):
         chunk = int(array.chunks[0])
         free = available()
         if free is not None and 2 * chunk * row > free:
-            raise DataError(f"array {name} has chunks of {chunk * row / 1e9:.3g} GB, too large for the memory that is free")
+            raise DataError(
+                f"array {name} has chunks of {chunk * row / 1e9:.3g} GB, too large for the memory that is free"
+            )
         self._chunk = chunk
-        self._step = chunk * max(_BLOCK_BYTES // max(chunk * row, 1), 1)
+        self._step: int = chunk * max(_BLOCK_BYTES // max(chunk * row, 1), 1)
         self._most = max(min(_KEPT_BLOCKS, _KEPT_BYTES // max(self._step * row, 1)), 1)
         self._blocks: dict[int, NDArray[Any]] = {}
         self._lock = threading.Lock()
@@ -245,8 +249,8 @@ class ChunkedRows(Rows):
             size = (getattr(self._array, "shards", None) or self._array.chunks)[0]
             key = self._array.metadata.encode_chunk_key((start // size, *(0 for _ in self._shape)))
             raise DataError(
-                f"chunk {key} of array {self.name} is damaged ({first_line(error)}); copy it again, or delete it to treat its"
-                " samples as missing"
+                f"chunk {key} of array {self.name} is damaged ({first_line(error)}); copy it again, or delete it to treat"
+                " its samples as missing"
             ) from None
 
 

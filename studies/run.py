@@ -20,6 +20,7 @@ from studies import (
     processes,
     read_off,
     real_records,
+    repeatability,
     rest,
     robustness,
     round_trip,
@@ -49,6 +50,7 @@ STUDIES = (
     prediction,
     adis16405,
     real_records,
+    repeatability,
     paper_claims,
 )
 

@@ -148,6 +148,20 @@ def _write_logs(folder):
         assert main(["analyze", str(folder / f"{log}.csv"), "--json", str(folder / f"{first}.json"), "-q"]) == 0
         shutil.copy(folder / f"{first}.json", folder / f"{second}.json")
     shutil.copy(folder / "static.json", folder / "running.json")
+    (folder / "results").mkdir()
+    (folder / "table1.csv").write_text(_typed("arcsec", (0.973, 0.960, 0.919)))
+    for day in range(1, 4):
+        log = folder / f"day{day}.csv"
+        drawn = np.random.default_rng(day).standard_normal((1000, 2))
+        table(log.name, np.column_stack([t, drawn]), "time [s],gyro_x [deg/s],accel_x [g]")
+        note = ["--note", "serial number=A123", "--note", f"run=day {day}"]
+        assert main(["analyze", str(log), "--json", str(folder / f"day{day}.json"), *note, "-q"]) == 0
+        shutil.copy(folder / f"day{day}.json", folder / "results" / f"day{day}.json")
+
+
+def _typed(unit, values):
+    rows = [f"{day},gyro_x,quantization,{value},{unit},0.06" for day, value in enumerate(values, 1)]
+    return "\n".join(["run,channel,term,value,unit,error_percent", *rows]) + "\n"
 
 
 @pytest.fixture(scope="module")

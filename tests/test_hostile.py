@@ -287,7 +287,7 @@ class TestNames:
         [
             ("plan", "--term", "bias_instability"),
             ("predict", "--after", "60s"),
-            ("compare", "--datasheet", "icm42688p"),
+            ("compare", "--table"),
             ("export", "--to", "ieee952"),
         ],
     )

@@ -121,7 +121,7 @@ def test_nothing_but_our_own_errors(number, tmp_path, monkeypatch):
         run(monkeypatch, "watch", path, *options, "--idle", "0.01", "--json", tmp_path / "w.json")
     if result.exists():
         json.loads(result.read_text())
-        run(monkeypatch, "compare", result, "--datasheet", "icm42688p")
+        run(monkeypatch, "compare", result, "--table")
         run(
             monkeypatch,
             "export",

@@ -95,6 +95,8 @@ class Analysis(Tabular):
         between them are missing, or were left out. Empty for curves alone. [s]
     means : mapping of str to ChannelMean
         Mean of each channel, with its error where the noise averages out. Empty for curves alone.
+    options : mapping
+        Settings of `analyze` that are not the default and matter for the numbers, as plain values.
     notes : mapping of str to str
         What the user says of the record: serial number, run, temperature …
     """
@@ -110,6 +112,7 @@ class Analysis(Tabular):
     rate_source: str = ""
     used: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     means: Mapping[str, ChannelMean] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
@@ -118,6 +121,7 @@ class Analysis(Tabular):
             "schema": SCHEMA,
             "sigmatau": __version__,
             "source": self.source.to_dict(),
+            **self._options_to_dict(),
             **({"notes": dict(self.notes)} if self.notes else {}),
             **({} if self.rest is None else {"rest": self.rest.to_dict()}),
             "findings": [finding.to_dict() for finding in self.findings],
@@ -135,6 +139,12 @@ class Analysis(Tabular):
                 for channel, curve in self.curves.items()
             },
         }
+
+    def _options_to_dict(self) -> dict[str, Any]:
+        """What made the result, beside the log: the same log with the same options is the same run."""
+        stated = {"reading": dict(self.source.options), "analysis": dict(self.options)}
+        stated = {of: options for of, options in stated.items() if options}
+        return {"options": stated} if stated else {}
 
     def _fit_to_dict(self, channel: str) -> dict[str, Any]:
         if channel not in self.fits:

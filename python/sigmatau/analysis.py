@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, ParamSpec, get_args
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,7 +43,7 @@ from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.streams import Stream, grid_text
 from sigmatau.record.used import used_spans
-from sigmatau.results import ByChannel
+from sigmatau.results import ByChannel, plain
 
 if TYPE_CHECKING:
     from sigmatau.estimators.stability import DynamicAllan
@@ -160,6 +160,10 @@ def analyze(
     if long == "strided" and (overlap, counting) != ("full", "standard"):
         raise OptionError("{option} 'strided' is for overlapping clusters in the standard counting", option="long")
     kept = causes_to_keep(keep)
+    options = stated_settings(
+        taus=taus, overlap=overlap, counting=counting, method=method, terms=wanted, tau_min=tau_min, long=long,
+        window=window, leave_out=leave_out, keep=keep, bandwidth=bandwidth, at_rest=at_rest,
+    )  # fmt: skip
     findings: list[Finding] = list(record.findings)
     record = from_the_start(record)
     if leave_out is not None:
@@ -229,8 +233,25 @@ def analyze(
         rate_source=record.streams[0].grid.source,
         used={channel: used_spans(record, channel) for channel in curves},
         means={} if moving else _means(record, tuple(curves), fits),
+        options=options,
         notes={str(name): str(text) for name, text in (notes or {}).items()},
     )
+
+
+def stated_settings(**options: Any) -> dict[str, Any]:  # noqa: ANN401  of any kind
+    """The options that are not the default, as plain values."""
+    return plain(None, **{name: value for name, value in options.items() if not _is_default(name, value)})
+
+
+_DEFAULTS = {"taus": "half", "overlap": "full", "counting": "standard", "method": "likelihood", "long": "auto"}
+
+
+def _is_default(name: str, value: object) -> bool:
+    if value is None or value is False:
+        return True
+    if isinstance(value, str):
+        return value == _DEFAULTS.get(name, "")
+    return isinstance(value, Sequence | Mapping) and not value
 
 
 def _means(record: Record, channels: Sequence[str], fits: Mapping[str, NoiseFit]) -> dict[str, ChannelMean]:

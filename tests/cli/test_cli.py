@@ -220,7 +220,7 @@ class TestAnalyze:
             assert content["error"]["message"] in err
         for command in (
             ("export", result, "--to", "kalibr"),
-            ("compare", result, "--datasheet", "bmi088"),
+            ("compare", result),
             ("plan", result, "--term", "random_walk"),
             ("predict", result, "--after", "60s"),
         ):

@@ -101,7 +101,7 @@ class Processes:
         }
         process = subprocess.Popen(
             [*prefix, sys.executable, *arguments], cwd=self.folder, env=environment, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, preexec_fn=interruptible,
         )  # fmt: skip
         self.running.append(process)
         return process
@@ -142,6 +142,11 @@ class Processes:
             assert not ended, ended[0].communicate()
             assert time.monotonic() < until, self.reads()
             time.sleep(0.02)
+
+
+def interruptible():
+    """A shell in the background ignores Ctrl-C, and what it starts does too."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def free_port():

@@ -137,7 +137,7 @@ def analyze_command(
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:
-    """``["serial number=A123"]`` as a dictionary; raises `OptionError` for another form, or without a file to write to."""
+    """``["serial number=A123"]`` as a dictionary; raises `OptionError` for another form, or without a file for it."""
     if texts and report is None and json is None:
         raise OptionError("--note needs --report r.html or --json r.json", option="note")
     notes = {}

@@ -92,16 +92,19 @@ def fleet_command(
     if memory is not None and not 0.1 <= memory <= 1e5:
         raise OptionError(f"--memory {memory:g}: must be a number of GB, at least 0.1", option="memory")
 
+    from sigmatau.analysis import stated_settings
     from sigmatau.fleet.logs import find
     from sigmatau.fleet.run import cluster, run_fleet
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Job
+    from sigmatau.io.read.options import stated_options
     from sigmatau.store.connect import engine_of
     from sigmatau.store.naming import Naming
 
     how, chosen = (reading or Reading()).options(), (settings or Settings()).arguments()
     _check(how, chosen)
-    options = _stated(how, Reading().options()) | _stated(chosen, Settings().arguments())
+    stated = {"reading": stated_options(**how), "analysis": stated_settings(**chosen)}
+    options = {of: values for of, values in stated.items() if values}
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
     naming.check()
     found = find(logs)
@@ -154,11 +157,6 @@ def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
     causes_to_keep(chosen["keep"])
     if chosen["terms"] is not None:
         wanted_terms(chosen["terms"])
-
-
-def _stated(values: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """Options that are not the defaults."""
-    return {key: value for key, value in values.items() if value != defaults[key]}
 
 
 def _before(known: int, failed: int) -> str:

@@ -32,7 +32,7 @@ class Job:
     reading, settings : mapping
         Options of `sigmatau.read` and `sigmatau.analyze`.
     options : mapping
-        Those that are not the defaults, as results name them.
+        Those that are not the defaults, in the form of results.
     naming : Naming
         How the store calls the results.
     """

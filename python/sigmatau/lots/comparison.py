@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
-from sigmatau.lots.grouping import Cells, cells_of, effects_of, holm
 from sigmatau.lots.group_effects import GroupEffects
+from sigmatau.lots.grouping import Cells, cells_of, effects_of, holm
 from sigmatau.lots.reading import gather, read_runs
-from sigmatau.lots.repeatability import Judgement, RandomEffects, check_level, judgement_of, one_group
+from sigmatau.lots.repeatability import Judgement, RandomEffects, check_level, judgements_of, one_group
 from sigmatau.lots.runs import SIGNED, Label, Run, RunsBuilder, RunTable, joined
 from sigmatau.quality.clocks import clocks
 from sigmatau.results import Tabular
@@ -113,13 +113,12 @@ class RunComparison(Tabular):
         return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(at)]
 
     def judgements(self) -> list[Judgement]:
-        """What the tests say of each row. Their p-values are corrected for the number of rows of the group after Holm, so that
-        a group without differences has one or more with a probability of at most 1 - `level`.
+        """What the tests say of each row. P-values are corrected for the number of rows of the group after Holm: in a group
+        without differences a test finds one or more with a probability of at most 1 - `level`.
         """
         e = self.effects
         p, low, outlier = (holm(x, self.cells.group) for x in (e.p_value, e.p_low, e.outlier_p))
-        rows = zip(e.k.tolist(), *(map(_known, x.tolist()) for x in (p, low, outlier)), strict=True)
-        return [judgement_of(k, a, b, c, level=self.level) for k, a, b, c in rows]
+        return judgements_of(e.k, p, low, outlier, level=self.level)
 
     def outliers(self) -> dict[int, Run]:
         """By row, the run that does not belong."""
@@ -148,7 +147,8 @@ class RunComparison(Tabular):
             found[name] = _none_of(values)
         found["paper_delta"] = _none_of(self.cells.delta)
         found["paper_accepts"] = [
-            None if np.isnan(d) or np.isnan(s) else bool(s < d) for s, d in zip(self.cells.std, self.cells.delta, strict=True)
+            None if np.isnan(d) or np.isnan(s) else bool(s < d)
+            for s, d in zip(self.cells.std, self.cells.delta, strict=True)
         ]
         found["judgement"] = list(self.judgements())
         found["outlier"] = [outliers[at].name if at in outliers else None for at in range(len(self))]
@@ -227,10 +227,6 @@ class RunComparison(Tabular):
         from sigmatau.lots.comparison_text import overview
 
         return overview(self)
-
-
-def _known(x: float) -> float | None:
-    return None if np.isnan(x) else x
 
 
 def _none_of(values: NDArray[np.float64]) -> list[float | None]:
@@ -312,10 +308,7 @@ def compare_table(table: RunTable, *, by: By = "unit", level: float = 0.95) -> R
         reasons = [f"{run.place or run.name}: {run.problem}" for run in table.runs]
         raise DataError(reasons[0] if len(reasons) == 1 else f"no result can be used; the first: {reasons[0]}")
     table = _of_one_unit(table)
-    if by == "axis":
-        names_of = [""] * len(table.runs)
-    else:
-        names_of = [run.serial if by == "unit" else run.name for run in table.runs]
+    names_of = ["" if by == "axis" else run.serial if by == "unit" else run.name for run in table.runs]
     groups = sorted({name for name, ok in zip(names_of, usable, strict=True) if ok})
     position = {name: k for k, name in enumerate(groups)}
     group_of_run = np.array([position.get(name, 0) for name in names_of], dtype=np.int64)
@@ -343,7 +336,9 @@ def _table_of(
     given = [results] if isinstance(results, str | Path | Mapping) or hasattr(results, "to_dict") else list(results)
     for option, of in (("names", names), ("units", units)):
         if of is not None and len(of) != len(given):
-            raise OptionError(f"{{option}} must have one name per result: {len(of)} names, {len(given)} results", option=option)
+            raise OptionError(
+                f"{{option}} must have one name per result: {len(of)} names, {len(given)} results", option=option
+            )
     if not given:
         raise DataError("no results to compare")
     if names is None and units is None and all(isinstance(one, str | Path) for one in given):
@@ -365,8 +360,7 @@ def _table_of(
             )
             tables.append(replace(own, runs=tuple(runs)))
             continue
-        content = one if isinstance(one, Mapping) and "fit" not in one else one
-        content = content if isinstance(content, Mapping) and not hasattr(content, "fits") else one.to_dict()
+        content = one.to_dict() if hasattr(one, "to_dict") else one
         builder = RunsBuilder()
         builder.add_result(content, name=name, serial=serial)
         own = builder.table()
@@ -400,8 +394,9 @@ def _without_copies(table: RunTable) -> tuple[Run, ...]:
 
 def _with_places(runs: tuple[Run, ...]) -> tuple[Run, ...]:
     """Units by folder if no note names them and there are several folders; names that tell the runs of a unit apart."""
-    folders = {Path(run.place).parent for run in runs if run.place and not run.problem}
-    if len(folders) > 1 and not any(run.serial for run in runs):
+    named = any(run.serial for run in runs)
+    folders = set() if named else {Path(run.place).parent for run in runs if run.place and not run.problem}
+    if len(folders) > 1:
         runs = tuple(replace(run, serial=Path(run.place).parent.name if run.place else "") for run in runs)
     used: set[tuple[str, str]] = set()
     found = []
@@ -433,8 +428,12 @@ def _of_one_unit(table: RunTable) -> RunTable:
         if not runs[at].problem:
             runs[at] = replace(runs[at], problem=f"{', '.join(wrong)}: in another unit than in the other results")
     bad = {k for k, run in enumerate(runs) if run.problem}
-    rows = np.array([keep[label] and run not in bad for run, label in zip(table.run, table.label, strict=True)], dtype=bool)
-    arrays = {name: getattr(table, name)[rows] for name in ("run", "label", "value", "error", "limit", "delta", "status")}
+    rows = np.array(
+        [keep[label] and run not in bad for run, label in zip(table.run, table.label, strict=True)], dtype=bool
+    )
+    arrays = {
+        name: getattr(table, name)[rows] for name in ("run", "label", "value", "error", "limit", "delta", "status")
+    }
     return replace(table, runs=tuple(runs), **arrays)
 
 

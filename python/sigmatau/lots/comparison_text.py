@@ -40,7 +40,6 @@ def overview(comparison: RunComparison) -> str:
 
 def tables(comparison: RunComparison) -> str:
     """Tables I and III of the paper for every group, sensor and term: runs as rows, axes as columns."""
-    parts = []
     judgements = comparison.judgements()
     by_table: dict[tuple[int, str, str], list[int]] = {}
     for at in range(len(comparison)):
@@ -49,8 +48,8 @@ def tables(comparison: RunComparison) -> str:
             key = (int(comparison.cells.group[at]), stream_name(label.channel), label.term)
             by_table.setdefault(key, []).append(at)
     order = [*TERMS, MEAN]
-    for key in sorted(by_table, key=lambda one: (one[0], one[1] != "gyro", one[1], order.index(one[2]))):
-        parts.append("\n".join(_paper_table(comparison, key, by_table[key], judgements)))
+    keys = sorted(by_table, key=lambda one: (one[0], one[1] != "gyro", one[1], order.index(one[2])))
+    parts = ["\n".join(_paper_table(comparison, key, by_table[key], judgements)) for key in keys]
     return lines_text("\n\n".join(parts).splitlines())
 
 
@@ -122,7 +121,9 @@ def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[
         unit, size = unit_of(label)
         seen, looked = int(comparison.cells.seen[at]), int(comparison.cells.looked[at])
         verdict = _SHORT[judgements[at]] if seen == looked else f"{seen} of {looked}"
-        cells.append((label.channel, term_name(label), f"{_mean_text(found, size)} {unit}", *_spread(label, found), verdict))
+        cells.append(
+            (label.channel, term_name(label), f"{_mean_text(found, size)} {unit}", *_spread(label, found), verdict)
+        )
     widths = [max(len(row[k]) for row in cells) for k in range(len(cells[0]))]
     gap = 2 if sum(widths) + 2 * (len(widths) - 1) <= WIDTH else 1
     lines = []
@@ -140,8 +141,15 @@ def _mean_text(found: RandomEffects, size: float) -> str:
     half = None if found.low is None or found.high is None else (found.high - found.low) / 2
     if half is None or not half > 0:
         return f"{found.mean / size:.4g}"
-    digits = max(2, min(6, 1 + int(np.floor(np.log10(abs(found.mean) / half)) + 1))) if found.mean else 2
-    return f"{found.mean / size:#.{digits}g}".rstrip(".")
+    if not found.mean:
+        return "0"
+    digits = max(2, min(6, 2 + int(np.floor(np.log10(abs(found.mean) / half)))))
+    decimals = digits - 1 - int(np.floor(np.log10(abs(found.mean / size))))
+    return (
+        f"{round(found.mean / size, decimals):.{max(decimals, 0)}f}"
+        if decimals < 9
+        else f"{found.mean / size:.{digits}g}"
+    )
 
 
 def _spread(label: Label, found: RandomEffects) -> tuple[str, str, str]:
@@ -155,7 +163,7 @@ def _spread(label: Label, found: RandomEffects) -> tuple[str, str, str]:
             return ""
         return "0" if x == 0 else two_digits(100 * x / scale) if x < _LARGEST * scale else f"> {100 * _LARGEST:g}"
 
-    std = "" if found.std_relative is None else two_digits(100 * found.std_relative)
+    std = "" if found.std_relative is None else percent(found.std_relative * scale)
     return std, f"{percent(found.tau)} [{percent(found.tau_low)}, {percent(found.tau_high)}]", percent(found.next_error)
 
 
@@ -175,13 +183,21 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
                 f" {_against(value, float(np.mean(others)))} the mean of the others"
             )
     if len(lines) > _MOST_NAMED:
-        lines = [*lines[:_MOST_NAMED], f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: --table"]
+        lines = [
+            *lines[:_MOST_NAMED],
+            f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: --table",
+        ]
     alike = sum(judgements[at] == "too_alike" for at in rows)
     if alike:
-        lines.append(f"! {alike} rows agree better than their errors allow: errors too large, or {what}s not independent")
+        lines.append(
+            f"! {alike} rows agree better than their errors allow: errors too large, or {what}s not independent"
+        )
     if any(comparison.cells.seen[at] < comparison.cells.looked[at] for at in rows):
-        lines.append(f"· 5 of 7: only 5 {what}s show the term. Mean and spread are of these, and the mean is too large.".replace(
-            "5 of 7: only 5", "m of n: only m"))
+        lines.append(
+            f"· 5 of 7: only 5 {what}s show the term. Mean and spread are of these, and the mean is too large.".replace(
+                "5 of 7: only 5", "m of n: only m"
+            )
+        )
     return lines
 
 
@@ -200,7 +216,9 @@ def _turn_on(comparison: RunComparison) -> list[str]:
     for at in in_order(comparison, range(len(comparison))):
         label = comparison.key(at)[1]
         if label.term == MEAN and comparison.cells.seen[at] > 1 and label.quantity in ("angular_rate", "acceleration"):
-            by_sensor.setdefault(stream_name(label.channel), []).append((label.channel, comparison.row(at), *unit_of(label)))
+            by_sensor.setdefault(stream_name(label.channel), []).append(
+                (label.channel, comparison.row(at), *unit_of(label))
+            )
     if not by_sensor:
         return []
     parts = []
@@ -259,7 +277,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
     if len(listed) > _MOST_ROWS:
         lines.append(f"{len(listed) - _MOST_ROWS} more rows: --csv, --json")
     lines.append(f"STD and between {what}s: medians over the {group}s")
-    outliers = comparison.outliers()
+    outliers = comparison.outliers() if "outlier" in judgements else {}
     named: dict[str, list[str]] = {}
     for at, run in outliers.items():
         name, label = comparison.key(at)

@@ -15,6 +15,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,7 +84,7 @@ def group_effects(values: Floats, errors: Floats | None, *, level: float) -> Gro
     return GroupEffects(**{name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
 
 
-def _chunk(values: Floats, errors: Floats | None, level: float) -> dict[str, NDArray[np.generic]]:
+def _chunk(values: Floats, errors: Floats | None, level: float) -> dict[str, NDArray[Any]]:
     there = np.isfinite(values)
     k = there.sum(axis=1)
     first = values[np.arange(len(values)), there.argmax(axis=1)] if values.shape[1] else np.full(len(values), np.nan)
@@ -98,14 +99,16 @@ def _chunk(values: Floats, errors: Floats | None, level: float) -> dict[str, NDA
         scale = np.where(k > 0, scale, 1.0)
         v = np.where(there, errors / scale[:, None], 1.0) ** 2
     c = c / scale[:, None]
-    found = _of_scaled(c, v, there, level, known=errors is not None)
+    found: dict[str, NDArray[Any]] = {**_of_scaled(c, v, there, level, known=errors is not None)}
     for name in ("mean", "mean_error", "std", "tau", "tau_low", "tau_high", "error", "next_error"):
         found[name] = found[name] * scale
     found["mean"] = found["mean"] + origin
     return found
 
 
-def _of_scaled(c: Floats, v: Floats, there: NDArray[np.bool_], level: float, *, known: bool) -> dict[str, Floats | Ints]:
+def _of_scaled(
+    c: Floats, v: Floats, there: NDArray[np.bool_], level: float, *, known: bool
+) -> dict[str, Floats | Ints]:
     k = there.sum(axis=1)
     several = k > 1
     freedom = np.maximum(k - 1, 1)
@@ -198,9 +201,7 @@ def _solved(target: Floats, c: Floats, v: Floats, there: NDArray[np.bool_], squa
     return found
 
 
-def _mean(
-    tau2: Floats, c: Floats, v: Floats, there: NDArray[np.bool_], *, unit_weights: bool
-) -> tuple[Floats, Floats]:
+def _mean(tau2: Floats, c: Floats, v: Floats, there: NDArray[np.bool_], *, unit_weights: bool) -> tuple[Floats, Floats]:
     """The weighted mean and its variance."""
     if unit_weights:
         k = np.maximum(there.sum(axis=1), 1)
@@ -213,8 +214,8 @@ def _mean(
 def _outliers(
     c: Floats, v: Floats, there: NDArray[np.bool_], tau2: Floats, mean: Floats, *, known: bool
 ) -> tuple[Ints, Floats]:
-    """The run that fits the others worst, and its p-value: its deviation from the mean of the others, over the standard error
-    of that, has Student's t distribution with k - 2 degrees of freedom; corrected after Bonferroni.
+    """The run that fits the others worst, and its p-value: its deviation from the mean of the others, over the standard
+    error of that, has Student's t distribution with k - 2 degrees of freedom; corrected after Bonferroni.
     """
     k = there.sum(axis=1)
     worst, p_worst = np.full(len(c), -1, dtype=np.int64), np.full(len(c), np.nan)
@@ -224,7 +225,9 @@ def _outliers(
     c, v, there, tau2, mean, k = c[enough], v[enough], there[enough], tau2[enough], mean[enough], k[enough]
     w = 1 / np.maximum(v + tau2[:, None], 1e-300)
     total = _sum(np.where(there, w, 0.0))
-    distance = np.where(there, np.abs(c - mean[:, None]) / np.sqrt(np.maximum(1 / w - 1 / total[:, None], 1e-300)), -1.0)
+    distance = np.where(
+        there, np.abs(c - mean[:, None]) / np.sqrt(np.maximum(1 / w - 1 / total[:, None], 1e-300)), -1.0
+    )
     order = np.argsort(-distance, axis=1, kind="stable")[:, :_CANDIDATES]
     rows = np.arange(len(c))
     freedom = (k - 2).astype(np.float64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +78,7 @@ def effects_of(table: RunTable, cells: Cells, *, level: float) -> GroupEffects:
     """Random effects of all cells, those of similar numbers of runs together."""
     signed = np.array([label.term in SIGNED for label in table.labels], dtype=bool)
     count = len(cells.seen)
-    found: dict[str, NDArray[np.generic]] = {}
+    found: dict[str, NDArray[Any]] = {}
     for one in fields(GroupEffects):
         whole = one.name in ("k", "outlier")
         found[one.name] = np.zeros(count, dtype=np.int64) if whole else np.full(count, np.nan)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
-from sigmatau.lots.group_effects import Floats, GroupEffects, group_effects
+from sigmatau.lots.group_effects import Floats, GroupEffects, Ints, group_effects
 from sigmatau.results import Printed, interval_texts, plain, two_digits
 
 Scale = Literal["relative", "absolute"]
@@ -87,7 +87,8 @@ class RandomEffects(Printed):
     @property
     def judgement(self) -> Judgement:
         """What the tests say, at the level of the intervals."""
-        return judgement_of(self.k, self.p_value, self.p_low, self.outlier_p, level=self.level)
+        p = (np.array([math.nan if x is None else x]) for x in (self.p_value, self.p_low, self.outlier_p))
+        return judgements_of(np.array([self.k]), *p, level=self.level)[0]
 
     def accepted_by_paper(self, delta: float | None = None) -> bool | None:
         """Whether the paper's rule calls the runs repeatable: their standard deviation is below the error δ.
@@ -151,19 +152,20 @@ def p_text(p: float) -> str:
     return f"= {p:.2g}" if p >= 1e-4 else "< 0.0001"
 
 
-def judgement_of(
-    k: int, p_value: float | None, p_low: float | None, outlier_p: float | None, *, level: float
-) -> Judgement:
-    """What the tests say: of a run that does not belong first."""
-    if k < 2:
-        return "one_run"
-    if outlier_p is not None and outlier_p < 1 - level:
-        return "outlier"
-    if p_value is None or p_low is None:
-        return "without_errors"
-    if p_value < 1 - level:
-        return "varies"
-    return "too_alike" if p_low < (1 - level) / 2 else "repeatable"
+_CODES: tuple[Judgement, ...] = ("one_run", "outlier", "without_errors", "varies", "too_alike", "repeatable")
+
+
+def judgements_of(k: Ints, p_value: Floats, p_low: Floats, outlier_p: Floats, *, level: float) -> list[Judgement]:
+    """What the tests say of many groups, of a run that does not belong first; p-values are NaN where nothing is tested."""
+    conditions = [
+        k < 2,
+        outlier_p < 1 - level,
+        np.isnan(p_value),
+        p_value < 1 - level,
+        p_low < (1 - level) / 2,
+    ]
+    codes = np.select(conditions, range(len(conditions)), default=len(conditions))
+    return [_CODES[code] for code in codes.tolist()]
 
 
 def random_effects(
@@ -242,7 +244,9 @@ def random_effects(
         raise DataError(f"`values` contains a value that is not finite, at position {int(np.argmin(np.isfinite(c)))}")
     if scale == "relative" and not (c > 0).all():
         at = int(np.argmin(c > 0))
-        raise DataError(f"`values` must be positive, not {c[at]:.6g} (position {at}); for values with a sign scale='absolute'")
+        raise DataError(
+            f"`values` must be positive, not {c[at]:.6g} (position {at}); for values with a sign scale='absolute'"
+        )
     s = None if errors is None else _numbers(errors, "errors")
     if s is not None:
         if len(s) != len(c):
@@ -250,7 +254,9 @@ def random_effects(
         good = np.isfinite(s) & (s > 0)
         if not good.all():
             at = int(np.argmin(good))
-            raise DataError(f"`errors` must be positive, not {s[at]:.6g} (position {at}); errors=None if they are not known")
+            raise DataError(
+                f"`errors` must be positive, not {s[at]:.6g} (position {at}); errors=None if they are not known"
+            )
     if scale == "relative":
         found = group_effects(np.log(c)[None], None if s is None else (s / c)[None], level=level)
     else:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import field
 from functools import lru_cache
 from typing import Any
@@ -21,7 +23,7 @@ from sigmatau.noise.terms import TERMS
 from sigmatau.quality.clocks import Mark, marks_of
 
 MEAN = "mean"
-"""The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: its bias at turn-on, and what it senses at rest."""
+"""The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: bias at turn-on, and what is sensed at rest."""
 
 SIGNED = ("rate_ramp", MEAN)
 """Terms whose values have a sign: they are compared as they are, all others by their logarithms."""
@@ -80,7 +82,18 @@ class RunsBuilder:
     def __init__(self) -> None:
         self._runs: list[Run] = []
         self._labels: dict[tuple[str, str, str, str, str], int] = {}
-        self._rows: list[tuple[int, int, float, float, float, float, int]] = []
+        self._places = array("q")  # run, label and status of each row
+        self._numbers = array("d")  # its value, error, limit and delta
+
+    @contextmanager
+    def whole(self) -> Iterator[None]:
+        """Remove what was added if the block raises an error: no half of a file is compared."""
+        runs, places, numbers = len(self._runs), len(self._places), len(self._numbers)
+        try:
+            yield
+        except BaseException:
+            del self._runs[runs:], self._places[places:], self._numbers[numbers:]
+            raise
 
     def add_run(self, run: Run) -> int:
         """A run, to which rows belong; its position."""
@@ -100,7 +113,8 @@ class RunsBuilder:
     ) -> None:
         """A row; `label` has the fields of `Label`."""
         position = self._labels.setdefault(label, len(self._labels))
-        self._rows.append((run, position, value, error, limit, delta, status))
+        self._places.extend((run, position, status))
+        self._numbers.extend((value, error, limit, delta))
 
     def add_result(self, content: Mapping[str, Any], *, name: str, place: str = "", serial: str | None = None) -> None:
         """The JSON form of an analysis; `serial` names its unit, whatever its notes say."""
@@ -113,26 +127,24 @@ class RunsBuilder:
             return
         run_name, of = _named(name, notes, serial)
         at = self.add_run(Run(name=run_name, serial=of, place=place, notes=notes, sha256=sha, marks=marks))
-        for label, status, value, error, limit in rows:
-            self.add_row(at, label, status, value=value, error=error, limit=limit)
+        for label, status, value, spread, limit in rows:
+            self.add_row(at, label, status, value=value, error=spread, limit=limit)
 
     def table(self) -> RunTable:
         """All rows so far."""
-        rows = self._rows
-        columns = list(zip(*rows, strict=True)) if rows else [()] * 7
-        run, label, value, error, limit, delta, status = columns
+        run, label, status = np.array(self._places, dtype=np.int64).reshape(-1, 3).T.copy()
+        value, error, limit, delta = np.array(self._numbers, dtype=np.float64).reshape(-1, 4).T.copy()
+        labels = (Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r) for c, q, t, u, r in self._labels)
         return RunTable(
             runs=tuple(self._runs),
-            labels=tuple(
-                Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r) for c, q, t, u, r in self._labels
-            ),
-            run=np.array(run, dtype=np.int64),
-            label=np.array(label, dtype=np.int64),
-            value=np.array(value, dtype=np.float64),
-            error=np.array(error, dtype=np.float64),
-            limit=np.array(limit, dtype=np.float64),
-            delta=np.array(delta, dtype=np.float64),
-            status=np.array(status, dtype=np.int8),
+            labels=tuple(labels),
+            run=run,
+            label=label,
+            value=value,
+            error=error,
+            limit=limit,
+            delta=delta,
+            status=status.astype(np.int8),
         )
 
 
@@ -185,7 +197,9 @@ def _of_result(content: Mapping[str, Any]) -> tuple[dict[str, str], list[_Row], 
         except DataError as error:
             raise DataError(f"channel {name!r}: {error}") from None
         except (KeyError, TypeError, AttributeError, ValueError) as error:
-            raise DataError(f"channel {name!r}: not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
+            raise DataError(
+                f"channel {name!r}: not a result of sigmatau analyze ({error!r} is missing or wrong)"
+            ) from None
     if not any(row[1] in (OBSERVED, LIMITED) for row in rows):
         raise DataError("no coefficient has an interval: no model fits, or the coefficients were only read off")
     try:
@@ -238,6 +252,8 @@ def _z(level: float) -> float:
 
 
 def _real(value: object) -> float:
+    if type(value) is float and -math.inf < value < math.inf:
+        return value
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise DataError(f"{value!r:.40} is not a finite number")
     return float(value)

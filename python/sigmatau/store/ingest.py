@@ -113,8 +113,24 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
         rows = [{**row, "id": key} for key, row in zip(ids, runs.values(), strict=True)]
         connection.execute(insert(tables.run), rows)
         _add_contents(connection, ids, results)
+        _replace_failed(connection, rows)
     new = sum(revision == 1 for _, revision in runs)
     return Added(new=new, revised=len(runs) - new, known=len(chunk) - len(runs))
+
+
+def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> None:
+    """Failures of logs that now have a result are history."""
+    from sqlalchemy import select, update
+
+    run = tables.run.c
+    better = {(row["unit_id"], row["path"]): row["id"] for row in rows if row["state"] != "failed" and row["path"]}
+    units = {unit for unit, _ in better}
+    failed = connection.execute(
+        select(run.id, run.unit_id, run.path).where(run.unit_id.in_(units), run.current, run.state == "failed")
+    )
+    ids = [key for key, unit, path in failed if key < better.get((unit, path), 0)]
+    if ids:
+        connection.execute(update(tables.run).where(run.id.in_(ids)).values(current=False))
 
 
 def _latest(connection: Connection, identities: set[str]) -> dict[str, tuple[int, str]]:

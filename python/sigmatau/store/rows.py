@@ -84,7 +84,20 @@ class Rows:
 
 def options_key(options: Mapping[str, Any]) -> str:
     """Checksum of the options that made a result, its key ``"options"``; without any, that of the default settings."""
-    return hashlib.sha256(json.dumps(options, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(_canonical(options).encode()).hexdigest()
+
+
+def _canonical(value: object) -> str:
+    """JSON that is the same for the same options: 100 and 100.0, whatever the order of keys."""
+
+    def plain(one: object) -> object:
+        if isinstance(one, Mapping):
+            return {str(key): plain(of) for key, of in one.items()}
+        if isinstance(one, list | tuple):
+            return [plain(of) for of in one]
+        return float(one) if isinstance(one, int) and not isinstance(one, bool) else one
+
+    return json.dumps(plain(value), sort_keys=True)
 
 
 def rows_of(entry: Entry) -> Rows:
@@ -115,7 +128,7 @@ def _rows(entry: Entry) -> Rows:
     options = result.get("options", {})
     unit = _name(entry.unit, "unit")
     log = source.get("sha256") or f"{unit}/{source.get('path')}"
-    made_with = json.dumps([options, source.get("conversions", [])], sort_keys=True)
+    made_with = _canonical([options, source.get("conversions", [])])
     channels: list[tuple[Any, ...]] = []
     labels: list[Label] = []
     terms, numbers = [], []

@@ -20,7 +20,7 @@ from sigmatau.io.read import assemble
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import Options, stated_options
 from sigmatau.io.read.registry import reader_of
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.record.record import Record
@@ -98,11 +98,13 @@ def read(
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
+    stated = stated_options(
+        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic, layout=layout
+    )
     with opened(path, layout, max_expansion) as (file, tables):
         record = assemble.assemble(choose_tables(tables, options.topic), file, options)
-    if file is None:
-        record = replace(record, provenance=replace(record.provenance, path=os.fsdecode(path)))
-    return record
+    source = record.provenance if file is not None else replace(record.provenance, path=os.fsdecode(path))
+    return replace(record, provenance=replace(source, options=stated))
 
 
 @contextlib.contextmanager

@@ -16,7 +16,8 @@ from known import seed_of
 READING = ("--rate", "100", "--channels", "gyro=1:3", "--unit", "gyro=rad/s")
 DAMAGED = 10
 
-# What every worker runs at its start: it tells which logs it reads, takes its time, and dies of those named "poison".
+# What every worker runs at its start: it tells which logs it reads, takes its time, and dies of those named "poison"; of the
+# stretches of a record, the second one ends its worker once.
 HOOK = '''
 import os, signal, sys, time
 
@@ -31,6 +32,20 @@ def told():
             os.kill(os.getpid(), signal.SIGKILL)
         return original(path, **options)
     module.read = read
+    if "FLEET_VALUES" in os.environ:
+        import sigmatau.fleet.stretches as stretches
+        stretches._VALUES = int(os.environ["FLEET_VALUES"])
+        whole = stretches._unread
+        def unread(place, reading):
+            caller = sys._getframe(1)
+            if caller.f_code.co_name == "sums":
+                with open(os.environ["FLEET_SEEN"], "a") as seen:
+                    seen.write(f"{os.getpid()} {caller.f_locals['start']}:{caller.f_locals['stop']}\\n")
+                if caller.f_locals["start"] and not os.path.exists("killed"):
+                    open("killed", "w").close()
+                    os.kill(os.getpid(), signal.SIGKILL)
+            return whole(place, reading)
+        stretches._unread = unread
 
 class Finder:
     """Patches the reader when it is imported."""

@@ -5,7 +5,11 @@ import signal
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import sigmatau
+from known import seed_of
 
 pytest.importorskip("distributed", reason="fleets need the extra cluster")
 pytest.importorskip("sqlalchemy", reason="fleets need the extra store")
@@ -57,8 +61,6 @@ def test_damaged_files_fail_alone_with_a_reason(undisturbed, logs):
 
 
 def test_results_are_those_of_analyze(undisturbed, logs):
-    import sigmatau
-
     place = str(logs / "unit3" / "log03.npy")
     record = sigmatau.read(place, rate=100, channels={"gyro": "1:3"}, unit={"gyro": "rad/s"})
     expected = sigmatau.analyze(record, threads=1).to_dict()
@@ -151,6 +153,36 @@ def test_a_log_that_kills_its_worker_fails_alone(logs, processes, tmp_path):
     again = processes.fleet(folder, "--store", "a.db", "--workers", 1, "--retry-failed", FLEET_HEALED="yes")
     assert ended(again)[0] == "1 of 1 logs analysed, 8 were in the store\n"
     assert contents(processes.folder / "a.db")[str(poison)][0] == "fitted"
+
+
+def test_a_record_that_is_too_large_is_divided(processes, tmp_path):
+    zarr = pytest.importorskip("zarr", reason="records in chunks need the extra cluster")
+    n = 2_100_000
+    axes = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
+    logs = make_logs(tmp_path / "some", 6)
+    group = zarr.open_group(str(logs / "long.zarr"), mode="w", attributes={"rate": 100.0})
+    x = {name: 1e-3 * np.random.default_rng(seed_of(f"fleet, long {name}")).standard_normal(n) for name in axes}
+    for name in axes:
+        unit = "rad/s" if name.startswith("gyro") else "m/s^2"
+        array = group.create_array(name, shape=(n,), chunks=(100_000,), dtype="f8", attributes={"unit": unit})
+        array[:] = x[name]
+    arguments = ("fleet", "analyze", logs / "long.zarr", "--store", "a.db", "--workers", 2, "--memory", 0.5)
+    process = processes.start("-m", "sigmatau", *map(str, arguments), FLEET_VALUES="2000000")
+    out, _ = ended(process)
+    assert out == "1 of 1 logs analysed\n"
+    stretches = [read for _, read in processes.reads() if ":" in read]
+    assert len(set(stretches)) == 7  # of 300 000 samples, whole chunks
+    assert len(stretches) > 7  # a worker ended, and its stretch was summed again
+    ((state, unit, result),) = contents(processes.folder / "a.db").values()
+    assert (state, unit) == ("fitted", "some")
+    assert "in_stretches" in [one["code"] for one in result["findings"]]
+    stream = sigmatau.Accumulator(*axes, rate=100, long="strided")
+    stream.push(x)
+    for name, curve in stream.snapshot().items():
+        found = result["channels"][name]["curve"]
+        same = curve.at(np.array(found["m"]))
+        np.testing.assert_allclose(np.square(found["adev"]), same.avar, rtol=1e-12)
+        assert found["n_pairs"] == same.n_pairs.tolist()
 
 
 def test_interrupted(logs, processes):

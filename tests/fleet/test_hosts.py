@@ -15,9 +15,9 @@ from fleets import Processes, contents, ended, make_logs
 LOGS = 60
 # A host that is gone answers nothing: this decides how soon the others notice. Dask's own values are 30 s and 5 minutes.
 NOTICE = {
-    "DASK_DISTRIBUTED__COMM__TIMEOUTS__TCP": "3s",
+    "DASK_DISTRIBUTED__COMM__TIMEOUTS__TCP": "11s",
     "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "10s",
-    "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "10s",
+    "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "8s",
 }
 
 

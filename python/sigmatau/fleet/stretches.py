@@ -73,7 +73,8 @@ def plan(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) ->
         For a log that cannot be read in stretches.
     """
     for name, default in _OTHERS.items():
-        if settings.get(name, default) not in (default, None):
+        value = settings.get(name, default)
+        if value != default and (value or default):
             raise OptionError(
                 f"{{option}} needs the whole record in a worker, and {place} is too large; give the workers more memory",
                 option=name,

@@ -5,5 +5,8 @@ from __future__ import annotations
 import signal
 import threading
 
+from sigmatau.fleet.tasks import prepare_process
+
 if threading.current_thread() is threading.main_thread():
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+prepare_process()

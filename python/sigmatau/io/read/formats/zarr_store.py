@@ -174,6 +174,7 @@ class ChunkedRows(Rows):
     def __init__(self, array: Any, name: str, *, scale: tuple[float, float] = (1.0, 0.0)) -> None:  # noqa: ANN401
         self._array, self.name, self._scale = array, name, scale
         self._whole = array.dtype.kind in "iu"
+        self._blosc = _by_blosc(array)
         self._twins = [_with_fill(array, fill) for fill in ((0, 1) if self._whole else (math.nan,))]
         with_gaps = self._whole and (getattr(array, "shards", None) is not None or bool(_missing_chunks(array)))
         plain = array.dtype.newbyteorder("=") if scale == (1.0, 0.0) and not with_gaps else np.dtype(np.float64)
@@ -239,6 +240,9 @@ class ChunkedRows(Rows):
 
     def _stored(self, twin: int, start: int, stop: int) -> NDArray[Any]:
         try:
+            if self._blosc:
+                for key in self._keys_of(start, stop):
+                    _check_length(self._array.store_path, key)
             return np.asarray(self._twins[twin][start:stop])
         except (MemoryError, KeyboardInterrupt):
             raise
@@ -246,12 +250,42 @@ class ChunkedRows(Rows):
             if stop - start > self._chunk:  # which of the chunks
                 for at in range(start, stop, self._chunk):
                     self._stored(twin, at, min(at + self._chunk, stop))
-            size = (getattr(self._array, "shards", None) or self._array.chunks)[0]
-            key = self._array.metadata.encode_chunk_key((start // size, *(0 for _ in self._shape)))
+            key = next(self._keys_of(start, stop))
             raise DataError(
                 f"chunk {key} of array {self.name} is damaged ({first_line(error)}); copy it again, or delete it to treat"
                 " its samples as missing"
             ) from None
+
+
+    def _keys_of(self, start: int, stop: int) -> Iterator[str]:
+        """The stored chunks of rows."""
+        rows, *columns = getattr(self._array, "shards", None) or self._array.chunks
+        others = (range(-(-n // size)) for n, size in zip(self._shape, columns, strict=True))
+        for place in itertools.product(range(start // rows, (stop - 1) // rows + 1), *others):
+            yield self._array.metadata.encode_chunk_key(place)
+
+
+def _by_blosc(array: Any) -> bool:  # noqa: ANN401
+    codecs = getattr(array.metadata, "codecs", None) or (getattr(array.metadata, "compressor", None),)
+    return "blosc" in type(codecs[-1]).__name__.lower()
+
+
+def _check_length(array: Any, key: str) -> None:  # noqa: ANN401
+    """Raise `ValueError` for a chunk of Blosc that is truncated: the decoder goes on with the bytes behind it.
+
+    Bytes 12 to 15 of a Blosc buffer are its length (C-Blosc, README_CHUNK_FORMAT).
+    """
+    from zarr.abc.store import RangeByteRequest
+    from zarr.core.buffer import default_buffer_prototype
+    from zarr.core.sync import sync
+
+    name = f"{array.path}/{key}" if array.path else key
+    head = sync(array.store.get(name, default_buffer_prototype(), RangeByteRequest(0, 16)))
+    if head is None:  # not stored
+        return
+    size, stated = sync(array.store.getsize(name)), int.from_bytes(head.to_bytes()[12:16], "little")
+    if size != stated:
+        raise ValueError(f"it has {size} of {stated} bytes")
 
 
 def _with_fill(array: Any, fill: float) -> Any:  # noqa: ANN401

@@ -144,9 +144,15 @@ def _write_logs(folder):
     (folder / "spec.toml").write_text(
         'name = "spec"\nmaker = "us"\nsource = "here"\n[gyro]\nrandom_walk = { maximum = "60 deg/sqrt(h)" }\n'
     )
-    for log, first, second in (("static", "result", "static"), ("unit", "unit1", "unit2")):
-        assert main(["analyze", str(folder / f"{log}.csv"), "--json", str(folder / f"{first}.json"), "-q"]) == 0
-        shutil.copy(folder / f"{first}.json", folder / f"{second}.json")
+    z = np.random.default_rng(2).standard_normal((1000, 3))
+    head = "time [s]," + ",".join(f"{n} [deg/s]" for n in names[:3])
+    (folder / "shift").mkdir()
+    for name, rates in (("shift/unit1.csv", y[:, :3]), ("shift/unit2.csv", z), ("other.csv", z)):
+        table(name, np.column_stack([t, rates]), head)
+    (folder / "units.txt").write_text("unit1\nunit2\n")
+    for log, result in (("static", "result"), ("unit", "unit1"), ("other", "unit2")):
+        assert main(["analyze", str(folder / f"{log}.csv"), "--json", str(folder / f"{result}.json"), "-q"]) == 0
+    shutil.copy(folder / "result.json", folder / "static.json")
     shutil.copy(folder / "static.json", folder / "running.json")
     (folder / "results").mkdir()
     (folder / "table1.csv").write_text(_typed("arcsec", (0.973, 0.960, 0.919)))
@@ -157,6 +163,8 @@ def _write_logs(folder):
         note = ["--note", "serial number=A123", "--note", f"run=day {day}"]
         assert main(["analyze", str(log), "--json", str(folder / f"day{day}.json"), *note, "-q"]) == 0
         shutil.copy(folder / f"day{day}.json", folder / "results" / f"day{day}.json")
+    add = ["store", "add", str(folder / "results"), "--store", str(folder / "lab.db"), "--date", "2026-05-01", "-q"]
+    assert main(add) == 0
 
 
 def _typed(unit, values):

@@ -21,6 +21,8 @@ from .io.read import read
 from .io.read.frame import from_frame
 from .io.write import write
 from .lots.comparison import RunComparison, compare_runs
+from .lots.lot import judge_lot
+from .lots.lot_result import Lot
 from .lots.repeatability import RandomEffects, random_effects
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
@@ -30,6 +32,7 @@ from .quality.check import check
 from .quality.inspection import inspect
 from .record.record import Record
 from .record.streams import Stream
+from .reporting.lot_report import lot_report
 from .reporting.report import report
 from .simulation.imperfections import Imperfections
 from .simulation.in_memory import simulate
@@ -58,6 +61,7 @@ __all__ = [
     "Finding",
     "GaussMarkov",
     "Imperfections",
+    "Lot",
     "LowPass",
     "NoiseFit",
     "NoiseModel",
@@ -91,7 +95,9 @@ __all__ = [
     "fit_channel",
     "from_frame",
     "inspect",
+    "judge_lot",
     "list_datasheets",
+    "lot_report",
     "plan",
     "predict",
     "psd",

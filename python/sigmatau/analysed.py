@@ -15,6 +15,7 @@ from sigmatau.errors import OptionError, as_arguments
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Findings
 from sigmatau.findings.wording import causes, words
+from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import overview, overview_rows, trust
 from sigmatau.fitting.read_off import ReadOff
@@ -86,6 +87,8 @@ class Analysis(Tabular):
         Samples, rate and length by stream, in words.
     stability : mapping of str to DynamicAllan
         Dynamic Allan deviation by channel; empty if it was not requested.
+    mean_stability : mapping of str to tuple of MeanStability
+        Standard deviations of 10 s and 100 s means by channel, where the record has ten means or more.
     rate_source : str
         Where the sampling rate comes from: ``"given"``, ``"time stamps"`` …
     rest : Rest or None
@@ -108,6 +111,7 @@ class Analysis(Tabular):
     read_off: Mapping[str, ReadOff]
     grids: Mapping[str, str]
     stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
+    mean_stability: Mapping[str, tuple[MeanStability, ...]] = field(default_factory=dict)
     rest: Rest | None = None
     rate_source: str = ""
     used: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -134,6 +138,7 @@ class Analysis(Tabular):
                     "curve": curve.to_dict(),
                     "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
                     **self._fit_to_dict(channel),
+                    **self._means_to_dict(channel),
                     **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
                 }
                 for channel, curve in self.curves.items()
@@ -151,6 +156,10 @@ class Analysis(Tabular):
             return {}
         fitted = self.fits[channel]
         return {"fit": fitted.to_dict(), "trust": trust(fitted, self.findings, channel)}
+
+    def _means_to_dict(self, channel: str) -> dict[str, Any]:
+        found = self.mean_stability.get(channel, ())
+        return {"mean_stability": [one.to_dict() for one in found]} if found else {}
 
     @property
     def model(self) -> NoiseModel:
@@ -277,14 +286,15 @@ class Analysis(Tabular):
     def _table(self, channels: Sequence[str]) -> str:
         fits = {channel: self.fits[channel] for channel in channels if channel in self.fits}
         if fits:
-            return fit_table(fits, self.read_off, {name: trust(one, self.findings, name) for name, one in fits.items()})
+            trusts = {name: trust(one, self.findings, name) for name, one in fits.items()}
+            return fit_table(fits, self.read_off, trusts, self.mean_stability)
         return read_off_table({channel: self.read_off[channel] for channel in channels if channel in self.read_off})
 
     def legend(self) -> str:
         """What the numbers of `sections` are; of a record that is not at rest, that there are none."""
         if not self.fits and not self.read_off:
             return "not at rest: no coefficients"
-        return fit_legend(self.fits) if self.fits else read_off_legend(self.read_off)
+        return fit_legend(self.fits, means=self.mean_stability) if self.fits else read_off_legend(self.read_off)
 
     def coefficients(self) -> str:
         """The table of all coefficients without their legend; of a record that is not at rest, that there are none."""

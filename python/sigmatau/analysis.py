@@ -22,6 +22,7 @@ from sigmatau.findings.wording import words
 from sigmatau.fitting.arguments import wanted_terms
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
+from sigmatau.fitting.mean_stability import MeanStability, mean_stability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import read_off
 from sigmatau.fitting.rounding import allowing_for_rounding
@@ -217,6 +218,11 @@ def analyze(
             findings += fit_findings(found, start=start, missing=_lost(record, channel), beside=findings)
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=threads)
         findings = [*without_consequences(findings, fits), *of_fits]
+    means: Mapping[str, tuple[MeanStability, ...]] = {}
+    if not moving:
+        means = in_threads(
+            lambda name: mean_stability(record.stream_of(name), name, fits.get(name)), tuple(curves), threads
+        )
     maps: Mapping[str, DynamicAllan] = {}
     if stability:
         maps, without_map = _maps(record, tuple(curves), threads)
@@ -229,6 +235,7 @@ def analyze(
         read_off=ByChannel({} if moving else {channel: read_off(curve) for channel, curve in curves.items()}),
         grids={stream.name: grid_text(stream) for stream in record.streams},
         stability=ByChannel(maps),
+        mean_stability={channel: found for channel, found in means.items() if found},
         rest=resting,
         rate_source=record.streams[0].grid.source,
         used={channel: used_spans(record, channel) for channel in curves},

@@ -71,6 +71,15 @@ def test_other_options_are_another_run(place):
         assert store.add([Entry(result=one, unit="A1"), Entry(result=other, unit="A1")]) == Added(new=2)
 
 
+def test_records_without_a_file_are_runs_of_their_own(place):
+    days = [result(k) for k in (0, 1, 2)]
+    for one in days:
+        one["source"] = {"path": None, "sha256": None}
+    with Store(place) as store:
+        assert store.add([Entry(result=one, unit="A1") for one in days]) == Added(new=3)
+        assert store.add([Entry(result=days[1], unit="A1")]) == Added(known=1)
+
+
 def test_failures_are_rows(place):
     with Store(place) as store:
         failed = failed_result("bad.csv", "bad.csv: no columns", exit_code=1)
@@ -85,7 +94,7 @@ def test_coefficients_are_those_of_the_result(place):
     with Store(place) as store:
         one = result(2)
         store.add([Entry(result=one, unit="A1")])
-        table = store.coefficients(term="random_walk", channel="gyro_y").columns()
+        table = store.coefficients(term="random_walk", channels=("gyro_y",)).columns()
     told = one["channels"]["gyro_y"]["fit"]["terms"]["random_walk"]
     assert (table["value"], table["low"], table["high"]) == ([told["value"]], [told["low"]], [told["high"]])
     assert table["observed"] == [True]

@@ -8,7 +8,8 @@ from sigmatau._version import __version__
 
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
-    " · 3 a unit does not meet its specification (compare) · 4 done with the readable part of a damaged file"
+    " · 3 a unit does not meet its specification (lot) · 4 done with the readable part of a damaged file, or not every unit"
+    " of a lot is judged (lot)"
     " · 5 the sensor is not at rest, so that there are no coefficients (analyze)"
     " · 130 interrupted · 143 terminated."
     " Tables and JSON go to standard output, messages to standard error."
@@ -87,7 +88,15 @@ sigmatau watch growing.csv --idle 60 --json last.json""",
         """\
 sigmatau compare day1.json day2.json day3.json --plot forest.png
 sigmatau compare results --table --csv repeatability.csv
-sigmatau compare table1.csv""",
+sigmatau compare table1.csv
+sigmatau compare --store lab.db --unit "A*\"""",
+    ),
+    "lot": (
+        "Judge a lot of units against a specification and each other; exit code 3 if a unit fails, 4 if one is not judged.",
+        """\
+sigmatau lot unit1.json unit2.json --spec spec.toml -o lot.html
+sigmatau lot shift --expect 2 --spec spec.toml -o lot.pdf -o lot.xml --results results
+sigmatau lot shift --expect units.txt --spec spec.toml --fail-on warning""",
     ),
     "datasheet": (
         "List published values of common sensors with their sources; print a sensor as a noise model.",
@@ -114,7 +123,7 @@ _STORE = {
         "Add results of analyze to a store, each once.",
         """\
 sigmatau store add results --store lab.db --unit A123 --model tactical --date 2026-05-01
-sigmatau store add results --store lab.db --unit-from "(night[0-9])" --temperature 25""",
+sigmatau store add results --store lab.db --unit-from folder --temperature 25""",
     ),
     "list": (
         "List the units or the runs of a store.",

@@ -41,6 +41,7 @@ class Outcome:
     marks: tuple[Mark, ...] = ()  # Frequencies that are compared with those of other records of the unit
     rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
     usage: bool = False  # Whether the error is about an option
+    kept: object = None  # What `keep` of `run` made of the analysis
 
     @property
     def code(self) -> int:
@@ -116,9 +117,16 @@ def _may_be_a_log(file: Path) -> bool:
     return any(3 * sum(48 <= byte <= 57 for byte in line) >= len(line.strip()) > 0 for line in head.splitlines())
 
 
-def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) -> Iterator[Outcome]:
+def run(
+    logs: Sequence[Path],
+    work: Callable[[Path], Analysis],
+    *,
+    jobs: int,
+    keep: Callable[[Path, Analysis], object] | None = None,
+) -> Iterator[Outcome]:
     """Outcomes of logs in the order of completion, `jobs` of them in parallel. `work`: analyses one log and writes its
-    outputs. It is sent to other processes, so it is a function of a module or a `functools.partial` of one.
+    outputs; `keep`: what of an analysis comes back. They are sent to other processes, so they are functions of a module or
+    a `functools.partial` of one.
     """
     import multiprocessing
     import multiprocessing.connection
@@ -130,7 +138,7 @@ def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) ->
     try:
         while waiting or busy:
             while waiting and len(busy) < jobs:
-                idle = next((one for one in workers if one not in busy), None) or _started(context, work, workers)
+                idle = next((one for one in workers if one not in busy), None) or _started(context, work, keep, workers)
                 try:
                     idle.send(waiting[0])
                 except OSError:  # ended without a log
@@ -151,11 +159,14 @@ def run(logs: Sequence[Path], work: Callable[[Path], Analysis], *, jobs: int) ->
 
 
 def _started(
-    context: SpawnContext, work: Callable[[Path], Analysis], workers: dict[Connection, BaseProcess]
+    context: SpawnContext,
+    work: Callable[[Path], Analysis],
+    keep: Callable[[Path, Analysis], object] | None,
+    workers: dict[Connection, BaseProcess],
 ) -> Connection:
     """A new process that waits for logs."""
     here, there = context.Pipe()
-    process = context.Process(target=_work, args=(work, there), daemon=True)
+    process = context.Process(target=_work, args=(work, keep, there), daemon=True)
     process.start()
     there.close()
     workers[here] = process
@@ -170,7 +181,7 @@ def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int 
     return process.exitcode
 
 
-def _work(work: Callable[[Path], Analysis], logs: Connection) -> None:
+def _work(work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], object] | None, logs: Connection) -> None:
     """Outcomes of logs until no more come: most modules are imported once for all logs of a process."""
     # Ctrl-C reaches all processes of the terminal; the parent ends the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -181,15 +192,18 @@ def _work(work: Callable[[Path], Analysis], logs: Connection) -> None:
             log = logs.recv()
         except EOFError:
             return
-        logs.send(_outcome(log, work))
+        logs.send(_outcome(log, work, keep))
         gc.collect()  # the samples of a log must not stay beside those of the next
 
 
-def _outcome(log: Path, work: Callable[[Path], Analysis]) -> Outcome:
+def _outcome(
+    log: Path, work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], object] | None = None
+) -> Outcome:
     try:
         analysis = work(log)
         marks = marks_of({channel: fitted.to_dict() for channel, fitted in analysis.fits.items()})
-        return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)))
+        kept = None if keep is None else keep(log, analysis)
+        return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=kept)
     except OptionError as error:
         return Outcome(log=log, error=error.for_command_line(), usage=True)
     except (DataError, ImportError) as error:

@@ -13,15 +13,18 @@ from sigmatau.results import printable
 
 _HEAD, _TAIL = 4096, 16384  # bytes that name the program; the end, because a PDF names it there
 
-# Of JSON, text and exports, figures, reports, the coefficients and curves of --csv, and arrays of a state space.
+# Of JSON, text and exports, figures, reports, the coefficients and curves of --csv, tables and JUnit XML of a lot, and
+# arrays of a state space.
 _WRITTEN = re.compile(
-    rb'\A\{\s*(?:"schema": \d+,\s*)?"sigmatau": "'
+    rb'\A\{\s*(?:"(?:schema|lot)": \d+,\s*)?"sigmatau": "'
     rb"|\A(?:[^\n]{0,200}\n){0,2}[^\n]{0,200}written by sigmatau \d"
     rb"|\A\x89PNG.*Software\0sigmatau \d"
     rb"|<svg.*<dc:title>sigmatau \d"
     rb"|\A%PDF.*/Creator \(sigmatau \d"
     rb'|\A<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="generator" content="sigmatau \d'
     rb"|\Achannel,(?:term,(?:observed,)?value,|tau_s,adev,)[a-z_,]*\n"
+    rb"|\Aunit,state,reason,[a-z_,]*\n"
+    rb'|\A<\?xml [^\n]*\n<testsuites name="sigmatau'
     rb"|\APK\x03\x04.{26}[a-z_]+\.F\.npy",
     re.DOTALL,
 )

@@ -155,7 +155,7 @@ def add_command(
         )
     unnamed = [problem for problem in found.problems if problem.unit_unknown]
     for problem in found.problems[:_MOST_PROBLEMS]:
-        sys.stderr.write(f"sigmatau: {printable(f'{problem.file}: {problem.message}')}\n")
+        sys.stderr.write(f"sigmatau: {printable(f'{problem.file}: {problem.reason}')}\n")
     if len(found.problems) > _MOST_PROBLEMS:
         say(f"{len(found.problems) - _MOST_PROBLEMS} more files were not added")
     added = found.added

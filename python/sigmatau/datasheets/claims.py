@@ -19,6 +19,8 @@ A file is TOML in which each value has a unit and a stated convention.
     noise_density = { typical = "5 mdeg/s/sqrt(Hz)", sided = "one" }      # or "two", or "unknown"
     random_walk = { typical = "0.21 deg/sqrt(h)" }
     bias_instability = { typical = "3 deg/h", as = "minimum" }            # or "coefficient", or "unknown"
+    bias_stability = { maximum = "0.05 deg/h", average = "10 s" }         # STD of 10 s means, or of "100 s" ones
+    rate_random_walk = { one_sigma = "4 deg/h/sqrt(h)" }                  # stated as 1 σ in place of typical
     full_scale = ["125 deg/s", "2000 deg/s"]                              # several values, or a range
     bandwidth = ["300 Hz"]
     output_rate = ["12.5 Hz to 6.66 kHz"]
@@ -39,6 +41,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.mean_stability import AVERAGES
 from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
@@ -56,8 +59,11 @@ KEYS = {
     "rate_random_walk": "rate_random_walk",
     "quantization": "quantization",
     "rate_ramp": "rate_ramp",
+    "bias_stability": "bias_stability",
 }
-"""Keys of a datasheet and their terms."""
+"""Keys of a datasheet and their terms; a bias stability, the standard deviation of means, is of all terms."""
+
+MEANS = "bias_stability"
 
 QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}  # Quantity and SI unit by sensor
 
@@ -78,6 +84,7 @@ _ONE = Meaning(of="random_walk", factor=math.sqrt(0.5), words="one-sided")
 _TWO = Meaning(of="random_walk", factor=1.0, words="two-sided")
 _MINIMUM = Meaning(of=MINIMUM, factor=1.0, words="Allan minimum")
 _COEFFICIENT = Meaning(of="bias_instability", factor=1.0, words="coefficient B")
+_STD = Meaning(of=MEANS, factor=1.0, words="")
 
 _MEANINGS = {
     "noise_density": {"one": (_ONE,), "two": (_TWO,), "unknown": (_ONE, _TWO)},
@@ -107,6 +114,8 @@ class Claim:
     # deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty
     convention: str = ""
     note: str = ""  # Conditions, or the reason for the convention
+    one_sigma: bool = False  # Whether the datasheet states `typical` as a 1 σ value
+    average: float | None = None  # Averaging time of a bias stability. [s]
 
     @property
     def term(self) -> str:
@@ -121,11 +130,18 @@ class Claim:
     @property
     def unit(self) -> str:
         """SI unit of `typical` and `maximum`."""
-        return coefficient_unit(self.term, *QUANTITIES[self.sensor.partition("_")[0]])
+        return coefficient_unit(_of_unit(self.key), *QUANTITIES[self.sensor.partition("_")[0]])
+
+    @property
+    def usual(self) -> str:
+        """What the datasheet calls `typical`: ``"typical"`` or ``"1 σ"``."""
+        return "1 σ" if self.one_sigma else "typical"
 
     @property
     def label(self) -> str:
-        """Name: ``"noise density"``, ``"angle random walk"``."""
+        """Name: ``"noise density"``, ``"angle random walk"``, ``"STD of 10 s means"``."""
+        if self.average is not None:
+            return f"STD of {self.average:g} s means"
         return "noise density" if self.key == "noise_density" else TERMS[self.term].label(self.quantity)
 
     def display(self) -> tuple[str, float]:
@@ -135,11 +151,13 @@ class Claim:
             unit = find(_NUMBER.sub("", text, count=1))
             return unit.text, unit.factor
         # A claim made by hand has no texts; accelerometer biases are in µg as in most datasheets.
-        units = display_units(self.term, self.quantity, QUANTITIES[self.sensor.partition("_")[0]][1])
-        return units[-1] if self.key == "bias_instability" else units[0]
+        units = display_units(_of_unit(self.key), self.quantity, QUANTITIES[self.sensor.partition("_")[0]][1])
+        return units[-1] if _of_unit(self.key) == "bias_instability" else units[0]
 
     def meanings(self, *, sided: Sided | None = None, bias: Bias | None = None) -> tuple[Meaning, ...]:
         """The interpretations; two if neither the datasheet nor `sided` or `bias` states the convention."""
+        if self.key == MEANS:
+            return (_STD,)
         if self.key not in _MEANINGS:
             return (Meaning(of=self.term, factor=1.0, words=""),)
         chosen = sided if self.key == "noise_density" else bias
@@ -148,7 +166,13 @@ class Claim:
 
     def to_dict(self) -> dict[str, Any]:
         known = [name for name in ("typical", "maximum") if getattr(self, name) is not None]
-        return plain(self, "sensor key term unit", *known, *(n for n in ("convention", "note") if getattr(self, n)))
+        more = [name for name in ("convention", "note", "one_sigma") if getattr(self, name)]
+        return plain(self, "sensor key term unit", *known, *more, *(["average_s=average"] if self.average else []))
+
+
+def _of_unit(key: str) -> str:
+    """The term whose unit a key has."""
+    return "bias_instability" if key == MEANS else KEYS[key]
 
 
 AXES = ("x", "y", "z")
@@ -203,8 +227,12 @@ def claims_of(content: Mapping[str, Any]) -> tuple[Claim, ...]:
     for sensor in SENSORS:
         for key in KEYS:
             table = _table(content, sensor).get(key)
-            if table is not None:
-                claims.append(_claim(sensor, key, table))
+            # Means of several averaging times are a list.
+            tables = table if key == MEANS and isinstance(table, list) else [] if table is None else [table]
+            found = [_claim(sensor, key, one) for one in tables]
+            if len({one.average for one in found}) < len(found):
+                raise DataError(f"{sensor}: {key}: two tables have the same average; write one")
+            claims += found
     return tuple(claims)
 
 
@@ -247,14 +275,19 @@ def _table(content: Mapping[str, Any], sensor: str) -> Mapping[str, Any]:
 
 
 def _claim(sensor: str, key: str, table: object) -> Claim:
-    example = f'{key} = {{ typical = "…", maximum = "…" }}'
+    more = ', average = "10 s"' if key == MEANS else ""
+    example = f'{key} = {{ typical = "…", maximum = "…"{more} }}'
     if not isinstance(table, Mapping):
         raise DataError(f"{sensor}: {key} = {table!r}; write e.g. {example}")
     where, choices, why = _CONVENTIONS.get(key, ("", (), ""))
-    unknown = next((k for k in table if k not in ("typical", "maximum", "note", where)), None)
+    allowed = ("typical", "one_sigma", "maximum", "note", where, *(("average",) if key == MEANS else ()))
+    unknown = next((k for k in table if k not in allowed), None)
     if unknown is not None:
         raise DataError(f"{sensor}: {key}: unknown key {unknown!r}; write e.g. {example}")
-    if "typical" not in table and "maximum" not in table:
+    if "typical" in table and "one_sigma" in table:
+        raise DataError(f"{sensor}: {key} has typical and one_sigma; keep one of them, and maximum")
+    usual = "one_sigma" if "one_sigma" in table else "typical"
+    if usual not in table and "maximum" not in table:
         raise DataError(f"{sensor}: {key} has neither typical nor maximum; write e.g. {example}")
     convention = ""
     if where:
@@ -262,20 +295,34 @@ def _claim(sensor: str, key: str, table: object) -> Claim:
         if convention not in choices:
             listed = ", ".join(f'{where} = "{choice}"' for choice in choices)
             raise DataError(f"{sensor}: {key} needs one of {listed}, because {why}; got {table.get(where)!r}")
-    si = coefficient_unit(KEYS[key], *QUANTITIES[sensor.partition("_")[0]])
-    values = {k: _value(sensor, key, k, table[k], si) for k in ("typical", "maximum") if k in table}
-    if len(values) > 1 and values["typical"] > values["maximum"]:
-        raise DataError(f"{sensor}: {key}: typical {table['typical']} is above maximum {table['maximum']}")
+    si = coefficient_unit(_of_unit(key), *QUANTITIES[sensor.partition("_")[0]])
+    values = {k: _value(sensor, key, k, table[k], si) for k in (usual, "maximum") if k in table}
+    if len(values) > 1 and values[usual] > values["maximum"]:
+        raise DataError(f"{sensor}: {key}: {usual} {table[usual]} is above maximum {table['maximum']}")
     return Claim(
         sensor=sensor,
         key=key,
-        typical=values.get("typical"),
+        typical=values.get(usual),
         maximum=values.get("maximum"),
-        typical_text=table.get("typical", ""),
+        typical_text=table.get(usual, ""),
         maximum_text=table.get("maximum", ""),
         convention=convention,
         note=_text(table.get("note", ""), f"{sensor}: note of {key}", empty=True),
+        one_sigma=usual == "one_sigma",
+        average=_average(sensor, table.get("average")) if key == MEANS else None,
     )
+
+
+def _average(sensor: str, text: object) -> float:
+    """The averaging time of a bias stability."""
+    choices = " or ".join(f'average = "{average:g} s"' for average in AVERAGES)
+    if text is None:
+        raise DataError(f"{sensor}: {MEANS} needs {choices}: the standard deviation of means depends on it")
+    value = _value(sensor, MEANS, "average", text, "s")
+    near = next((average for average in AVERAGES if math.isclose(value, average, rel_tol=1e-6)), None)
+    if near is None:
+        raise DataError(f"{sensor}: {MEANS}: average = {text!r}; an analysis has {choices}")
+    return near
 
 
 def _value(sensor: str, key: str, which: str, text: object, si: str) -> float:

@@ -17,8 +17,8 @@ from pathlib import Path
 from statistics import NormalDist
 from typing import Any, Protocol
 
-from sigmatau.datasheets.claims import AXES, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
-from sigmatau.datasheets.measured import Measured, measured
+from sigmatau.datasheets.claims import AXES, MEANS, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
+from sigmatau.datasheets.measured import Measured, means_of, measured, stability
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.datasheets.verdict import Comparison, Judged, Reading, Status, Verdict
@@ -90,19 +90,16 @@ def compare_with(
     ----------
     ISO 14253-1:2017, section 5; JCGM 106:2012, section 8.
     """
-    check_meanings(sided, bias)
-    if not (_is_number(level) and 0.5 <= level < 1):
-        raise OptionError(f"{{option}} must be a number from 0.5 to below 1, not {level!r}", option="level")
-    if factor is not None and not (_is_number(factor) and 1 <= factor <= LARGEST):
-        raise OptionError(f"{{option}} must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
+    check_options(level=level, factor=factor, sided=sided, bias=bias)
     sheet = datasheet if isinstance(datasheet, Datasheet) else find_datasheet(datasheet)
-    models, without = _models(result)
+    models, without, means = _models(result)
     judged, unsaid = [], []
     for channel, model in models.items():
         claims = sheet.of(channel)
         for claim in claims:
             readings = tuple(
-                _reading(claim, meaning, model, level, factor) for meaning in claim.meanings(sided=sided, bias=bias)
+                _reading(claim, meaning, model, means.get(channel, {}), level, factor)
+                for meaning in claim.meanings(sided=sided, bias=bias)
             )
             status, reason = _status(readings) if model.adequate else ("undecided", NOT_ADEQUATE)
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
@@ -121,6 +118,15 @@ def compare_with(
     )
 
 
+def check_options(*, level: object, factor: object, sided: str | None, bias: str | None) -> None:
+    """Raise `OptionError` for invalid options of a comparison."""
+    check_meanings(sided, bias)
+    if not (_is_number(level) and 0.5 <= level < 1):
+        raise OptionError(f"{{option}} must be a number from 0.5 to below 1, not {level!r}", option="level")
+    if factor is not None and not (_is_number(factor) and 1 <= factor <= LARGEST):
+        raise OptionError(f"{{option}} must be a number from 1 to {LARGEST:g}, not {factor!r}", option="factor")
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
@@ -137,10 +143,15 @@ def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(sorted(absent))
 
 
-def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, ChannelModel], list[str]]:
-    """The models by channel, and the channels without a model."""
+Means = Mapping[str, Mapping[float, Measured]]  # standard deviations of means by channel and averaging time in s
+
+
+def _models(
+    result: NoiseModel | Fitted | Mapping[str, Any],
+) -> tuple[dict[str, ChannelModel], list[str], Means]:
+    """The models by channel, the channels without a model, and the standard deviations of means."""
     if isinstance(result, NoiseModel):
-        return dict(result.channels), []
+        return dict(result.channels), [], {}
     if isinstance(result, Mapping):
         channels = results_by_channel(result)
     elif hasattr(result, "fits"):
@@ -150,6 +161,9 @@ def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, 
             name: {"fit": fit.to_dict(), "quantity": fit.quantity, "curve": {"unit": fit.rate_unit}}
             for name, fit in result.fits.items()
         }
+        for name, found in getattr(result, "mean_stability", {}).items():
+            if name in channels:
+                channels[name]["mean_stability"] = [one.to_dict() for one in found]
     else:
         raise DataError(f"{type(result).__name__} is not a result: give an Analysis, its JSON form or a NoiseModel")
     models, without = models_of(channels)
@@ -159,11 +173,25 @@ def _models(result: NoiseModel | Fitted | Mapping[str, Any]) -> tuple[dict[str, 
         measures = (channels[name]["quantity"], channels[name]["curve"]["unit"])
         if QUANTITIES.get(stream_name(name), measures) != measures:
             raise DataError(f"channel {name!r}: this name does not fit {' in '.join(measures)}")
-    return models, without
+    return models, without, {name: _means_of(name, channel) for name, channel in channels.items()}
 
 
-def _reading(claim: Claim, meaning: Meaning, model: ChannelModel, level: float, factor: float | None) -> Reading:
-    found = measured(model, meaning.of)
+def _means_of(name: str, channel: Mapping[str, Any]) -> dict[float, Measured]:
+    try:
+        return means_of(channel.get("mean_stability") or ())
+    except (DataError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"channel {name!r}: {error}") from None
+
+
+def _reading(
+    claim: Claim,
+    meaning: Meaning,
+    model: ChannelModel,
+    means: Mapping[float, Measured],
+    level: float,
+    factor: float | None,
+) -> Reading:
+    found = stability(means, claim.average or 0.0) if meaning.of == MEANS else measured(model, meaning.of)
     maximum = claim.maximum
     if maximum is None and factor is not None and claim.typical is not None:
         maximum = factor * claim.typical

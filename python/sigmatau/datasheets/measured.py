@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ from sigmatau.datasheets.claims import MINIMUM
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.covariance import exponential_less
+from sigmatau.model.processes import real
 from sigmatau.noise.terms import BIAS_LEVEL
 
 Floats = NDArray[np.float64]
@@ -21,6 +23,7 @@ Floats = NDArray[np.float64]
 NOTHING = "not in the result"
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
+_SAME_AVERAGE = 0.05  # relative difference of averaging times, which are whole samples
 _NEGLIGIBLE = 0.01  # share of a variance; 0.5 % of a deviation
 _TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none [log10 s]
 
@@ -65,6 +68,25 @@ def measured(model: ChannelModel, of: str) -> Measured:
     if of in model.limits:
         return Measured(upper_limit=model.limits[of], level=model.level)
     return Measured(words=NOTHING)
+
+
+def means_of(rows: Iterable[Mapping[str, Any]]) -> dict[float, Measured]:
+    """Standard deviations of means by averaging time in s, from ``mean_stability`` of a channel of a result."""
+    found = {}
+    for row in rows:
+        value, low, high, level = (row.get(key) for key in ("value", "low", "high", "level"))
+        numbers = [real(one) for one in (row["average_s"], value, level, low, high) if one is not None]
+        if not (len(numbers) >= 3 and all(map(math.isfinite, numbers)) and 0 < numbers[2] < 1 and numbers[1] >= 0):
+            raise DataError(f"mean_stability: {dict(row)!r:.120} is not a standard deviation of means")
+        ends = (None, None) if low is None or high is None else (min(low, numbers[1]), max(high, numbers[1]))
+        found[numbers[0]] = Measured(value=numbers[1], low=ends[0], high=ends[1], level=numbers[2])
+    return found
+
+
+def stability(means: Mapping[float, Measured], average: float) -> Measured:
+    """The standard deviation of means of an averaging time."""
+    near = (found for at, found in means.items() if math.isclose(at, average, rel_tol=_SAME_AVERAGE))
+    return next(near, Measured(words=f"the result has no standard deviation of {average:g} s means"))
 
 
 def _minimum(model: ChannelModel) -> Measured:

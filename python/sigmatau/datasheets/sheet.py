@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 from sigmatau.datasheets import claims
-from sigmatau.datasheets.claims import MINIMUM, Bias, Claim, Sided, check_meanings
+from sigmatau.datasheets.claims import MEANS, MINIMUM, Bias, Claim, Sided, check_meanings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import BIAS_LEVEL
@@ -81,8 +81,8 @@ class Datasheet(Printed):
         """The claims for a channel: those for its axis if there are any, else those for its sensor."""
         sensor = stream_name(channel)
         axis = f"{sensor}_{channel.rpartition('_')[2]}"
-        own = {claim.key: claim for claim in self.claims if claim.sensor == axis}
-        common = {claim.key: claim for claim in self.claims if claim.sensor == sensor}
+        own = {(claim.key, claim.average): claim for claim in self.claims if claim.sensor == axis}
+        common = {(claim.key, claim.average): claim for claim in self.claims if claim.sensor == sensor}
         return tuple({**common, **own}.values())
 
     def channels(self, sensor: str) -> tuple[str, ...]:
@@ -96,7 +96,8 @@ class Datasheet(Printed):
         """A noise model with the numbers of the datasheet for each axis of a unit, for `simulate` and `plan`.
 
         A random walk takes precedence over a noise density. The minimum of an Allan deviation becomes a bias instability of
-        1/0.664 times it, an upper bound, since other terms add to the minimum.
+        1/0.664 times it, an upper bound, since other terms add to the minimum. A bias stability, the standard deviation of
+        means, is of all terms, and is left out.
 
         Parameters
         ----------
@@ -118,8 +119,9 @@ class Datasheet(Printed):
         if use not in ("typical", "maximum"):
             raise OptionError(f"{{option}} must be 'typical' or 'maximum', not {use!r}", option="use")
         channels = {
-            channel: {claim.term: self._number(claim, use, sided, bias) for claim in _chosen(self.of(channel))}
+            channel: {claim.term: self._number(claim, use, sided, bias) for claim in chosen}
             for channel in self._stated()
+            if (chosen := _chosen(self.of(channel)))
         }
         if not channels:
             raise DataError(f"{self.name}: the datasheet has no noise specification")
@@ -136,7 +138,8 @@ class Datasheet(Printed):
             words = [meaning.words for meaning in claim.meanings(sided=sided, bias=bias) if meaning.words]
             taken = f"{'taken as ' if claim.convention == 'unknown' else ''}{' or '.join(words)}" if words else ""
             other = "" if used == use else f"the datasheet has no {use} value"
-            lines.append(f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{used} {text}', taken, other)))}")
+            called = claim.usual if used == "typical" else used
+            lines.append(f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{called} {text}', taken, other)))}")
         return tuple(lines)
 
     def _stated(self) -> tuple[str, ...]:
@@ -191,7 +194,7 @@ class Datasheet(Printed):
 
 
 def _row(claim: Claim) -> tuple[str, str, str, str]:
-    values = [f"typical {claim.typical_text}"] if claim.typical is not None else []
+    values = [f"{claim.usual} {claim.typical_text}"] if claim.typical is not None else []
     values += [f"maximum {claim.maximum_text}"] if claim.maximum is not None else []
     words = "".join(f" ({convention})" for convention in _conventions(claim))
     return claim.sensor, claim.label, ", ".join(values) + words, claim.note
@@ -212,6 +215,7 @@ def _used(claim: Claim, use: str) -> Literal["typical", "maximum"]:
 def _chosen(claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
     """One claim per term; a random walk takes precedence over a noise density."""
     by_term: dict[str, Claim] = {}
+    claims = tuple(claim for claim in claims if claim.key != MEANS)
     for claim in sorted(claims, key=lambda claim: claim.key == "noise_density"):
         by_term.setdefault(claim.term, claim)
     return tuple(by_term.values())

@@ -202,7 +202,9 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
     """
     claim = judged.claim
     if not any(reading.measured.anything for reading in judged.readings):
-        limits = "; ".join(f"{name} {text}" for name in ("typical", "maximum") if (text := _stated(claim, name)))
+        limits = "; ".join(
+            f"{_called(claim, name)} {text}" for name in ("typical", "maximum") if (text := _stated(claim, name))
+        )
         row: tuple[str, ...] = (judged.channel, claim.label, "not measured", limits, judged.status)
         return [row, ("", f"  {judged.reason}")] if judged.reason not in ("", NOTHING) else [row]
     text, unit = claim.display()
@@ -211,7 +213,7 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
         words = f", {reading.meaning.words}" if reading.meaning.words else ""
         size = unit * reading.meaning.factor
         against = "; ".join(
-            f"{name} {_limit_text(claim, name, comparison.limit / size)}"
+            f"{_called(claim, name)} {_limit_text(claim, name, comparison.limit / size)}"
             + (f": {comparison.words()}" if reading.measured.anything else "")
             for name, comparison in (("typical", reading.typical), ("maximum", reading.maximum))
             if comparison is not None
@@ -220,6 +222,11 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
         value = _value_text(reading.measured, text, size)
         rows.append((judged.channel if k == 0 else "", label, value, against, judged.status if k == 0 else ""))
     return [*rows, ("", f"  {judged.reason}")] if judged.reason else rows
+
+
+def _called(claim: Claim, name: str) -> str:
+    """What the datasheet calls a limit."""
+    return claim.usual if name == "typical" else name
 
 
 def _stated(claim: Claim, name: str) -> str:

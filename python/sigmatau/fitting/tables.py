@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from sigmatau.estimators.deviation import Deviation
+from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff
-from sigmatau.noise.terms import TERMS
-from sigmatau.results import seconds, wrapped
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import interval_texts, seconds, wrapped
 
 _LEGEND = (
     "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of"
@@ -32,7 +33,10 @@ _FIT_LEGEND = (
 
 
 def fit_table(
-    fits: Mapping[str, NoiseFit], read_offs: Mapping[str, ReadOff], trusts: Mapping[str, str] = MappingProxyType({})
+    fits: Mapping[str, NoiseFit],
+    read_offs: Mapping[str, ReadOff],
+    trusts: Mapping[str, str] = MappingProxyType({}),
+    means: Mapping[str, Sequence[MeanStability]] = MappingProxyType({}),
 ) -> str:
     """The fitted coefficients as aligned text, in the field's units, and those read off; `fit_legend` explains them.
 
@@ -42,6 +46,8 @@ def fit_table(
         By channel.
     trusts : mapping of str to str
         How far to trust each channel, for its first line.
+    means : mapping of str to sequence of MeanStability
+        Standard deviations of means by channel.
     """
     rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "")]
     for channel, fitted in fits.items():
@@ -58,11 +64,20 @@ def fit_table(
                 value, _, unit = texts[0]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
                 rows.append((f"  {term.label(fitted.quantity)}", text))
+        rows += [_mean_row(fitted, one) for one in means.get(channel, ())]
         rows += [("  " + text,) for text in (*fitted.notes(), *_readings(fitted, read_offs[channel]))]
     full = [row for row in rows if len(row) == _COLUMNS]
     widths = [max(len(row[k]) for row in full) for k in range(_COLUMNS)]
     widths[0] = max(len(row[0]) for row in rows if len(row) > 1)
     return "\n".join(_aligned(rows, widths))
+
+
+def _mean_row(fitted: NoiseFit, one: MeanStability) -> tuple[str, ...]:
+    """The standard deviation of means, in the unit of a bias."""
+    text, factor = display_units("bias_instability", fitted.quantity, fitted.rate_unit)[-1]
+    low = None if one.low is None else one.low / factor
+    high = None if one.high is None else one.high / factor
+    return (f"  STD of {seconds(one.average)} s means", *interval_texts(one.value / factor, low, high), text)
 
 
 def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
@@ -81,10 +96,17 @@ def _aligned(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> list[str]:
     return lines
 
 
-def fit_legend(fits: Mapping[str, NoiseFit]) -> str:
-    """What the numbers of `fit_table` are."""
+_MEANS_LEGEND = (
+    "STD of means: standard deviation (ddof = 1) of the means of consecutive stretches; slow noise makes it grow with the"
+    " length of the record."
+)
+
+
+def fit_legend(fits: Mapping[str, NoiseFit], *, means: object = ()) -> str:
+    """What the numbers of `fit_table` are. `means`: true if it has standard deviations of means."""
     seen = [(fitted.quantity, name) for fitted in fits.values() for name in fitted if fitted[name].value is not None]
     lines = [*(_FITTED[method] for method in dict.fromkeys(fitted.method for fitted in fits.values())), *_FIT_LEGEND]
+    lines += [_MEANS_LEGEND] if means else []
     if any(name == "bias_instability" for _, name in seen):
         lines.append("Bias instability B: most datasheets state the flat part of the curve instead, 0.664·B.")
     return "\n".join(wrapped([*lines, *_look_alikes(seen)]))

@@ -12,7 +12,7 @@ from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, trust_told
 from sigmatau.results import two_digits
 
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
-_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 
 
 def page(content: Content) -> str:
@@ -29,11 +29,11 @@ def page(content: Content) -> str:
         "head",
         element("meta", charset="utf-8"),
         element("meta", name="generator", content=content.made_by),
-        element("meta", http_equiv="Content-Security-Policy", content=_POLICY),
+        element("meta", http_equiv="Content-Security-Policy", content=POLICY),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
         element("meta", name="color-scheme", content="light dark"),
         element("title", f"{content.title} – noise report"),
-        style(_asset("uplot/uPlot.min.css") + _asset("report.css")),
+        style(asset("uplot/uPlot.min.css") + asset("report.css")),
     )
     body = element(
         "body",
@@ -53,16 +53,17 @@ def page(content: Content) -> str:
 
 
 @cache
-def _asset(path: str) -> str:
+def asset(path: str) -> str:
+    """A text of the package: script, style, licence."""
     return resources.files(__package__).joinpath("assets", *path.split("/")).read_text(encoding="utf-8")
 
 
 @cache
 def _scripts() -> str:
     """uPlot, then our modules, which share one scope."""
-    own = "\n".join(_asset(f"{module}.js") for module in _SCRIPTS)
-    notice = _asset("uplot/LICENSE").strip()
-    return f'/* uPlot:\n{notice}\n*/\n{_asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{own}\n}})();'
+    own = "\n".join(asset(f"{module}.js") for module in _SCRIPTS)
+    notice = asset("uplot/LICENSE").strip()
+    return f'/* uPlot:\n{notice}\n*/\n{asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{own}\n}})();'
 
 
 Section = tuple[str, str, Markup]

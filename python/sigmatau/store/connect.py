@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from sigmatau.errors import DataError, OptionError
 
 if TYPE_CHECKING:
     from alembic.config import Config
-    from sqlalchemy import Engine
+    from sqlalchemy import URL, Engine
     from sqlalchemy.engine import Connection
 
 _BUSY = 60  # seconds that a writer of SQLite waits for another
@@ -40,13 +42,17 @@ def engine_of(place: str | Path, *, create: bool = True) -> Engine:
     """
     try:
         import alembic  # noqa: F401
+        import orjson  # noqa: F401
         import sqlalchemy
     except ImportError:
-        raise ImportError("a store needs SQLAlchemy and Alembic: pip install 'sigmatau[store]'") from None
+        raise ImportError("a store needs SQLAlchemy, Alembic and orjson: pip install 'sigmatau[store]'") from None
     url = _url(place, create=create)
-    engine = sqlalchemy.create_engine(url, **_arguments(url))
+    try:
+        engine = sqlalchemy.create_engine(url, **_arguments(url))
+    except ImportError:
+        raise ImportError("a store on PostgreSQL needs psycopg: pip install 'sigmatau[postgresql]'") from None
     if engine.dialect.name == "sqlite":
-        _prepare_sqlite(engine)
+        _prepare_sqlite(engine, to_read="mode" in url.query)
     try:
         _up_to_date(engine, place)
     except sqlalchemy.exc.SQLAlchemyError as error:
@@ -64,19 +70,39 @@ def reason(error: BaseException) -> str:
     return str(cause).strip().partition("\n")[0] or type(cause).__name__
 
 
-def _url(place: str | Path, *, create: bool) -> str:
+def _url(place: str | Path, *, create: bool) -> URL:
+    from sqlalchemy import make_url
+
     text = str(place)
     scheme = re.match(r"([a-z+0-9]+)://", text)
     if scheme is None:
-        return "sqlite:///" + str(_file(Path(place), create=create))
+        return _sqlite_url(_file(Path(place), create=create))
     if scheme[1] in ("postgresql", "postgres", "postgresql+psycopg"):
-        return "postgresql+psycopg://" + text.partition("://")[2]
+        return make_url("postgresql+psycopg://" + text.partition("://")[2])
     if scheme[1] == "sqlite":
-        return "sqlite:///" + str(_file(Path(text.partition(":///")[2]), create=create))
+        return _sqlite_url(_file(Path(text.partition(":///")[2]), create=create))
     raise OptionError(
         f"{_shown(place)}: a store is a file, or postgresql://USER@HOST/NAME; {scheme[1]} is not supported",
         option="store",
     )
+
+
+def _sqlite_url(path: Path) -> URL:
+    """A file that cannot be written is opened to read; without other writers its log need not be there."""
+    from sqlalchemy import URL
+
+    name = str(path)
+    if not path.exists() or (_writable(path) and _writable(path.absolute().parent)):
+        return URL.create("sqlite", database=name)
+    log = path.with_name(f"{path.name}-wal")
+    query = {"mode": "ro", "uri": "true"}
+    if not (log.exists() and log.stat().st_size):
+        query["immutable"] = "1"
+    return URL.create("sqlite", database=f"file:{quote(name)}", query=query)
+
+
+def _writable(path: Path) -> bool:
+    return os.access(path, os.W_OK, effective_ids=os.access in os.supports_effective_ids)
 
 
 def _file(path: Path, *, create: bool) -> Path:
@@ -103,20 +129,20 @@ def _shown(place: str | Path) -> str:
     return re.sub(r"(://[^:/@]*):[^@]*@", r"\1:…@", str(place))
 
 
-def _arguments(url: str) -> dict[str, Any]:
-    if url.startswith("sqlite"):
+def _arguments(url: URL) -> dict[str, Any]:
+    if url.get_backend_name() == "sqlite":
         return {"connect_args": {"timeout": _BUSY}}
     return {"pool_pre_ping": True, "connect_args": {"connect_timeout": 10}}
 
 
-def _prepare_sqlite(engine: Engine) -> None:
+def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
     """Several readers beside a writer; a transaction that writes waits at its beginning, not at its first change."""
     from sqlalchemy import event
 
     @event.listens_for(engine, "connect")
     def connected(connection: Any, _: object) -> None:  # noqa: ANN401
         connection.isolation_level = None  # transactions begin below
-        for pragma in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
+        for pragma in () if to_read else ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
             connection.execute(f"PRAGMA {pragma}")
 
     @event.listens_for(engine, "begin")
@@ -159,5 +185,5 @@ def configuration() -> Config:
     from alembic.config import Config
 
     config = Config()
-    config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
     return config

@@ -30,7 +30,7 @@ class Problem:
     """A file that was not added."""
 
     file: Path
-    message: str
+    reason: str
     unit_unknown: bool = False
 
 
@@ -123,7 +123,7 @@ def _read(files: Sequence[Path], naming: Naming) -> _Read:
             rows.append(_rows_of(file, naming))
         except DataError as error:
             unknown = isinstance(error, UnknownUnitError)
-            problems.append(Problem(file=file, message=str(error), unit_unknown=unknown))
+            problems.append(Problem(file=file, reason=str(error), unit_unknown=unknown))
     return rows, problems
 
 

@@ -127,8 +127,11 @@ def _rows(entry: Entry) -> Rows:
     source = result["source"]
     options = result.get("options", {})
     unit = _name(entry.unit, "unit")
-    log = source.get("sha256") or f"{unit}/{source.get('path')}"
+    packed = pack(result)
     made_with = _canonical([options, source.get("conversions", [])])
+    # Of a record without a file, each result that differs is a run of its own.
+    path = source.get("path")
+    log = source.get("sha256") or (f"{unit}/{path}" if path else f"{unit}/{entry.name}/{entry.recorded}/{packed.digest}")
     channels: list[tuple[Any, ...]] = []
     labels: list[Label] = []
     terms, numbers = [], []
@@ -149,7 +152,6 @@ def _rows(entry: Entry) -> Rows:
          _text(one.get("message", "")))
         for one in result.get("findings", ())
     ]  # fmt: skip
-    packed = pack(result)
     run = _run(entry, source, channels) | {"digest": packed.digest, "options_key": options_key(options)}
     return Rows(
         unit=unit,

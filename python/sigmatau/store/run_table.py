@@ -88,7 +88,6 @@ def _errors(value: _Floats, numbers: NDArray[np.void], *, signed: NDArray[np.boo
     z = normal_quantile((1 + levels) / 2)[which]
     with np.errstate(invalid="ignore", divide="ignore"):
         inside = (low <= value) & (value <= high) & (low < high)
-        relative = np.where(low > 0, np.log(high / low) / (2 * z), np.log(high / value) / z)
-        relative = np.where((value > 0) & (relative > 0), relative, np.nan)
+        relative = np.where((value > 0) & (value < high), np.log(high / value) / z, np.nan)
         found = np.where(signed, (high - low) / (2 * z), relative)
     return np.where(inside, found, np.nan)

@@ -221,7 +221,7 @@ class Store:
             select(
                 run.c.id, unit.c.name.label("unit"), model.c.name.label("model"), run.c.name.label("run"),
                 run.c.recorded, run.c.temperature, run.c.duration, run.c.state, run.c.revision, run.c.version,
-                run.c.message,
+                run.c["message"],
             )
             .join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
             .where(*_conditions(chosen)).order_by(unit.c.name, run.c.recorded, run.c.id)
@@ -337,6 +337,30 @@ class Store:
         row = max(named, key=_order)
         return row, self._result(row["id"])
 
+    def units_latest(self, chosen: Chosen | None = None) -> dict[str, dict[str, Any]]:
+        """The latest result of each unit, in the order of the units' first records: a failure too, because what was measured
+        before it says nothing of the unit now. Results without a time have that of their addition.
+        """
+        from sqlalchemy import func, select
+
+        from sigmatau.store.packing import unpack
+        from sigmatau.store.tables import model, result, run, unit
+
+        time = func.coalesce(run.c.recorded, run.c.added)
+        query = (
+            select(run.c.id, unit.c.name, time).join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
+            .where(*_conditions(chosen)).order_by(time, run.c.id)
+        )  # fmt: skip
+        with self._read() as connection:
+            latest = {name: key for key, name, _ in connection.execute(query)}
+            found: dict[int, dict[str, Any]] = {}
+            keys = [*latest.values()]
+            for at in range(0, len(keys), _READ):
+                asked = select(result.c.run_id, result.c.content, result.c.curves)
+                for key, *parts in connection.execute(asked.where(result.c.run_id.in_(keys[at : at + _READ]))):
+                    found[key] = unpack(*parts)
+        return {name: found[key] for name, key in latest.items()}
+
     def findings(self, run_id: int) -> list[tuple[str, str]]:
         """Severity and message of the findings of a run, the column `id` of `runs`."""
         from sqlalchemy import select
@@ -345,7 +369,7 @@ class Store:
 
         of = finding.c
         with self._read() as connection:
-            found = connection.execute(select(of.severity, of.message).where(of.run_id == run_id).order_by(of.id))
+            found = connection.execute(select(of.severity, of["message"]).where(of.run_id == run_id).order_by(of.id))
             return [(severity, message) for severity, message in found]
 
     def _result(self, run_id: int) -> dict[str, Any]:

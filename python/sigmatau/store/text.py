@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
@@ -91,8 +92,10 @@ def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
     count = f"{drift.units} unit{'s' if drift.units > 1 else ''}"
     if drift.kind == "ageing":
         count += f", {drift.runs} runs"
-    interval = f"[{drift.low * factor:+.2g}, {drift.high * factor:+.2g}]"
-    slope = f"{_WHAT[drift.kind]}: {drift.slope * factor:+.2g}{of} per month {interval}"
+    half = (drift.high - drift.low) / 2 * factor
+    decimals = max(1 - math.floor(math.log10(half)), 0) if half > 0 else 3  # two digits of the uncertainty
+    slope, low, high = (f"{x * factor:+.{decimals}f}" for x in (drift.slope, drift.low, drift.high))
+    slope = f"{_WHAT[drift.kind]}: {slope}{of} per month [{low}, {high}]"
     return f"{slope}, p = {two_digits(drift.p_value)}: {said} ({count})"
 
 

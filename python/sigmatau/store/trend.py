@@ -165,8 +165,8 @@ def trend_of(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "mont
         raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
     dated = np.array([one is not None for one in rows["recorded"]], dtype=bool)
     values = np.array(rows["value"], dtype=np.float64)
-    if not (dated & ~np.isnan(values)).any():
-        what = "no run with this term has a time; add results with --date" if len(values) else "no such coefficient"
+    if not dated.any():
+        what = "none of the runs with it has a time; add results with --date" if len(values) else "no run has it"
         raise DataError(f"no trend of {term}: {what}")
     channel = np.array(rows["channel"], dtype=object)
     position = {name: k for k, name in enumerate(dict.fromkeys(rows["unit"]))}
@@ -212,6 +212,8 @@ class _Values:
     def there(self) -> tuple[_Floats, _Ints, _Floats]:
         """Values, positions of their units from 0, and times in months."""
         keep = ~np.isnan(self.y)
+        if not keep.any():
+            return self.y[keep], self.unit[keep], self.y[keep]
         months = (self.time[keep] - self.time[keep].min()) / np.timedelta64(1, "D") / _MONTH
         return self.y[keep], np.unique(self.unit[keep], return_inverse=True)[1], months
 

@@ -8,6 +8,7 @@ import json
 import math
 import struct
 import zlib
+from typing import Any
 
 import sqlalchemy as sa
 from alembic import op
@@ -149,12 +150,12 @@ def _results() -> None:
             numbers.setdefault(run_id, []).append(_number_row(*row))
         rows, keys = [], []
         for run_id, content in runs:
-            told = json.loads(zlib.decompress(content))
+            told = _told(content)
             rows.append(
                 {
                     "run_id": run_id,
                     "content": bytes(content),
-                    "curves": b"".join(curves[run_id, name] for name in told["channels"]),
+                    "curves": b"".join(curves.get((run_id, name), b"") for name in told["channels"]),
                     "numbers": b"".join(numbers.get(run_id, ())),
                 }
             )
@@ -162,6 +163,15 @@ def _results() -> None:
             keys.append({"run_id": run_id, "options": hashlib.sha256(options.encode()).hexdigest()})
         connection.execute(_INSERT, rows)
         connection.execute(sa.text("UPDATE run SET options_key = :options WHERE id = :run_id"), keys)
+
+
+def _told(content: bytes) -> dict[str, Any]:
+    """What a result says; a damaged one stays as it is, and is reported when it is read."""
+    try:
+        told = json.loads(zlib.decompress(content))
+    except (zlib.error, ValueError):
+        told = {}
+    return told if isinstance(told, dict) and isinstance(told.get("channels"), dict) else {"channels": {}}
 
 
 _INSERT = sa.text("INSERT INTO result (run_id, content, curves, numbers) VALUES (:run_id, :content, :curves, :numbers)")

@@ -1,0 +1,367 @@
+"""``sigmatau lot``: judge a lot of units from logs or results; every unit is accounted for."""
+
+from __future__ import annotations
+
+import json as json_module
+import os
+import re
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from sigmatau.analysed import Analysis, failed_result
+from sigmatau.analysis import analyze
+from sigmatau.cli import batch
+from sigmatau.cli.earlier import expect as expect_files
+from sigmatau.cli.earlier import is_result
+from sigmatau.cli.options import (
+    Reading,
+    check_folder,
+    check_output,
+    command_line,
+    json_text,
+    read_log,
+    refuse_same,
+    say,
+    working,
+    write_json,
+)
+from sigmatau.datasheets.compare import check_options
+from sigmatau.datasheets.sheet import Datasheet
+from sigmatau.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.registry import NOT_LOGS
+from sigmatau.lots.lot import Examined, check_choices, examine, judge_lot
+from sigmatau.lots.lot_result import Lot
+from sigmatau.lots.lot_screen import screen
+from sigmatau.lots.lot_unit import without_result
+from sigmatau.reporting.lot_report import LOT_ENDINGS, lot_report
+from sigmatau.results import printable
+
+_MOST_JOBS = 4  # by default: each holds a record in memory
+_LARGEST_LIST = 1 << 20  # bytes of a list of units
+_USAGE_ERRORS = 2  # at the first logs, none of which could be read: an option is missing, which is one error
+
+
+def lot_command(
+    *units: Path,
+    reading: Reading | None = None,
+    spec: str | None = None,
+    expect: str | None = None,
+    output: Annotated[list[Path] | None, Parameter(name=["--output", "-o"], negative=())] = None,
+    results: Path | None = None,
+    level: float = 0.95,
+    factor: float | None = None,
+    sided: Literal["one", "two"] | None = None,
+    bias: Literal["minimum", "coefficient"] | None = None,
+    undecided: Literal["not-judged", "pass", "fail"] = "not-judged",
+    fail_on: Literal["warning"] | None = None,
+    accept: Annotated[list[str] | None, Parameter(negative=())] = None,
+    jobs: int | None = None,
+    store: str | None = None,
+    serial: Annotated[list[str] | None, Parameter(negative=())] = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
+    verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+) -> int:
+    """Judge a lot of units: each is passed, failed, not judged, failed to read, or missing.
+
+    Exit code 0 if all units passed, 3 if one failed, 4 if not all were judged, read and there. Without --spec, the units are
+    described and compared with each other: 0 if all were analysed and none has a doubt.
+
+    Parameters
+    ----------
+    units
+        Logs, or JSON results of analyze, one for each unit, in the order of production; or folders of them. A folder with
+        logs stands for its logs alone, without results of an earlier run.
+    spec
+        Specification: your file (.toml), or a name of "sigmatau datasheet list".
+    expect
+        Number of units, or a file with their names, one in each line: those without a file are missing.
+    output
+        Write the lot: .html (a page that opens offline), .pdf, .csv, .json, .xml (JUnit). May be repeated.
+    results
+        Folder for the result of each unit, as analyze --json writes it.
+    level
+        Confidence level of "above" a maximum: a unit exactly at it fails with a probability of at most 1 - LEVEL.
+    factor
+        Where the specification states no maximum, use FACTOR times the typical or 1 σ value. Default: such a value is not
+        judged, and no unit passes.
+    sided
+        Convention of noise densities if the specification does not state it (default: try both).
+    bias
+        Convention of bias instabilities if not stated: minimum of the Allan deviation, or coefficient B (default: try both).
+    undecided
+        State of a unit whose interval contains a maximum, or that lacks an axis or a model (default: not judged).
+    fail_on
+        warning: a warning about the record, such as spikes or a wrong unit, fails a unit. Default: the unit is not judged.
+    accept
+        Codes of findings and remarks that do not keep a unit from passing: spectral_line,short_record.
+    jobs
+        Number of logs to analyse in parallel (default: the number of cores, at most 4).
+    store
+        Judge the latest result of each unit of this store in place of logs: a SQLite file or postgresql://USER@HOST/NAME,
+        see sigmatau store.
+    serial
+        With --store, serial number of a unit, or several with a *: 'A*'; may be repeated.
+    json
+        Print the lot as JSON.
+    verbose
+        Print every unit, and for a single one its comparison in full.
+    quiet
+        Print only errors on standard error.
+    """
+    if store is not None and units:
+        raise OptionError("give logs or results, or --store, not both", option="store")
+    if serial and store is None:
+        raise OptionError("--serial needs --store; units are chosen by their files", option="serial")
+    if store is not None and results is not None:
+        raise OptionError("--results keeps the results of logs; the store has its own", option="results")
+    if not units and store is None:
+        raise OptionError("name the logs or results of the units, or a folder of them", option="units")
+    if jobs is not None and jobs < 1:
+        raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
+    accepted = [code.strip() for text in accept or [] for code in text.split(",") if code.strip()]
+    check_choices(undecided, fail_on, accepted)
+    check_options(level=level, factor=factor, sided=sided, bias=bias)
+    sheet = None if spec is None else find_datasheet(spec)
+    expected = None if expect is None else _expected(expect)
+    options: dict[str, Any] = {"level": level, "factor": factor, "sided": sided, "bias": bias}
+    outputs = _outputs(output or [])
+    logs: list[Path] = []
+    files: list[Path] = []
+    if store is not None:
+        expect_files(*outputs)
+        found = _stored(store, serial or [], sheet, options)
+        order = [*found]
+    else:
+        logs, files = _gather(units, expecting=expected is not None, quiet=quiet)
+        for path in outputs:
+            for place in (*logs, *files):
+                refuse_same(place, output=path)
+        expect_files(*outputs)
+        names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
+        names |= {file: names[file].removesuffix(".json") for file in files}
+        if len({*names.values()}) < len(names):
+            names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
+        if results is not None:
+            _prepare(results, {names[log] for log in logs}, quiet=quiet)
+        found = _analysed(logs, names, reading, sheet, options, results, jobs=jobs, quiet=quiet)
+        for file in files:
+            found[names[file]] = examine(file, sheet, name=names[file], **options)
+        order = [names[place] for place in (*logs, *files)]
+    lot = judge_lot(
+        {name: found[name] for name in order},
+        sheet,
+        expect=expected,
+        undecided=undecided,
+        fail_on=fail_on,
+        accept=accepted,
+        **options,
+    )
+    for path in outputs:
+        with working(f"writing {path}", quiet=quiet):
+            lot_report(lot, path, command=command_line())
+    sys.stdout.write(json_text(lot.to_dict()) if json else f"{_text(lot, verbose=verbose)}\n")
+    return lot.exit_code
+
+
+def _stored(
+    place: str, units: Sequence[str], sheet: Datasheet | None, options: Mapping[str, Any]
+) -> dict[str, Examined]:
+    """The units of a store, in the order of production."""
+    from sigmatau.cli.store import opened
+    from sigmatau.store.store import Chosen
+
+    with opened(place) as store:
+        latest = store.units_latest(Chosen(units=tuple(units)))
+    if not latest:
+        raise DataError(f"{place}: the store has no unit of this kind")
+    return {name: examine(result, sheet, name=name, **options) for name, result in latest.items()}
+
+
+def _text(lot: Lot, *, verbose: bool) -> str:
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() or "COLUMNS" in os.environ else 80
+    text = screen(lot, most=len(lot.units) if verbose else 10, width=max(width, 40) if not verbose else 10_000)
+    if len(lot.units) == 1 and lot.units[0].verdict is not None:
+        return f"{text}\n\n{lot.units[0].verdict!r}"
+    return text
+
+
+def _expected(text: str) -> int | list[str]:
+    """The option ``--expect``: a number, or the names in a file."""
+    if re.fullmatch(r"[+-]?\d+", text):
+        return int(text)
+    path = Path(text)
+    try:
+        with path.open("rb") as file:
+            raw = file.read(_LARGEST_LIST + 1)
+        if len(raw) > _LARGEST_LIST:
+            raise DataError(f"{path}: not a list of units: more than {_LARGEST_LIST >> 20} MiB")
+        lines = [line.strip() for line in raw.decode("utf-8-sig").splitlines()]
+    except FileNotFoundError:
+        raise OptionError(
+            f"--expect {text}: must be a number of units, or the name of a file with one unit in each line",
+            option="expect",
+        ) from None
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise DataError(f"{path}: not a list of units: not text in UTF-8") from None
+    found = [line for line in lines if line and not line.startswith("#")]
+    if not found:
+        raise DataError(f"{path}: names no unit; write one in each line")
+    return found
+
+
+def _outputs(paths: Sequence[Path]) -> list[Path]:
+    for path in paths:
+        check_output(path, LOT_ENDINGS, "output")
+    if len({path.resolve() for path in paths}) < len(paths):
+        raise OptionError("--output names a file twice", option="output")
+    return list(paths)
+
+
+def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[list[Path], list[Path]]:
+    """Logs and results. A folder with logs stands for them; one without, for its results."""
+    logs: list[Path] = []
+    files: list[Path] = []
+    for place in places:
+        if place.suffix.lower() == ".json" and not place.is_dir():
+            files.append(place)
+            continue
+        try:
+            found, left = batch.gather([place])
+        except OptionError:
+            raise
+        except DataError:
+            inside = sorted(place.glob("*.json"), key=_natural) if place.is_dir() else []
+            inside = [file for file in inside if _is_unit(file)]
+            empty = _empty(sorted(place.iterdir())) if place.is_dir() and os.access(place, os.R_OK | os.X_OK) else []
+            if not inside and not empty and not (expecting and os.access(place, os.R_OK)):
+                raise
+            logs += empty
+            files += inside
+            continue
+        empty = _empty(left)
+        logs += sorted([*found, *empty], key=_natural)
+        others = [str(file) for file in left if file not in empty and not is_result(file)]
+        if others:
+            say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
+    for kind in (logs, files):
+        twice = next((place for place in kind if kind.count(place) > 1), None)
+        if twice is not None:
+            raise OptionError(f"{twice} is given twice", option="units")
+    return logs, files
+
+
+def _empty(files: Sequence[Path]) -> list[Path]:
+    """Files without a byte that would be logs: the unit was there, and its record is not."""
+    return [
+        file
+        for file in files
+        if file.is_file()
+        and not file.name.startswith(".")
+        and file.suffix.lower() not in NOT_LOGS
+        and file.stat().st_size == 0
+    ]
+
+
+def _is_unit(file: Path) -> bool:
+    """Whether a JSON file is the result of a unit, and not that of a lot."""
+    try:
+        with file.open("rb") as stream:
+            return re.match(rb'\s*\{\s*"lot":', stream.read(64)) is None
+    except OSError:
+        return True
+
+
+def _natural(path: Path) -> tuple[tuple[int, int | str], ...]:
+    """Order in which unit 2 comes before unit 10."""
+    parts = re.split(r"(\d+)", str(path))
+    return tuple((0, int(part)) if part.isdigit() and part.isascii() else (1, part) for part in parts)
+
+
+def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
+    """The folder for the results of this run; results of other units in it are told, because they are not of this run."""
+    check_folder(folder, "results")
+    expect_files(*(folder / f"{name}.json" for name in names))
+    others = [
+        file for file in folder.glob("*.json") if file.name.removesuffix(".json") not in names and is_result(file)
+    ]
+    if others:
+        say(f"warning: {folder} has results of {len(others)} other units, which are not of this run", quiet=quiet)
+
+
+def _analysed(
+    logs: Sequence[Path],
+    names: Mapping[Path, str],
+    reading: Reading | None,
+    sheet: Datasheet | None,
+    options: Mapping[str, Any],
+    results: Path | None,
+    *,
+    jobs: int | None,
+    quiet: bool,
+) -> dict[str, Examined]:
+    """The units of logs, each analysed and compared with the specification; raises `OptionError` for an option that the
+    first logs lack.
+    """
+    if not logs:
+        return {}
+    parallel = min(jobs or min(os.cpu_count() or 1, _MOST_JOBS), len(logs))
+    threads = max((os.cpu_count() or 1) // parallel, 1)
+    work = partial(_work, reading=reading, threads=threads)
+    keep = partial(_keep, names=dict(names), sheet=sheet, options=dict(options), results=results)
+    outcomes: dict[Path, batch.Outcome] = {}
+    with working(f"analysing {len(logs)} units", quiet=quiet) as done:
+        for outcome in batch.run(logs, work, jobs=parallel, keep=keep):
+            outcomes[outcome.log] = outcome
+            _refuse_missing_option(logs, outcomes)
+            if outcome.error and results is not None:
+                file = results / f"{names[outcome.log]}.json"
+                write_json(failed_result(outcome.log, outcome.error, exit_code=outcome.code), file)
+            done(len(outcomes) / len(logs))
+    return {names[log]: _examined(outcomes[log]) for log in logs}
+
+
+def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.Outcome]) -> None:
+    """Raise the error about an option of the first log that has one, if no log could be read without it."""
+    if any(not outcome.error for outcome in outcomes.values()):
+        return
+    first = next((k for k, log in enumerate(logs) if log not in outcomes), len(logs))
+    wrong = [outcomes[log].error for log in logs[:first] if outcomes[log].usage]
+    if wrong and (len(wrong) >= _USAGE_ERRORS or first == len(logs)):
+        raise OptionError(wrong[0], option=None)
+
+
+def _examined(outcome: batch.Outcome) -> Examined:
+    if outcome.error:
+        absent = not outcome.log.exists()
+        return Examined(result=without_result(outcome.error, path=str(outcome.log), absent=absent))
+    assert isinstance(outcome.kept, Examined)
+    return outcome.kept
+
+
+def _work(log: Path, *, reading: Reading | None, threads: int) -> Analysis:
+    return analyze(read_log(log, reading, quiet=True), threads=threads)
+
+
+def _keep(
+    log: Path,
+    analysis: Analysis,
+    *,
+    names: Mapping[Path, str],
+    sheet: Datasheet | None,
+    options: Mapping[str, Any],
+    results: Path | None,
+) -> Examined:
+    content = json_module.loads(json_module.dumps(analysis.to_dict(), allow_nan=False))
+    if results is not None:
+        write_json(content, results / f"{names[log]}.json")
+    return examine(content, sheet, name=printable(names[log]), **options)

@@ -1,0 +1,272 @@
+"""Bias stability as standard deviation of means: STD of 10 s or 100 s means, as in GJB 2426A.
+
+The means of consecutive stretches of a record have a sample variance (ddof = 1) that grows with the record for slow noise,
+so that the number is one of this record's length. Its interval is for the square root of the expected variance at this
+length. The modes of the means (cosine transform, type II) are independent to a good approximation: their expected powers
+follow from the fitted model, and the variance is a sum of χ² of one degree of freedom with these weights. The interval also
+holds for the ends of the intervals of flicker noise and random walk, and covers the truth in 95 % of records or more.
+
+References
+----------
+.. [1] GJB 2426A-2015, test methods of fibre-optic gyros: bias stability as the STD of 10 s means.
+.. [2] D. Kuonen, "Saddlepoint approximations for distributions of quadratic forms in normal variables," Biometrika,
+   vol. 86, no. 4, 1999, :doi:`10.1093/biomet/86.4.929`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native.distributions import normal_below
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.frozen import frozen
+from sigmatau.record.streams import Stream
+
+Floats = NDArray[np.float64]
+
+AVERAGES = (10.0, 100.0)
+"""Averaging times that are computed. [s]"""
+
+LEAST_MEANS = 10
+"""Means below which nothing is stated: the variance of fewer says little of the noise."""
+
+_FILLED = 0.5  # share of the samples of a mean that must be there
+_PIECE = 1 << 20  # samples read at a time
+_ALIASES = 16  # of a mode that are summed one by one on each side; the rest of sinc² is taken as white
+_SLOW = ("bias_instability", "rate_random_walk")
+_STEPS = 60  # of a bisection
+
+
+@frozen
+class MeanStability:
+    """Standard deviation of the means of one averaging time.
+
+    Attributes
+    ----------
+    average : float
+        Averaging time. [s]
+    means : int
+        Number of means.
+    value : float
+        Their standard deviation, ddof = 1. [rate unit]
+    low, high : float or None
+        Interval of the expected value at this length of the record; None if no model fits. [rate unit]
+    edf : float or None
+        Equivalent degrees of freedom of the variance, (ΣS)²/ΣS² of the modes.
+    level : float
+        Confidence level of the interval.
+    unit : str
+        SI unit of the rate.
+    """
+
+    average: float
+    means: int
+    value: float
+    low: float | None
+    high: float | None
+    edf: float | None
+    level: float
+    unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values; an interval only if there is one."""
+        known = {"low": self.low, "high": self.high, "edf": self.edf}
+        return {
+            "average_s": self.average,
+            "means": self.means,
+            "value": self.value,
+            **{key: value for key, value in known.items() if value is not None},
+            "level": self.level,
+            "unit": self.unit,
+        }
+
+
+def mean_stability(
+    stream: Stream, channel: str, fitted: NoiseFit | None, *, averages: tuple[float, ...] = AVERAGES
+) -> tuple[MeanStability, ...]:
+    """Standard deviations of the means of a channel, with the intervals of a fitted model.
+
+    Parameters
+    ----------
+    stream : Stream
+    channel : str
+    fitted : NoiseFit or None
+        Without a model that fits there are values without intervals.
+    averages : tuple of float
+        Averaging times, rounded to whole samples. [s]
+
+    Returns
+    -------
+    tuple of MeanStability
+        For each averaging time with at least ten means.
+    """
+    tau0, k = stream.grid.tau0, stream.channels.index(channel)
+    found = []
+    for average in averages:
+        m = round(average / tau0)
+        if m < 1 or stream.grid.n // m < LEAST_MEANS:
+            continue
+        means = _means(stream, k, m)
+        y = means[np.isfinite(means)]
+        if len(y) < LEAST_MEANS:
+            continue
+        value = float(np.std(y, ddof=1))
+        low, high, edf = (None, None, None) if fitted is None else _interval(value, fitted, m, len(y))
+        level = 0.95 if fitted is None else fitted.level
+        found.append(
+            MeanStability(
+                average=m * tau0, means=len(y), value=value, low=low, high=high, edf=edf, level=level, unit=stream.unit
+            )
+        )
+    return tuple(found)
+
+
+def _means(stream: Stream, channel: int, m: int) -> Floats:
+    """Means of consecutive stretches of `m` samples; NaN if fewer than half of the samples are there."""
+    blocks = stream.grid.n // m
+    at_once = max(_PIECE // m, 1)
+    means = np.full(blocks, np.nan)
+    for first in range(0, blocks, at_once):
+        last = min(first + at_once, blocks)
+        rows = stream.samples.read(channel, first * m, last * m).reshape(last - first, m)
+        means[first:last] = rows.mean(axis=1)
+        for k in np.flatnonzero(~np.isfinite(means[first:last])):
+            there = rows[k][np.isfinite(rows[k])]
+            means[first + k] = there.mean() if len(there) >= _FILLED * m else np.nan
+    return means
+
+
+def _interval(value: float, fitted: NoiseFit, m: int, n: int) -> tuple[float | None, float | None, float | None]:
+    """The interval of the expected value, and the degrees of freedom; None without a model that fits."""
+    if not fitted.quantified or not value > 0:
+        return None, None, None
+    tail = (1 - fitted.level) / 2
+    lows, highs, freedoms = [], [], []
+    for model in _models(fitted):
+        powers, drifts = mode_powers(model, m, n)
+        total, noise = float((powers + drifts).sum()), float(powers.sum())
+        if not (total > 0 and noise > 0):
+            return None, None, None
+        # The quotient of the measured and the expected variance lies between these with the probability `level`.
+        below, above = (quantile(powers / total, drifts / total, probability) for probability in (tail, 1 - tail))
+        lows.append(value / math.sqrt(above))
+        highs.append(value / math.sqrt(below))
+        freedoms.append(noise**2 / float((powers**2).sum()))
+    return min(lows), max(highs), freedoms[0]
+
+
+def _models(fitted: NoiseFit) -> Iterator[NoiseFit]:
+    """The fitted model, and it with each slow term at the ends of its interval or at its limit: what a record does not show
+    of a random walk makes the variance of its means much less certain.
+    """
+    yield fitted
+    for name in _SLOW:
+        term = fitted.terms.get(name)
+        if term is None:
+            continue
+        for end in (term.low, term.high, term.upper_limit):
+            if end is not None and math.isfinite(end):
+                yield replace(fitted, model={**fitted.model, name: end})
+
+
+def mode_powers(fitted: NoiseFit, m: int, n: int) -> tuple[Floats, Floats]:
+    """Expected powers of the modes 1 … n − 1 of `n` means of `m` samples, by the fitted model: of its noise, and of its
+    deterministic parts (ramp, warm-up, lines). [(rate unit)²]
+    """
+    span = m * fitted.tau0
+    f = np.arange(1, n) / (2 * n * span)
+    powers, covered = np.zeros(n - 1), np.zeros(n - 1)
+    half = 0.5 / fitted.tau0
+    for alias in range(-_ALIASES, _ALIASES + 1):
+        shifted = f + alias / span
+        gain = np.sinc(shifted * span) ** 2
+        # The spectrum of the samples repeats, and is even.
+        folded = np.abs(shifted - np.round(shifted * fitted.tau0) / fitted.tau0)
+        powers += gain * fitted.psd(np.clip(folded, f[0], half))
+        covered += gain
+    rest = np.full(n - 1, min((_ALIASES + 1) / span, half))
+    powers += np.maximum(1 - covered, 0.0) * fitted.psd(rest)
+    return powers / span, _drifts(fitted, span, n)
+
+
+def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:
+    """Squares of the modes of what is not noise."""
+    t = (np.arange(n) + 0.5) * span
+    mean = fitted.model.get("rate_ramp", 0.0) * t
+    if fitted.warm_up is not None:
+        mean = mean + fitted.warm_up.amplitude.value * np.exp(-t / fitted.warm_up.time)
+    found = np.zeros(n - 1)
+    if mean.any():
+        found += _cosines(np.asarray(mean, dtype=np.float64))[1:] ** 2
+    for line in fitted.sinusoid:
+        frequency = line.frequency.value
+        amplitude = line.amplitude.value * abs(np.sinc(frequency * span))
+        seen = abs(frequency - round(frequency * span) / span)
+        mode = min(max(round(2 * n * span * seen), 1), n - 1)
+        found[mode - 1] += n * amplitude**2 / 2
+    return found
+
+
+def _cosines(x: Floats) -> Floats:
+    """Orthonormal cosine transform, type II."""
+    n = len(x)
+    turned = np.fft.fft(np.concatenate([x[::2], x[1::2][::-1]]))
+    found = math.sqrt(2 / n) * (turned * np.exp(-0.5j * math.pi * np.arange(n) / n)).real
+    found[0] /= math.sqrt(2)
+    return np.asarray(found, dtype=np.float64)
+
+
+def quantile(weights: Floats, shifts: Floats, probability: float) -> float:
+    """Quantile of Σ (√w·z + √d)² with independent standard normal z, by the saddlepoint approximation [2]_.
+
+    Parameters
+    ----------
+    weights : ndarray
+        Variances w of the modes, at least one above 0.
+    shifts : ndarray
+        Squares d of their means.
+    probability : float
+
+    Returns
+    -------
+    float
+
+    Notes
+    -----
+    With w = 1 and d = 0 it is χ²; the error is below 0.6 % from three equal modes on, and 2 % for a random walk.
+    """
+    low, high = _tilts(weights)
+    for _ in range(_STEPS):
+        tilt = (low + high) / 2
+        if _below(weights, shifts, tilt)[1] < probability:
+            low = tilt
+        else:
+            high = tilt
+    return _below(weights, shifts, (low + high) / 2)[0]
+
+
+def _tilts(weights: Floats) -> tuple[float, float]:
+    """Range of tilts; the upper end is just below the singularity, the lower one far in the left tail."""
+    largest = float(weights.max())
+    return -1e8 / largest, 0.5 / largest * (1 - 1e-9)
+
+
+def _below(weights: Floats, shifts: Floats, tilt: float) -> tuple[float, float]:
+    """The value whose saddlepoint is `tilt`, and the probability not to exceed it (Lugannani-Rice, in the form of
+    Barndorff-Nielsen).
+    """
+    if abs(tilt) * float(weights.max()) < 1e-5:
+        tilt = math.copysign(1e-5 / float(weights.max()), tilt)
+    left = 1 - 2 * weights * tilt
+    value = float((weights / left).sum() + (shifts / left**2).sum())
+    cumulant = float(-0.5 * np.log(left).sum() + (shifts * tilt / left).sum())
+    curvature = float((2 * (weights / left) ** 2).sum() + (4 * shifts * weights / left**3).sum())
+    w = math.copysign(math.sqrt(max(2 * (tilt * value - cumulant), 1e-300)), tilt)
+    v = tilt * math.sqrt(curvature)
+    return value, float(normal_below(w + math.log(v / w) / w))

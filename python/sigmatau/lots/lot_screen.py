@@ -1,0 +1,154 @@
+"""A lot on a terminal of 80 columns: counts, units that did not pass, distributions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from sigmatau.lots.lot_remark import STATES
+from sigmatau.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
+from sigmatau.lots.lot_words import STATE_WORDS, count_text, difference, listed, percent, what_text
+from sigmatau.results import WIDTH, printable, wrapped
+
+_MOST_UNITS = 10  # that are told in one line each
+_ALIKE = 3  # units with the same reason from which on they are one line
+_MOST_OUTLIERS = 4
+_MOST_NAME = 24  # characters of a unit's name
+
+
+def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
+    """Counts, the units that did not pass in a line each, and the distribution of each coefficient.
+
+    Parameters
+    ----------
+    lot : Lot
+    most : int
+        Units that are told; the others are counted.
+    width : int
+        Of the terminal.
+    """
+    head = count_text(lot.counts, spec="" if lot.spec is None else lot.spec.name)  # type: ignore[arg-type]
+    lines = wrapped([head], width=width)
+    if lot.too_many:
+        lines.append(f"{lot.too_many} more than the {lot.expected} expected")
+    told = _groups(lot)
+    names = max((len(name) for _, name, _ in told[:most]), default=0)
+    states = max((len(state) for state, _, _ in told[:most]), default=0)
+    for state, name, reason in told[:most]:
+        lines.append(_cut(f"{state.ljust(states)}  {name.ljust(names)}  {reason}", width))
+    if len(told) > most:
+        lines.append(f"… and {len(told) - most} more; see -v, or a file of -o")
+    rows = pooled(lot)
+    if rows:
+        lines += ["", *table(rows, width=width)]
+    lines += drift_lines(lot, rows)
+    return "\n".join(lines)
+
+
+def told_units(lot: Lot) -> list[JudgedUnit]:
+    """The units that are told, worst state first: those that did not pass, and outliers that did."""
+    order = {state: k for k, state in enumerate(STATES)}
+    shown = [
+        one
+        for one in lot.units
+        if one.state != "passed" and any(remark.code != "no_specification" for remark in one.reasons)
+    ]
+    kinds = {"limit": 0, "lot": 0, "data": 0, "judging": 1, "note": 2}
+    return sorted(shown, key=lambda one: (order[one.state], kinds[one.reasons[0].kind]))
+
+
+def _groups(lot: Lot) -> list[tuple[str, str, str]]:
+    """State, name and reason of each unit that is told; units with the same reason, if they are many, are one row."""
+    told = told_units(lot)
+    alike: dict[tuple[str, str], int] = {}
+    for one in told:
+        alike[one.state, one.reason] = alike.get((one.state, one.reason), 0) + 1
+    rows = []
+    for one in told:
+        number = alike.pop((one.state, one.reason), 0)
+        if number >= _ALIKE:
+            rows.append((STATE_WORDS[one.state], f"{number} units", one.reason))
+        elif number:
+            same = [other for other in told if (other.state, other.reason) == (one.state, one.reason)]
+            rows += [(STATE_WORDS[one.state], _short(other.name), other.reason) for other in same]
+    return rows
+
+
+def _short(name: str) -> str:
+    name = printable(name)
+    return name if len(name) <= _MOST_NAME else f"{name[: _MOST_NAME // 2 - 1]}…{name[-_MOST_NAME // 2 :]}"
+
+
+def _cut(line: str, width: int) -> str:
+    """One line of the terminal; what is longer ends with an ellipsis, and is whole in the files."""
+    return line if len(line) <= width else f"{line[: width - 1]}…"
+
+
+_HEAD = ("", "units", "median", "±%", "min", "max", "limit", "unit", "outliers")
+_SPARE = (4, 5)  # columns that a narrow terminal has no room for
+
+
+def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
+    """A row a coefficient of a sensor."""
+    cells = [
+        _HEAD,
+        *(
+            (
+                f"{row.sensor} {_abbreviated(row)}",
+                str(row.units),
+                f"{row.median:.3g}",
+                percent(row.spread),
+                f"{row.low:.3g}",
+                f"{row.high:.3g}",
+                " or ".join(f"{limit:.3g}" for limit in row.limits) or "–",
+                row.unit,
+                str(len({name for name, _ in row.outliers})) if row.outliers else "",
+            )
+            for row in rows
+        ),
+    ]
+    lines = _aligned(cells)
+    if max(map(len, lines)) > width:
+        lines = _aligned([tuple(cell for k, cell in enumerate(row) if k not in _SPARE) for row in cells])
+    return [_cut(line, width) for line in lines]
+
+
+def _aligned(cells: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
+
+
+_SHORT_NAMES = {
+    "quantization": "quantization",
+    "random_walk": "random walk",
+    "bias_instability": "bias instab.",
+    "rate_random_walk": "rate walk",
+    "rate_ramp": "ramp",
+    "means_10": "10 s means",
+    "means_100": "100 s means",
+}
+
+
+def _abbreviated(row: Pooled) -> str:
+    return _SHORT_NAMES.get(row.what, row.label)
+
+
+def drift_lines(lot: Lot, rows: list[Pooled], *, width: int | None = WIDTH) -> list[str]:
+    """Outliers and drifts in words."""
+    lines = []
+    scaled = {one.name for one in lot.units if any(remark.code == "other_scale" for remark in one.remarks)}
+    far: dict[str, tuple[float, str]] = {}  # by unit, its largest difference
+    for row in rows:
+        for (name, channel), ratio in row.outliers.items():
+            size = abs(math.log(ratio))
+            if name not in scaled and size > far.get(name, (0.0, ""))[0]:
+                far[name] = size, f"{_short(name)}: {channel} {what_text(row.what, '')}, {difference(ratio)} the median"
+    if far:
+        lines.append(f"Outliers: {listed([text for _, text in sorted(far.values(), reverse=True)], _MOST_OUTLIERS)}")
+    drifts = [
+        f"{one.channel} {what_text(one.what, '')} {100 * (one.drift or 0):+.2g} % from the first to the last unit"
+        for one in lot.drifts
+    ]
+    if drifts:
+        lines.append(f"Drift: {listed(drifts)}")
+    return lines if width is None else wrapped(lines, width=width)

@@ -1,0 +1,195 @@
+"""What a lot keeps of one unit: a result of `analyze` without what no comparison needs, so that thousands fit in memory."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.analysed import Analysis
+from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
+from sigmatau.model.from_result import NOT_AT_REST
+from sigmatau.noise.terms import TERMS
+
+Floats = NDArray[np.float64]
+
+_SEVERITIES = ("info", "warning", "error")
+
+
+@frozen
+class Coefficient:
+    """A coefficient, or the standard deviation of means, in SI; a ramp without its sign."""
+
+    value: float | None  # None if it was not observed
+    low: float | None = None
+    high: float | None = None
+    limit: float | None = None  # Upper limit, if it was not observed
+
+
+@frozen(eq=False)
+class UnitChannel:
+    """One channel of a unit."""
+
+    quantity: str
+    unit: str  # SI, of the rate
+    rate: float  # [Hz]
+    samples: int
+    tau: Floats  # [s]
+    adev: Floats  # [unit]
+    coefficients: Mapping[str, Coefficient]  # by term; and by "means_10" and "means_100"
+    trust: str = ""
+
+    @property
+    def duration(self) -> float:
+        """Length of the record. [s]"""
+        return self.samples / self.rate
+
+
+@frozen
+class UnitFinding:
+    """A finding of the analysis of a unit."""
+
+    code: str
+    severity: str
+    channels: tuple[str, ...]
+    message: str
+    action: str
+    left_out: int = 0
+
+
+@frozen(eq=False)
+class UnitResult:
+    """The result of one unit, or why there is none.
+
+    Attributes
+    ----------
+    error : str
+        Why the unit has no result; empty if it has one.
+    absent : bool
+        Whether there is no file at all.
+    """
+
+    path: str = ""
+    sha256: str = ""
+    channels: Mapping[str, UnitChannel] = field(default_factory=dict)
+    findings: tuple[UnitFinding, ...] = ()
+    rest: str = ""
+    error: str = ""
+    absent: bool = False
+
+
+def without_result(error: str, *, path: str = "", absent: bool = False) -> UnitResult:
+    """A unit whose log or result cannot be read."""
+    return UnitResult(error=error, path=path, absent=absent)
+
+
+def content_of(result: Analysis | Mapping[str, Any] | str | Path) -> dict[str, Any]:
+    """The JSON form of a result, from an analysis or a file; raises `DataError`."""
+    if isinstance(result, Analysis):
+        return result.to_dict()
+    if isinstance(result, Mapping):
+        return dict(result)
+    path = Path(result)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror or error}") from None
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{path}: not JSON: {error}") from None
+    if not isinstance(content, dict):
+        raise DataError(f"{path}: not a result of sigmatau analyze: no channels")
+    return content
+
+
+def unit_of(content: Mapping[str, Any]) -> UnitResult:
+    """The result of a unit from the JSON form of its analysis; raises `DataError` if it is not one."""
+    error = content.get("error")
+    source = content.get("source")
+    path = str(source.get("path") or "") if isinstance(source, Mapping) else ""
+    if isinstance(error, Mapping):
+        return without_result(str(error.get("message"))[:500], path=path)
+    channels = content.get("channels")
+    if not isinstance(channels, Mapping) or not channels:
+        raise DataError("not a result of sigmatau analyze: it has no channels")
+    rest = content.get("rest")
+    verdict = str(rest.get("verdict", "")) if isinstance(rest, Mapping) else ""
+    found = {}
+    for name, channel in channels.items():
+        try:
+            found[str(name)] = _channel(channel)
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:
+            raise DataError(f"channel {name!r}: not a result of sigmatau analyze ({problem!r})") from None
+    return UnitResult(
+        path=path,
+        sha256=str(source.get("sha256") or "") if isinstance(source, Mapping) else "",
+        channels=found,
+        findings=tuple(_finding(one) for one in content.get("findings") or () if isinstance(one, Mapping)),
+        rest=verdict,
+    )
+
+
+def not_at_rest(unit: UnitResult) -> str:
+    """Why a unit has no coefficients, if it was not at rest; else empty."""
+    has = any(channel.coefficients for channel in unit.channels.values())
+    return NOT_AT_REST if unit.rest == "not_at_rest" and not has else ""
+
+
+def _channel(channel: Mapping[str, Any]) -> UnitChannel:
+    curve = channel["curve"]
+    tau, adev = (np.asarray(curve[key], dtype=np.float64) for key in ("tau_s", "adev"))
+    if not (tau.shape == adev.shape and tau.ndim == 1 and len(tau) and np.isfinite(tau).all() and (tau > 0).all()):
+        raise ValueError("tau_s and adev are not a curve")
+    rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
+    if not (math.isfinite(rate) and rate > 0 and samples > 0):
+        raise ValueError(f"{samples} samples at {rate} Hz")
+    terms = (channel.get("fit") or {}).get("terms") or {}
+    coefficients = {name: _coefficient(terms[name]) for name in TERMS if name in terms}
+    for row in channel.get("mean_stability") or ():
+        coefficients[f"means_{row['average_s']:.3g}"] = _coefficient(row)
+    return UnitChannel(
+        quantity=str(channel["quantity"]),
+        unit=str(curve["unit"]),
+        rate=rate,
+        samples=samples,
+        tau=tau,
+        adev=adev,
+        coefficients=coefficients,
+        trust=str(channel.get("trust", "")),
+    )
+
+
+def _coefficient(term: Mapping[str, Any]) -> Coefficient:
+    numbers = {key: _number(term.get(key)) for key in ("value", "low", "high", "upper_limit")}
+    value, low, high = (None if numbers[key] is None else abs(numbers[key] or 0.0) for key in ("value", "low", "high"))
+    if low is not None and high is not None:
+        across = (numbers["low"] or 0.0) < 0 < (numbers["high"] or 0.0)
+        low, high = 0.0 if across else min(low, high), max(low, high)
+    return Coefficient(value=value, low=low, high=high, limit=numbers["upper_limit"])
+
+
+def _number(value: object) -> float | None:
+    """A finite number, or None."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"{value!r:.40} is not a number")
+    return float(value)
+
+
+def _finding(one: Mapping[str, Any]) -> UnitFinding:
+    severity = str(one.get("severity", "info"))
+    return UnitFinding(
+        code=str(one.get("code", "")),
+        severity=severity if severity in _SEVERITIES else "warning",
+        channels=tuple(str(name) for name in one.get("channels") or ()),
+        message=str(one.get("message", ""))[:500],
+        action=str(one.get("action", ""))[:500],
+        left_out=int(one.get("left_out") or 0),
+    )

@@ -1,0 +1,124 @@
+"""Figures of a lot: curves of all units with their median and range, and values over the order of the units."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.frozen import frozen
+from sigmatau.plot.curves import COLOURS
+from sigmatau.plot.svg import Drawing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+
+_LEFT, _RIGHT, _TOP, _BOTTOM = 11.0, 0.5, 0.5, 7.0  # margins of axes [mm]
+_FAINT, _RED = "#9aa3ad", "#a3211b"
+_WIDE = 8.0  # ratio of the largest to the smallest value from which on their axis is logarithmic
+
+
+@frozen(eq=False)
+class LotCurves:
+    """The curves of one channel, in the unit that is drawn."""
+
+    title: str
+    unit: str
+    tau: Floats
+    median: Floats
+    low: Floats
+    high: Floats
+    units: Mapping[str, Floats]
+    limits: tuple[Floats, ...] = ()
+
+
+def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = None) -> Figure:  # noqa: ANN401
+    """Draw a panel a channel by matplotlib; curves of the `marked` units have a colour."""
+    from sigmatau.plot.style import need_matplotlib
+
+    need_matplotlib()
+    import matplotlib.pyplot as plt
+
+    if ax is None:
+        columns = min(len(panels), 3)
+        rows = -(-len(panels) // columns)
+        figure, grid = plt.subplots(
+            rows, columns, figsize=(4 * columns, 3.2 * rows), squeeze=False, layout="constrained"
+        )
+        places = list(grid.ravel())
+        for place in places[len(panels) :]:
+            place.set_visible(False)
+    else:
+        places = [ax] if hasattr(ax, "plot") else list(ax)
+        figure = places[0].figure
+    for place, one in zip(places, panels, strict=False):
+        named = [name for name in one.units if name in marked]
+        for name, curve in one.units.items():
+            if name not in marked:
+                place.loglog(one.tau, curve, color=_FAINT, linewidth=0.4, alpha=0.5)
+        place.fill_between(one.tau, one.low, one.high, color=COLOURS[0], alpha=0.2, linewidth=0)
+        place.loglog(one.tau, one.median, color=COLOURS[0], linewidth=1.6, label="median, 10–90 %")
+        for limit in one.limits:
+            place.loglog(one.tau, limit, color=_RED, linewidth=1, linestyle="--")
+        for name, colour in zip(named, COLOURS[1:], strict=False):
+            place.loglog(one.tau, one.units[name], color=colour, linewidth=1, label=name)
+        place.set_title(one.title)
+        place.set_xlabel("averaging time τ [s]")
+        place.set_ylabel(f"σ(τ) [{one.unit}]")
+        place.legend(fontsize=6)
+    return figure
+
+
+def curves_svg(one: LotCurves, marked: Sequence[str], *, width: float, height: float) -> str:
+    """The curves of a channel as SVG, in millimetres; text of ours alone."""
+    drawing, ax = _axes(width, height)
+    every = np.concatenate([*one.units.values(), one.median])
+    values = np.log10(every[np.isfinite(every) & (every > 0)])
+    x = np.log10(one.tau)
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+    spare = max(0.05 * (high - low), 0.1)
+    ax.log_x(float(x.min()) - 0.03, float(x.max()) + 0.03)
+    ax.log_y(low - spare, high + spare)
+    for name, curve in one.units.items():
+        if name not in marked:
+            ax.line(x, np.log10(curve), _FAINT, 0.2)
+    ax.area(x, np.log10(one.low), np.log10(one.high), COLOURS[0])
+    ax.line(x, np.log10(one.median), COLOURS[0], 0.8)
+    for limit in one.limits:
+        ax.line(x, np.log10(limit), _RED, 0.6, (3.0, 1.5))
+    for name, colour in zip(marked, COLOURS[1:], strict=False):
+        if name in one.units:
+            ax.line(x, np.log10(one.units[name]), colour, 0.6)
+    ax.frame("averaging time τ [s]")
+    return drawing.svg()
+
+
+def values_svg(
+    series: Sequence[tuple[Floats, Floats]], limits: Sequence[float], *, last: int, width: float, height: float
+) -> str:
+    """Values over the order of the units as SVG: number of the unit and value of each channel."""
+    drawing, ax = _axes(width, height)
+    every = np.concatenate([values for _, values in series])
+    shown = [limit for limit in limits if limit < 3 * float(every.max())]
+    low, high = min(float(every.min()), *shown, np.inf), max(float(every.max()), *shown, 0.0)
+    log = high > _WIDE * low
+    to = np.log10 if log else np.asarray
+    a, b = float(to(low)), float(to(high))
+    spare = max(0.06 * (b - a), 1e-3 * max(abs(b), 1e-300))
+    ax.linear_x(0.0, last + 1.0)
+    (ax.log_y if log else ax.linear_y)(a - spare, b + spare, most=5)
+    for limit in shown:
+        ax.line(np.array([0.0, last + 1.0]), to(np.array([limit, limit])), _RED, 0.6, (3.0, 1.5))
+    for (number, values), colour in zip(series, COLOURS, strict=False):
+        ax.markers(number, to(values), "o", colour)
+    ax.frame("unit, in order")
+    return drawing.svg()
+
+
+def _axes(width: float, height: float) -> tuple[Drawing, Any]:
+    drawing = Drawing(width, height)
+    return drawing, drawing.axes(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - _BOTTOM)

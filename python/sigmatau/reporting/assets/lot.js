@@ -1,0 +1,204 @@
+// The page of a lot: curves of all units, values over the order of the units, sorting of the table.
+
+const lotFigures = [];
+const root = document.documentElement, dark = matchMedia("(prefers-color-scheme: dark)");
+const MOST_COLOURS = 6;
+
+/** A figure that is drawn when it comes near the window. */
+function lotFigure(place, title, height, legend, describe, read) {
+  const body = make("div", { className: "plot" }), readout = make("div", { className: "readout" });
+  body.style.minHeight = `${height}px`;
+  const zoomIn = make("button", { type: "button", title: "Zoom in" }, "+"), zoomOut = make("button", { type: "button", title: "Zoom out" }, "−");
+  const all = make("button", { type: "button", title: "Show all" }, "Reset");
+  const element = make("figure", {}, make("div", { className: "top" }, make("figcaption", {}, title), make("div", { className: "controls tools" }, zoomIn, zoomOut, all)), legendOf(legend), body, readout);
+  const hint = "Point to read, drag to zoom, double-click for all.";
+  const figure = { element, plot: null };
+  figure.draw = () => {
+    if (figure.plot) return;
+    const described = describe();
+    described.onread = (point) => readout.replaceChildren(...(point ? read(point) : [hint]));
+    figure.plot = draw(body, described);
+    if (described.thin) (figure.plot.u.hooks.drawClear ??= []).push((u) => thinLines(u, described));
+    readout.textContent = hint;
+    zoomIn.onclick = () => zoom(figure.plot, 1 / 1.5);
+    zoomOut.onclick = () => zoom(figure.plot, 1.5);
+    all.onclick = () => figure.plot.reset();
+  };
+  place.append(element);
+  lotFigures.push(figure);
+  lotWatcher.observe(element);
+}
+
+/** Names of what is drawn, in their colours of the style sheet. */
+function legendOf(entries) {
+  return make("div", { className: "controls" }, ...entries.map(([name, paint]) => {
+    const swatch = make("i");
+    swatch.style.background = paint;
+    return make("span", { className: "swatch" }, swatch, make("bdi", {}, name));
+  }));
+}
+
+const lotWatcher = new IntersectionObserver((entries) => {
+  for (const entry of entries) {
+    if (!entry.isIntersecting) continue;
+    lotWatcher.unobserve(entry.target);
+    requestIdle(() => lotFigures.find((one) => one.element === entry.target).draw());
+  }
+}, { rootMargin: "400px" });
+
+/** One figure a time when the page has nothing else to do, so that scrolling stays smooth. */
+const requestIdle = window.requestIdleCallback ? (task) => requestIdleCallback(task, { timeout: 300 }) : (task) => setTimeout(task, 0);
+
+const markedColour = (k) => `axis-${1 + (k % (MOST_COLOURS - 1))}`;
+const faint = () => faded(colour("guide"), 0.35);
+
+/** Curves of all units in one stroke: a series each would make the page slow with hundreds of them. */
+function thinLines(u, { thin }) {
+  const { ctx, bbox } = u, across = thin.x.map((value) => u.valToPos(value, "x", true));
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.beginPath();
+  const { min, max } = u.scales.y, top = bbox.top, scale = bbox.height / (Math.log10(max) - Math.log10(min)), high = Math.log10(max);
+  for (const row of thin.rows) {
+    let down = false;
+    row.forEach((value, k) => {
+      if (value === null) { down = false; return; }
+      const y = top + (high - value) * scale;
+      if (down) ctx.lineTo(across[k], y);
+      else ctx.moveTo(across[k], y);
+      down = true;
+    });
+  }
+  ctx.lineWidth = 0.5 * devicePixelRatio;
+  ctx.strokeStyle = faint();
+  ctx.stroke();
+  ctx.restore();
+}
+
+/** Curves of a channel. Those of units without a name of their own are one line each, thin and without points. */
+function describeCurves(panel) {
+  const { tau, median, low, high, unit } = panel;
+  const values = (row) => row.map((step, k) => (step === null ? null : median[k] * 10 ** (step / 1000)));
+  const lines = [], middle = median.map(Math.log10);
+  const rows = panel.rows.map((row) => row.map((step, k) => (step === null ? null : middle[k] + step / 1000))); // logarithms
+  let least = Infinity, most = -Infinity;
+  for (const row of rows) for (const value of row) if (value !== null) { least = Math.min(least, value); most = Math.max(most, value); }
+  lines.push({ name: "10 % to 90 % of the units", x: tau, y: median, low, high, colour: () => colour("axis-0"), width: 1.8, read: true });
+  panel.limits.forEach(({ text: name, adev }) => lines.push({ name, x: tau, y: adev, colour: () => colour("poor"), width: 1.2, dash: [6, 4], read: true, framed: false }));
+  panel.marked.forEach((unit_, k) => {
+    const at = panel.of.indexOf(unit_);
+    if (at >= 0) lines.push({ name: content.units[unit_], x: tau, y: values(panel.rows[at]), colour: () => colour(markedColour(k)), width: 1.3, read: true });
+  });
+  return {
+    title: `Allan deviation, ${panel.channel}`, height: 300, lines,
+    thin: { x: tau, rows: rows.filter((_, k) => !panel.marked.includes(panel.of[k])) },
+    x: { label: "averaging time τ [s]", log: true }, y: { label: `σ(τ) [${unit}]`, log: true, range: [10 ** (least - 0.08), 10 ** (most + 0.08)] },
+  };
+}
+
+function readCurves(panel) {
+  return (point) => [make("b", {}, `τ = ${text(point.x)} s`), ...point.values.map(({ line, y, low, high }) => {
+    const mark = make("b", {}, make("bdi", {}, line.low ? "median" : line.name));
+    mark.style.color = line.colour();
+    return make("span", {}, mark, ` ${text(y, 3)}${low === null ? "" : ` (10–90 %: ${text(low)} to ${text(high)})`} ${panel.unit}`);
+  })];
+}
+
+/** Values of a coefficient over the order of the units: points, their median, and the maximum. */
+function describeValues(panel) {
+  const last = Math.max(content.units.length, 2), lines = [], ends = [1, last];
+  panel.channels.forEach((one, k) => {
+    const paint = () => channelColour(k, panel.channels.length);
+    const usual = one.at.map((unit, j) => (one.outliers.includes(unit) ? null : one.values[j]));
+    lines.push({ name: one.name, x: one.at.map((unit) => unit + 1), y: one.values, colour: paint, width: 0, points: true, read: true });
+    lines.push({ name: "", x: ends, y: [one.median, one.median], colour: paint, width: 0.8, dash: [2, 3] });
+    if (usual.includes(null)) lines.push({ name: "", x: one.at.map((unit) => unit + 1), y: one.values.map((value, j) => (usual[j] === null ? value : null)), colour: () => colour("poor"), width: 0, points: true });
+  });
+  panel.limits.forEach((limit) => lines.push({ name: "maximum", x: ends, y: [limit, limit], colour: () => colour("poor"), width: 1.2, dash: [6, 4], framed: panel.channels.some((one) => Math.max(...one.values) > limit / 3) }));
+  const every = panel.channels.flatMap((one) => one.values);
+  const wide = Math.max(...every) > 8 * Math.min(...every);
+  return { title: panel.title, height: 260, lines, x: { label: "unit, in order", range: [0.5, last + 0.5] }, y: { label: `[${panel.unit}]`, log: wide } };
+}
+
+function readValues(panel) {
+  return (point) => {
+    const unit = Math.round(point.x) - 1;
+    return [make("b", {}, make("bdi", {}, content.units[unit] ?? "")), ...point.values.filter(({ line, k }) => line.x[k] === unit + 1).map(({ line, y }) => {
+      const mark = make("b", {}, make("bdi", {}, line.name));
+      mark.style.color = line.colour();
+      return make("span", {}, mark, ` ${text(y, 4)} ${panel.unit}`);
+    })];
+  };
+}
+
+for (const place of document.querySelectorAll("[data-lot]")) {
+  if (place.dataset.lot === "curves") for (const panel of content.curves) {
+    const legend = [["median, 10–90 %", "var(--axis-0)"], ...(panel.limits.length ? [["maximum", "var(--poor)"]] : []), ...panel.marked.map((unit, k) => [content.units[unit], `var(--${markedColour(k)})`])];
+    lotFigure(place, make("bdi", {}, panel.channel), 300, legend, () => describeCurves(panel), readCurves(panel));
+  } else for (const panel of content.values) {
+    const legend = panel.channels.map((one, k) => [one.name, panel.channels.length <= MOST_COLOURS ? `var(--axis-${k})` : "var(--soft)"]);
+    if (panel.limits.length) legend.push(["maximum", "var(--poor)"]);
+    lotFigure(place, make("bdi", {}, panel.title), 260, legend, () => describeValues(panel), readValues(panel));
+  }
+}
+
+// A head of the table sorts its rows, by the numbers of their cells if they have any.
+for (const head of document.querySelectorAll("table.units th[data-sort]")) {
+  head.tabIndex = 0;
+  const sort = () => {
+    const body = head.closest("table").tBodies[0], k = head.cellIndex, up = head.getAttribute("aria-sort") !== "ascending";
+    for (const other of head.parentElement.cells) other.removeAttribute("aria-sort");
+    head.setAttribute("aria-sort", up ? "ascending" : "descending");
+    const key = (row) => row.cells[k].dataset.key ?? row.cells[k].textContent;
+    const rows = [...body.rows].map((row) => [key(row), row]), numbers = head.dataset.sort === "number";
+    const order = (a, b) => (numbers ? (a === "") - (b === "") || Number(a) - Number(b) : a.localeCompare(b, undefined, { numeric: true }));
+    rows.sort(([a], [b]) => (up ? order(a, b) : numbers && (a === "" || b === "") ? order(a, b) : order(b, a)));
+    body.append(...rows.map(([, row]) => row));
+  };
+  head.addEventListener("click", sort);
+  head.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); sort(); } });
+}
+
+// Theme: that of the system, until it is chosen.
+const themeButton = document.getElementById("theme");
+const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : dark.matches);
+
+function recolour() {
+  themeButton.textContent = isDark() ? "Light" : "Dark";
+  for (const { u } of plots) u.redraw(false, true);
+}
+
+themeButton.hidden = false;
+themeButton.addEventListener("click", () => { root.dataset.theme = isDark() ? "light" : "dark"; recolour(); });
+dark.addEventListener("change", recolour);
+recolour();
+
+// On paper all figures are drawn, in light colours, two beside each other.
+const PAPER = 310; // width of a plot on A4 [px]
+let before = null;
+
+function toPaper() {
+  if (before !== null) return;
+  before = root.dataset.theme ?? "";
+  onPaper = true;
+  root.dataset.theme = "light";
+  for (const one of lotFigures) one.draw();
+  recolour();
+  for (const { plot } of lotFigures) plot.u.setSize({ width: PAPER, height: 0.8 * plot.described.height });
+}
+
+function toScreen() {
+  if (before === null) return;
+  if (before) root.dataset.theme = before;
+  else delete root.dataset.theme;
+  before = null;
+  onPaper = false;
+  for (const { u, place, described } of plots) u.setSize({ width: place.clientWidth, height: described.height });
+  recolour();
+}
+
+addEventListener("beforeprint", toPaper);
+addEventListener("afterprint", toScreen);
+matchMedia("print").addEventListener("change", (event) => (event.matches ? toPaper() : toScreen()));

@@ -1,0 +1,254 @@
+"""`sigmatau lot` on logs: a simulated lot of 40 units of which six are not good, by default settings."""
+
+import json
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from known import interruptible
+from lot_logs import BAD, EMPTY, NAMES, SPEC, SPIKES, TRUNCATED, UNITS, WRONG_UNIT, rates, write_log, write_lot
+from sigmatau.cli import batch, main
+
+ODD = {BAD: "failed", SPIKES: "not_judged", WRONG_UNIT: "failed", TRUNCATED: "not_judged", EMPTY: "unreadable"}
+
+
+@pytest.fixture(scope="module")
+def lot(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lot") / "shift"
+    write_lot(folder)
+    return folder
+
+
+@pytest.fixture
+def in_process(monkeypatch):
+    """Logs analysed here: processes take a second each to start."""
+
+    def run(logs, work, *, jobs, keep=None):
+        for log in logs:
+            yield batch._outcome(log, work, keep)
+
+    monkeypatch.setattr(batch, "run", run)
+
+
+def run(*argv, capsys):
+    code = main(["lot", *map(str, argv)])
+    return code, *capsys.readouterr()
+
+
+def check(content):
+    """Each unit is named for what it is."""
+    units = {one["name"]: one for one in content["units"]}
+    assert len(units) == UNITS
+    for k in range(1, UNITS):
+        assert units[f"unit{k:02}.csv"]["state"] == ODD.get(k, "passed"), units[f"unit{k:02}.csv"]["reason"]
+    assert units["(missing 1)"]["state"] == "missing"
+    codes = {k: [remark["code"] for remark in units[f"unit{k:02}.csv"]["remarks"]] for k in ODD}
+    assert codes[BAD][0] == "above_maximum"
+    assert "other_scale" in codes[BAD]
+    assert codes[SPIKES][0] == "spikes"
+    assert codes[WRONG_UNIT][0] == "other_scale"
+    assert "deg/s read as rad/s?" in units[f"unit{WRONG_UNIT:02}.csv"]["reason"]
+    assert {"short_record", "damaged"} <= set(codes[TRUNCATED])
+    assert "truncated" in units[f"unit{TRUNCATED:02}.csv"]["reason"]
+    assert units[f"unit{EMPTY:02}.csv"]["reason"] == "the file is empty"
+    assert content["counts"] == {"failed": 2, "not_judged": 2, "unreadable": 1, "missing": 1, "passed": UNITS - 6}
+    assert content["exit_code"] == 3
+
+
+@pytest.mark.usefixtures("in_process")
+def test_each_of_40_units_is_named_for_what_it_is_twice_in_a_row(lot, tmp_path, monkeypatch, capsys):
+    shutil.copytree(lot, tmp_path / "shift")
+    monkeypatch.chdir(tmp_path / "shift")
+    (tmp_path / "shift" / "spec.toml").write_text(SPEC, encoding="utf-8")
+    files = ("lot.json", "lot.html", "lot.csv", "lot.xml", "lot.pdf")
+    options = [part for name in files for part in ("-o", name)]
+    before = None
+    for _ in range(2):  # the second time beside the files of the first
+        code, out, err = run(".", "--spec", "spec.toml", "--expect", UNITS, *options, "--results", "r", capsys=capsys)
+        assert code == 3
+        content = json.loads((tmp_path / "shift" / "lot.json").read_text())
+        check(content)
+        assert before is None or content == before
+        before = content
+        assert all((tmp_path / "shift" / name).stat().st_size for name in files)
+    lines = out.splitlines()
+    head = "40 units against Unit 7: 2 failed, 2 not judged, 1 failed to read, 1 missing, 34 passed"
+    assert " ".join(lines[:2]).replace("   ", " ") == head
+    assert [line.split()[:2] for line in lines[2:4]] == [["failed", "unit05.csv"], ["failed", "unit18.csv"]]
+    assert len(lines) <= 23
+    assert max(map(len, lines)) <= 80, out
+    suite = ET.parse(tmp_path / "shift" / "lot.xml").getroot()
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("40", "2", "4")
+    # Of the results alone, the same is said; a log that failed has no result of an earlier run.
+    code, out, _ = run("r", "--spec", "spec.toml", "--expect", UNITS, "-o", "again.json", capsys=capsys)
+    assert code == 3
+    check(json.loads((tmp_path / "shift" / "again.json").read_text()))
+    # A unit that passed and whose log is damaged afterwards does not pass by its earlier result.
+    (tmp_path / "shift" / "unit01.csv").write_text("time [s],gyro_x [rad/s]\n1,x\n")
+    run(".", "--spec", "spec.toml", "--expect", UNITS, "-o", "lot.json", "--results", "r", "-q", capsys=capsys)
+    states = {one["name"]: one["state"] for one in json.loads((tmp_path / "shift" / "lot.json").read_text())["units"]}
+    assert states["unit01.csv"] == "unreadable"
+    assert json.loads((tmp_path / "shift" / "r" / "unit01.csv.json").read_text())["channels"] == {}
+
+
+@pytest.mark.usefixtures("in_process")
+def test_fail_on_warning(lot, tmp_path, capsys):
+    argv = (lot, "--spec", lot.parent / "spec.toml", "--fail-on", "warning", "-o", tmp_path / "lot.json", "-q")
+    assert run(*argv, capsys=capsys)[0] == 3
+    content = json.loads((tmp_path / "lot.json").read_text())
+    failed = [one["name"] for one in content["units"] if one["state"] == "failed"]
+    assert failed == [f"unit{k:02}.csv" for k in sorted((BAD, SPIKES, WRONG_UNIT, TRUNCATED))]
+
+
+@pytest.mark.usefixtures("in_process")
+def test_without_a_specification_the_odd_ones_are_named(lot, capsys):
+    code, out, _ = run(lot, "--expect", UNITS, capsys=capsys)
+    assert code == 4
+    assert out.startswith("40 units without a specification: 38 not judged, 1 failed to read, 1 missing")
+    for k in (BAD, SPIKES, WRONG_UNIT, TRUNCATED, EMPTY):
+        assert f"unit{k:02}.csv" in out
+    assert "unit01.csv" not in out
+
+
+def test_interrupted(lot, tmp_path):
+    """After Ctrl-C no output of this run is half written, and none of an earlier run counts; the next run is whole."""
+    shutil.copytree(lot, tmp_path / "shift")
+    command = [sys.executable, "-m", "sigmatau", "lot", "shift", "--spec", str(lot.parent / "spec.toml"), "--jobs", "2"]
+    outputs = ["-o", "lot.json", "-o", "lot.html", "--results", "r"]
+    old = {"lot.json": '{\n "lot": 1,\n "sigmatau": "0.1.0"}\n', "lot.html": _OLD_PAGE}
+    for name, text in old.items():
+        (tmp_path / name).write_text(text)
+    process = subprocess.Popen(
+        [*command, *outputs],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=interruptible,
+    )
+    deadline = time.monotonic() + 60
+    while not list((tmp_path / "r").glob("*.json")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert not (tmp_path / "lot.json").exists()
+    assert not (tmp_path / "lot.html").exists()
+    for file in (tmp_path / "r").iterdir():
+        json.loads(file.read_text())  # each is whole
+    done = subprocess.run(
+        [*command, *outputs, "--expect", "40"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 3, done.stderr
+    check(json.loads((tmp_path / "lot.json").read_text()))
+
+
+_OLD_PAGE = (
+    '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="generator" content="sigmatau 0.1.0">'
+)
+
+
+@pytest.mark.usefixtures("in_process")
+class TestOptions:
+    def test_a_missing_option_is_one_error(self, tmp_path, capsys):
+        for k in range(5):
+            np.savetxt(
+                tmp_path / f"u{k}.csv", rates(k, duration=20), delimiter=",", header=",".join(NAMES), comments=""
+            )
+        code, out, err = run(tmp_path, "-o", tmp_path / "lot.json", capsys=capsys)
+        assert (code, out) == (2, "")
+        assert err.count("\n") == 1
+        assert "u0.csv" in err
+        assert "--rate" in err or "--unit" in err
+        assert not (tmp_path / "lot.json").exists()
+
+    def test_one_log_that_needs_an_option_is_a_unit_that_failed_to_read(self, tmp_path, capsys):
+        for k in (1, 2):
+            write_log(tmp_path / f"u{k}.csv", rates(k, duration=60))
+        np.savetxt(tmp_path / "u0.csv", rates(3, duration=20), delimiter=",", header=",".join(NAMES), comments="")
+        code, out, _ = run(tmp_path, capsys=capsys)
+        assert code == 4
+        assert re.search(r"^failed to read  u0.csv", out, flags=re.MULTILINE)
+
+    def test_names_of_the_units_expected(self, tmp_path, capsys):
+        for k in (1, 2):
+            write_log(tmp_path / f"u{k}.csv", rates(k, duration=60))
+        (tmp_path / "units.txt").write_text("# shift 3\nu1\nu2\n\nu3\n", encoding="utf-8")
+        code, out, _ = run(tmp_path / "u1.csv", tmp_path / "u2.csv", "--expect", tmp_path / "units.txt", capsys=capsys)
+        assert code == 4
+        assert re.search(r"^missing +u3 ", out, flags=re.MULTILINE)
+
+    def test_a_named_log_that_is_not_there_is_missing(self, tmp_path, capsys):
+        write_log(tmp_path / "u1.csv", rates(1, duration=60))
+        code, out, _ = run(tmp_path / "u1.csv", tmp_path / "u2.csv", capsys=capsys)
+        assert code == 4
+        assert re.search(r"^missing +u2.csv", out, flags=re.MULTILINE)
+
+    @pytest.mark.parametrize(
+        ("argv", "code", "words"),
+        [
+            ((), 2, "name the logs or results"),
+            (("empty",), 1, "empty: no log in this folder"),
+            (("u1.csv", "u1.csv"), 2, "u1.csv is given twice"),
+            (("u1.csv", "--expect", "0"), 2, "at least 1"),
+            (("u1.csv", "--expect", "forty"), 2, "must be a number of units, or the name of a file"),
+            (("u1.csv", "--expect", "none.txt"), 1, "names no unit"),
+            (("u1.csv", "--spec", "nonesuch"), 2, "unknown datasheet 'nonesuch'"),
+            (("u1.csv", "--spec", "none.toml"), 1, "none.toml: No such file"),
+            (("u1.csv", "-o", "lot.doc"), 2, "must end in .html"),
+            (("u1.csv", "-o", "a.html", "-o", "./a.html"), 2, "names a file twice"),
+            (("u1.csv", "-o", "u1.csv"), 2, "is the file that is read"),
+            (("u1.csv", "--level", "1.5"), 2, "--level must"),
+            (("u1.csv", "--factor", "0.1"), 2, "--factor must"),
+            (("u1.csv", "--accept", "nonesuch"), 2, "unknown code 'nonesuch'"),
+            (("u1.csv", "--jobs", "0"), 2, "--jobs 0"),
+            (("none", "--results", "u1.csv"), 2, "must be a folder"),
+        ],
+    )
+    def test_refusals(self, argv, code, words, tmp_path, monkeypatch, capsys):
+        monkeypatch.chdir(tmp_path)
+        write_log(tmp_path / "u1.csv", rates(1, duration=20))
+        (tmp_path / "empty").mkdir()
+        (tmp_path / "none.txt").write_text("# nothing\n")
+        assert run(*argv, capsys=capsys)[0] == code
+        # Once more for the message, because `capsys` was read.
+        main(["lot", *argv])
+        err = capsys.readouterr().err
+        assert words in err
+        assert err.count("\n") == 1
+
+    def test_an_empty_folder_of_which_units_are_expected(self, tmp_path, capsys):
+        (tmp_path / "shift").mkdir()
+        code, out, _ = run(tmp_path / "shift", "--expect", 3, capsys=capsys)
+        assert code == 4
+        assert out.startswith("3 units without a specification: 3 missing")
+
+    def test_names_cannot_forge_anything(self, tmp_path, monkeypatch, capsys):
+        """Of files whose names hold markup, an escape sequence, and a line end."""
+        monkeypatch.chdir(tmp_path)
+        names = ["<script>alert(1)<!script>.csv", "x\nu9  passed\x1b[31m.csv", '"]]>&amp;.csv', "#box[x] $y$ *z*.csv"]
+        for k, name in enumerate(names):
+            write_log(tmp_path / name, rates(k, duration=60))
+        outputs = ("lot.html", "lot.pdf", "lot.xml", "lot.csv", "lot.json")
+        code, out, _ = run(".", *[part for name in outputs for part in ("-o", name)], "-v", capsys=capsys)
+        assert code == 0
+        assert "\x1b" not in out
+        page = (tmp_path / "lot.html").read_text()
+        assert "<script>alert(1)" not in page
+        assert "\x1b" not in page
+        suite = ET.parse(tmp_path / "lot.xml").getroot()
+        assert len(suite.findall("./testsuite/testcase")) == len(names)
+        assert [one["name"] for one in json.loads((tmp_path / "lot.json").read_text())["units"]] == sorted(names)
+
+    def test_units_in_the_order_of_their_numbers(self, tmp_path, capsys):
+        for k in (1, 2, 10):
+            write_log(tmp_path / f"u{k}.csv", rates(k, duration=60))
+        _, out, _ = run(tmp_path, "--json", capsys=capsys)
+        assert [one["name"] for one in json.loads(out)["units"]] == ["u1.csv", "u2.csv", "u10.csv"]

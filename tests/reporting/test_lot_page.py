@@ -1,0 +1,127 @@
+"""The page and the document of a lot: small with 400 units, offline, without errors in a browser, and safe with any name."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import sigmatau as st
+from known import seed_of
+from lot_logs import SPEC, rates
+from sigmatau.lots.lot_screen import screen
+
+_MOST = 3e6  # bytes of the page of 400 units, to be sent by mail
+
+
+@pytest.fixture(scope="module")
+def spec(tmp_path_factory):
+    path = tmp_path_factory.mktemp("spec") / "spec.toml"
+    path.write_text(SPEC, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def many(spec):
+    """400 units of all axes: one analysis, whose numbers are scaled from unit to unit; the fifth is six times noisier."""
+    units = {"gyro": "rad/s", "accel": "m/s^2"}
+    x = rates(1, kind="page", duration=1200)
+    record = st.Record.from_arrays(rate=5, unit=units, gyro=x[:, :3], accel=x[:, 3:])
+    content = json.loads(json.dumps(st.analyze(record).to_dict()))
+    rng = np.random.default_rng(seed_of("page of 400"))
+    lot = {}
+    for k in range(1, 401):
+        one = json.loads(json.dumps(content))
+        for channel in one["channels"].values():
+            f = float(np.exp(0.03 * rng.standard_normal())) * (6 if k == 5 else 1)
+            channel["curve"]["adev"] = [f * value for value in channel["curve"]["adev"]]
+            fit = channel["fit"]
+            fit["model"] = {name: f * value for name, value in fit["model"].items()}
+            for term in fit["terms"].values():
+                if isinstance(term, dict):
+                    term.update({key: f * term[key] for key in ("value", "low", "high", "upper_limit") if key in term})
+            for row in channel["mean_stability"]:
+                row.update({key: f * row[key] for key in ("value", "low", "high") if key in row})
+        lot[f"unit {k}"] = one
+    return st.judge_lot(lot, spec, expect=401)
+
+
+def test_400_units_are_a_page_of_less_than_3_mb(many, tmp_path):
+    assert many.counts == {"failed": 1, "not_judged": 0, "unreadable": 0, "missing": 1, "passed": 399}
+    st.lot_report(many, tmp_path / "lot.html")
+    text = (tmp_path / "lot.html").read_text(encoding="utf-8")
+    assert len(text.encode()) <= _MOST
+    assert "https://" not in re.sub(r"https://github.com/leeoniya/uPlot\S*", "", text)
+    assert text.count("<tr>") >= 400
+    assert len(screen(many).splitlines()) <= 24
+
+
+def test_the_page_in_a_browser(many, tmp_path, browser):
+    st.lot_report(many, tmp_path / "lot.html")
+    page = browser.new_page(viewport={"width": 1200, "height": 900})
+    wrong, asked = [], []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("console", lambda message: wrong.append(message.text) if message.type == "error" else None)
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(f"file://{tmp_path / 'lot.html'}")
+    # Unworked figures wait until they come near the window.
+    for _ in range(60):
+        page.mouse.wheel(0, 700)
+        page.wait_for_timeout(30)
+    page.wait_for_function(
+        "document.querySelectorAll('figure').length === document.querySelectorAll('figure canvas').length"
+    )
+    assert page.locator("figure").count() == 6 + len({(one.channel[:4], one.what) for one in many.distributions})
+    # The table is sorted by state, worst first; by a click by name, and by numbers, largest first at the second.
+    first = "document.querySelector('table.units tbody tr th').textContent"
+    assert page.evaluate(first) == "unit 5"
+    page.locator("table.units th", has_text="Unit").first.click()
+    assert page.evaluate(first) in ("(missing 1)", "unit 1")
+    head = page.locator("table.units th", has_text="gyro N")
+    head.click()
+    head.click()
+    assert page.evaluate(first) == "unit 5"
+    page.emulate_media(color_scheme="dark")
+    page.locator("#theme").click()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1200
+    assert len(page.pdf(format="A4")) > 10_000
+    page.close()
+    assert wrong == []
+    assert len(asked) == 1
+
+
+def test_the_page_is_no_wider_than_a_phone(many, tmp_path, browser):
+    st.lot_report(many, tmp_path / "lot.html")
+    page = browser.new_page(viewport={"width": 390, "height": 800})
+    page.goto(f"file://{tmp_path / 'lot.html'}")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    page.close()
+
+
+def test_a_name_cannot_run(spec, tmp_path, browser):
+    x = rates(2, kind="page", duration=120)
+    result = st.analyze(st.Record.from_arrays(rate=5, gyro=x[:, :3], unit={"gyro": "rad/s"})).to_dict()
+    name = "</script><img src=x onerror=document.title=1>&lt;\u202e"
+    lot = st.judge_lot({name: result, "#box $x$": result}, spec)
+    for ending in ("html", "pdf", "xml", "csv", "json"):
+        st.lot_report(lot, tmp_path / f"lot.{ending}", title="<b>T</b>")
+    page = browser.new_page()
+    page.goto(f"file://{tmp_path / 'lot.html'}")
+    assert page.title() == "<b>T</b> – Unit 7"
+    assert page.locator("img").count() == 0
+    page.close()
+
+
+def test_an_empty_lot_and_one_without_curves(tmp_path):
+    for lot in (st.judge_lot({}, expect=2), st.judge_lot({"a": st.DataError("is empty")})):
+        for ending in ("html", "pdf", "xml", "csv", "json"):
+            st.lot_report(lot, tmp_path / f"lot.{ending}")
+            assert (tmp_path / f"lot.{ending}").stat().st_size > 0
+
+
+def test_a_report_that_cannot_be_written(many, tmp_path):
+    with pytest.raises(st.OptionError, match=r"must end in \.html"):
+        st.lot_report(many, tmp_path / "lot.doc")
+    with pytest.raises(st.DataError, match="no directory"):
+        st.lot_report(many, tmp_path / "none" / "lot.csv")
+    assert list(tmp_path.iterdir()) == []

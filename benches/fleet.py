@@ -109,7 +109,8 @@ def ended(process: subprocess.Popen[str], *codes: int) -> str:
 
 def overhead(folder: Path, count: int) -> dict[str, Any]:
     """Two workers against one process, both from an empty store."""
-    logs, said = make_logs(folder / f"logs{count}", count), {"logs": count}
+    logs = make_logs(folder / f"logs{count}", count)
+    said: dict[str, Any] = {"logs": count}
     for name in ("one", "two"):
         (folder / f"{name}.db").unlink(missing_ok=True)
     with timed(said, "one process"):
@@ -162,7 +163,8 @@ def until(store: Path, count: int, process: subprocess.Popen[str]) -> None:
 
 def kill(folder: Path, count: int) -> dict[str, Any]:
     """A run whose worker, scheduler and client are killed in turn, against an undisturbed one."""
-    logs, said = make_logs(folder / f"logs{count}", count), {"logs": count + DAMAGED}
+    logs = make_logs(folder / f"logs{count}", count)
+    said: dict[str, Any] = {"logs": count + DAMAGED}
     make_damaged(logs / "damaged")
     whole, store = folder / "whole.db", folder / "killed.db"
     for place in (whole, store):
@@ -222,7 +224,8 @@ def make_long(place: Path, samples: int) -> None:
 
 def long(folder: Path, samples: int) -> dict[str, Any]:
     """A record over two workers of 600 MB, against the stream over the same chunks in one process."""
-    place, store, said = folder / f"long{samples}.zarr", folder / "long.db", {"samples": samples}
+    place, store = folder / f"long{samples}.zarr", folder / "long.db"
+    said: dict[str, Any] = {"samples": samples}
     make_long(place, samples)
     store.unlink(missing_ok=True)
     largest, over = 0, threading.Event()

@@ -36,7 +36,9 @@ def test_all_logs_of_a_folder(folder, pattern):
 def test_patterns(folder):
     assert [log.place for log in find(["logs/A*/day1.npy", "logs/A1/day1.npy"])] == EVERY[0:3:2]
     assert [log.place for log in find(["logs/**/*.zarr"])] == ["logs/A3.zarr"]
-    assert [log.place for log in find(["logs/A1/notes.md"])] == ["logs/A1/notes.md"]  # named: the reader says what is wrong
+    assert [log.place for log in find(["logs/A1/notes.md"])] == [
+        "logs/A1/notes.md"
+    ]  # named: the reader says what is wrong
 
 
 def version(place):
@@ -44,7 +46,9 @@ def version(place):
     return log.version
 
 
-@pytest.mark.parametrize(("place", "changed"), [("logs/top.npy", "logs/top.npy"), ("logs/A3.zarr", "logs/A3.zarr/gyro_x/c/0")])
+@pytest.mark.parametrize(
+    ("place", "changed"), [("logs/top.npy", "logs/top.npy"), ("logs/A3.zarr", "logs/A3.zarr/gyro_x/c/0")]
+)
 def test_versions(folder, place, changed):
     before = version(place)
     assert version(place) == before

@@ -1,5 +1,6 @@
 """A record that is summed in stretches: the curve of the stream, gaps included."""
 
+import itertools
 import pickle
 
 import numpy as np
@@ -20,7 +21,7 @@ N, CHUNK = 600_000, 20_000
 AXES = ("gyro_x", "gyro_y")
 
 
-def noise(name, n=N, axes=len(AXES)):
+def noise(name, n=N, axes=2):
     return 1e-3 * np.random.default_rng(seed_of(name)).standard_normal((n, axes))
 
 
@@ -58,7 +59,7 @@ def streamed(x):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_curve_is_that_of_the_stream(tmp_path, version):
-    x = noise("stretches, whole") + [5.0, -3.0]  # a mean a thousand times the noise
+    x = noise("stretches, whole") + np.array([5.0, -3.0])  # a mean a thousand times the noise
     found, plan = summed(store(tmp_path / "long.zarr", x, version=version))
     expected = streamed(x)
     for name in AXES:
@@ -80,7 +81,7 @@ def test_npy_is_divided_too(tmp_path):
 
 
 def pooled(x, sizes, strides):
-    """Pairs within runs, by another way: phase of each run, starts at multiples of the stride from the record's beginning."""
+    """Pairs within runs, by another way: phase of each run, starts at multiples of the stride from the first sample."""
     ends = np.flatnonzero(np.diff(np.concatenate([[0], np.isfinite(x), [0]])))
     for m, stride in zip(sizes, strides, strict=True):
         squares = []
@@ -133,7 +134,7 @@ def test_any_division_gives_the_same(tmp_path):
     for _ in range(50):
         borders = [0, *sorted(rng.integers(0, 5000, 6).tolist()), 5000]
         parts = []
-        for start, stop in zip(borders, borders[1:], strict=False):
+        for start, stop in itertools.pairwise(borders):
             part = GappedSums(new, start)
             part.push(x[start:stop])
             parts.append(part)
@@ -163,7 +164,12 @@ def test_a_missing_chunk_is_a_stated_gap(tmp_path, version):
     key(place, version, "gyro_x", 7).unlink()
     found, plan = summed(place)
     (lost,) = plan.findings
-    assert (lost.code, lost.severity, lost.details.count, lost.details.first) == ("missing_chunks", "error", 1, 7 * CHUNK)
+    assert (lost.code, lost.severity, lost.details.count, lost.details.first) == (
+        "missing_chunks",
+        "error",
+        1,
+        7 * CHUNK,
+    )
     x[7 * CHUNK : 8 * CHUNK, 0] = np.nan
     curve = found["gyro_x"].snapshot()
     assert curve.missing == CHUNK
@@ -207,6 +213,6 @@ def test_what_needs_all_samples_is_refused(tmp_path):
     (tmp_path / "log.csv").write_text("gyro_x [rad/s]\n" + "1e-3\n2e-3\n" * 50)
     with pytest.raises(DataError, match="which is not read in stretches"):
         unread(tmp_path / "log.csv", rate=100)
+    np.save(tmp_path / "log.npy", np.zeros((100, 1)))
     with pytest.raises(OptionError, match="states no rate"):
-        np.save(tmp_path / "log.npy", np.zeros((100, 1)))
         unread(tmp_path / "log.npy", channels={"gyro_x": 1}, unit={"gyro": "rad/s"})

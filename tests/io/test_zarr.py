@@ -107,7 +107,12 @@ def test_a_missing_chunk_is_missing_samples_and_never_zeros(tmp_path, kind, vers
     found = next(one for one in record.findings if one.code == "missing_chunks")
     total = 2 * N // CHUNK if kind == "wide" else N // lost
     assert found.severity == "error"
-    assert (found.details.array, found.details.count, found.details.of, found.details.first) == (array, 1, total, 2 * lost)
+    assert (found.details.array, found.details.count, found.details.of, found.details.first) == (
+        array,
+        1,
+        total,
+        2 * lost,
+    )
     assert main(["analyze", str(place), "--json", str(tmp_path / "a.json"), "--method", "gls", "-q"]) == 4
     assert "missing_chunks" in {one["code"] for one in json.loads((tmp_path / "a.json").read_text())["findings"]}
 
@@ -147,10 +152,10 @@ def test_nothing_was_written(tmp_path):
 def test_damaged_stores(tmp_path):
     place = by_axis(tmp_path / "log.zarr", numbers(), version=3)
     (place / "gyro_x" / "zarr.json").write_text('{"zarr_format": 3, "node_type": "array", "shape": [')
-    with pytest.raises(DataError, match="log.zarr: "):
+    with pytest.raises(DataError, match=r"log\.zarr: "):
         sigmatau.read(place)
     (place / "zarr.json").write_text("{}")
-    with pytest.raises(DataError, match=r"log.zarr: is a damaged Zarr store \("):
+    with pytest.raises(DataError, match=r"log\.zarr: is a damaged Zarr store \("):
         sigmatau.read(place)
 
 
@@ -158,8 +163,8 @@ def test_refusals(tmp_path):
     place = by_axis(tmp_path / "log.zarr", numbers(), version=3)
     with pytest.raises(OptionError, match="is for raw binary files"):
         sigmatau.read(place, layout="f4 gyro_x")
-    with pytest.raises(DataError, match="none.zarr: is not a Zarr store"):
-        pytest.importorskip("fsspec")
+    pytest.importorskip("fsspec", reason="URLs need the extra cluster")
+    with pytest.raises(DataError, match=r"none\.zarr: is not a Zarr store"):
         sigmatau.read("memory://none.zarr")
 
 
@@ -187,7 +192,9 @@ def test_samples_stay_in_the_store(tmp_path, monkeypatch):
     assert max(blocks) <= zarr_store._KEPT_BLOCKS
     exact = sigmatau.analyze(record, method="gls", long="strided")
     whole = sigmatau.analyze(
-        sigmatau.Record.from_arrays(rate=100, **{name: x[:, k] for k, name in enumerate(AXES)}), method="gls", long="strided"
+        sigmatau.Record.from_arrays(rate=100, **{name: x[:, k] for k, name in enumerate(AXES)}),
+        method="gls",
+        long="strided",
     )
     for name in AXES:
         np.testing.assert_array_equal(exact.curves[name].avar, whole.curves[name].avar)

@@ -61,7 +61,7 @@ def _local(pattern: str) -> Iterator[Log]:
 
     several = glob.has_magic(pattern)
     inside: dict[Path, bool] = {}  # by folder, whether it is in one that is a log
-    for name in sorted(glob.iglob(pattern, recursive=True)) if several else [pattern]:
+    for name in sorted(glob.glob(pattern, recursive=True)) if several else [pattern]:  # noqa: PTH207  of any root
         path = Path(name)
         if several and (path.suffix.lower() in NOT_LOGS or _within(path.parent, inside)):
             continue

@@ -61,6 +61,10 @@ def cluster(
         raise ImportError("a fleet needs dask.distributed: pip install 'sigmatau[cluster]'") from None
     settings = {
         "distributed.scheduler.allowed-failures": 0,  # a task whose worker ended is started again here, and smaller
+        # What watches a worker took 5 % of its time.
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "500ms",
+        "distributed.admin.system-monitor.interval": "10s",
         "distributed.scheduler.worker-saturation": 1.0,  # a log that ends its worker then takes no others with it
     }
     for name in ("distributed", "distributed.client"):  # what it tells becomes an error of one line, or a failed log

@@ -256,7 +256,6 @@ class ChunkedRows(Rows):
                 " its samples as missing"
             ) from None
 
-
     def _keys_of(self, start: int, stop: int) -> Iterator[str]:
         """The stored chunks of rows."""
         rows, *columns = getattr(self._array, "shards", None) or self._array.chunks

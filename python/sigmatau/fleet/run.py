@@ -73,7 +73,7 @@ def cluster(
         if scheduler is None:
             with (
                 LocalCluster(
-                    n_workers=workers, threads_per_worker=1, dashboard_address=None,
+                    n_workers=workers, threads_per_worker=1, dashboard_address=":0",
                     memory_limit="auto" if memory is None else int(memory), silence_logs=60,
                     preload="sigmatau.fleet.worker", preload_nanny=[],
                 ) as local,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -39,42 +40,37 @@ def main() -> None:
         if url := stack.enter_context(_postgresql()):
             places["PostgreSQL"] = url + "postgres"
         for name, place in places.items():
-            added = (
-                _memory(place, arguments.units)
-                if arguments.memory
-                else _command("store", "add", str(files), "--store", place, "-q")
-            )
-            again = (
-                ""
-                if arguments.memory
-                else f", again {_command('store', 'add', str(files), '--store', place, '-q'):.1f} s"
-            )
-            compared = ", ".join(f"{_repeatability(place):.2f}" for _ in range(3))
-            command = _command("compare", "--store", place)
+            add = ("store", "add", str(files), "--store", place, "-q")
+            added = _memory(place, arguments.units) if arguments.memory else _command(*add)
+            again = "" if arguments.memory else f", the same again in {_command(*add)}"
+            compared = ", ".join(_repeatability(place) for _ in range(3))
             print(
-                f"{name}: {arguments.units * DAYS} runs added in {added:.1f} s{again}; repeatability {compared} s,"
-                f" as a command {command:.1f} s; load {os.getloadavg()[0]:.1f}",
+                f"{name}: {arguments.units * DAYS} runs added in {added}{again}; load {os.getloadavg()[0]:.1f}",
                 flush=True,
             )
+            print(f"{name}: repeatability {compared}; as a command {_command('compare', '--store', place)}", flush=True)
 
 
-def _command(*words: str) -> float:
-    start = time.perf_counter()
+def _command(*words: str) -> str:
+    """Seconds, and seconds of CPU of all processes of the command: on a busy machine only these mean something."""
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     subprocess.run([sys.executable, "-m", "sigmatau", *words], check=True, stdout=subprocess.DEVNULL)
-    return time.perf_counter() - start
+    seconds, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return f"{seconds:.1f} s (CPU {cpu:.1f} s)"
 
 
-def _repeatability(place: str) -> float:
-    """Query and statistics, without the start of the program."""
+def _repeatability(place: str) -> str:
+    """Query and statistics, without the start of the program: seconds, and seconds of CPU."""
     from sigmatau.store.store import Store
 
     with Store(place) as store:
-        start = time.perf_counter()
+        start, cpu = time.perf_counter(), time.process_time()
         store.compare()
-        return time.perf_counter() - start
+        return f"{time.perf_counter() - start:.2f} s (CPU {time.process_time() - cpu:.2f} s)"
 
 
-def _memory(place: str, units: int) -> float:
+def _memory(place: str, units: int) -> str:
     """Results as `analyze` returns them, in one process; without the time to make them."""
     import copy
 
@@ -94,7 +90,7 @@ def _memory(place: str, units: int) -> float:
             store.add(batch)
             spent += time.perf_counter() - start
             count += len(batch)
-    return spent
+    return f"{spent:.1f} s"
 
 
 @contextlib.contextmanager

@@ -67,6 +67,18 @@ WITHOUT_CURVE = ("out_of_range", "constant_channel", "too_few_samples")
 """Codes of findings of channels without a curve."""
 
 
+_REAL = ("rate", "scale", "offset", "taus", "tau_min")
+
+
+def _as_typed(name: str, value: Any) -> Any:  # noqa: ANN401  of any option
+    """An option as the command line has it, so that 100 and 100.0 are the same."""
+    if name not in _REAL or isinstance(value, str):
+        return value
+    if isinstance(value, Mapping):
+        return {key: float(of) for key, of in value.items()}
+    return [float(of) for of in value] if isinstance(value, Sequence) else float(value)
+
+
 @frozen(eq=False)
 class Analysis(Tabular):
     """Result of `analyze`.
@@ -148,7 +160,11 @@ class Analysis(Tabular):
     def _options_to_dict(self) -> dict[str, Any]:
         """What made the result, beside the log: the same log with the same options is the same run."""
         stated = {"reading": dict(self.source.options), "analysis": dict(self.options)}
-        stated = {of: options for of, options in stated.items() if options}
+        stated = {
+            of: {name: _as_typed(name, value) for name, value in options.items()}
+            for of, options in stated.items()
+            if options
+        }
         return {"options": stated} if stated else {}
 
     def _fit_to_dict(self, channel: str) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def test_each_of_40_units_is_named_for_what_it_is_twice_in_a_row(lot, tmp_path, 
     options = [part for name in files for part in ("-o", name)]
     before = None
     for _ in range(2):  # the second time beside the files of the first
-        code, out, err = run(".", "--spec", "spec.toml", "--expect", UNITS, *options, "--results", "r", capsys=capsys)
+        code, out, _ = run(".", "--spec", "spec.toml", "--expect", UNITS, *options, "--results", "r", capsys=capsys)
         assert code == 3
         content = json.loads((tmp_path / "shift" / "lot.json").read_text())
         check(content)

@@ -106,9 +106,8 @@ def test_exports_are_the_table(lab, capsys):
         assert datetime.fromisoformat(row["recorded"]) == one["recorded"].astimezone(UTC)
         for key in ("value", "low", "high", "upper_limit"):
             assert (float(row[key]) if row[key] else None) == one[key]
-    shown = json.loads((lab / "results" / "A0" / "day0.json").read_text())["channels"]["gyro_x"]["fit"]["terms"][
-        "random_walk"
-    ]
+    first = json.loads((lab / "results" / "A0" / "day0.json").read_text())
+    shown = first["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]
     assert any(one["value"] == shown["value"] and one["low"] == shown["low"] for one in table)
 
 
@@ -126,7 +125,7 @@ def test_exports_are_the_table(lab, capsys):
     (["trend", "--store", "lab.db", "--level", "95"], 2, "--level must be between 0 and 1"),
     (["export", "--store", "lab.db", "-o", "c.xlsx"], 2, "must end in .parquet, .csv"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--unit", "B"], 1, "nothing is written"),
-    (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "random_walk"], 2, "--term is of coefficients"),
+    (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "mean"], 2, "--term is of coefficients"),
 ])  # fmt: skip
 def test_errors_are_one_line(lab, capsys, argv, code, told):
     found = run(capsys, *argv)
@@ -171,3 +170,38 @@ def test_lot_takes_the_latest_even_if_it_failed(lab, capsys):
     assert main(["lot", "--store", "lab.db", "--json"]) == 4
     told = {unit["name"]: unit["state"] for unit in json.loads(capsys.readouterr().out)["units"]}
     assert "read" in told["A1"]
+
+
+def test_options_make_a_run(tmp_path, monkeypatch, capsys):
+    """The JSON says what options made it, and the store takes another window of the same log for another run."""
+    import jsonschema
+    import numpy as np
+
+    import sigmatau
+
+    monkeypatch.chdir(tmp_path)
+    rates = np.random.default_rng(5).standard_normal((3000, 2))
+    np.savetxt("log.csv", rates, delimiter=",", header="gyro_x,gyro_y", comments="")
+    reading = ["--rate", "100", "--unit", "gyro=deg/s", "-q", "--note", "serial number=A1"]
+    told = {}
+    more = {
+        "whole": [],
+        "again": ["--threads", "1"],
+        "part": ["--window", "0s:20s", "--terms", "random_walk", "--keep", "spikes"],
+    }
+    for name, options in more.items():
+        assert main(["analyze", "log.csv", "--json", f"{name}.json", *reading, *options]) == 0
+        told[name] = json.loads((tmp_path / f"{name}.json").read_text())
+        schema = ROOT / "python" / "sigmatau" / "schema" / "result-2.schema.json"
+        jsonschema.validate(told[name], json.loads(schema.read_text()))
+    assert (
+        told["whole"]["options"] == told["again"]["options"] == {"reading": {"rate": 100.0, "unit": {"gyro": "deg/s"}}}
+    )
+    assert told["part"]["options"]["analysis"] == {"window": "0s:20s", "terms": ["random_walk"], "keep": ["spikes"]}
+    for name, new in (("whole", "1 new"), ("again", "0 new, 1 already there"), ("part", "1 new")):
+        capsys.readouterr()
+        assert run(capsys, "add", f"{name}.json", "--store", "x.db")[2] == f"{new}\n"
+    record = sigmatau.read("log.csv", rate=100, unit={"gyro": "deg/s"})
+    with sigmatau.Store("x.db") as store:
+        again = store.add(sigmatau.analyze(record, notes={"serial number": "A1"}))
+    assert (again.new, again.known) == (0, 1)  # from Python it is the same run

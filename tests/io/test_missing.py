@@ -55,6 +55,17 @@ class TestValues:
         assert [f.code for f in record.findings] == ["bad_stamps"]
         assert record.streams[0].grid.n == 9
 
+    @pytest.mark.parametrize("separator", [",", ";"])
+    def test_last_columns_begin_after_thousands_of_rows(self, tmp_path, separator):
+        head = separator.join(["time [s]", "gyro_x [deg/s]", "gyro_y [deg/s]", "accel_x [g]", "accel_y [g]"]) + "\n"
+        early = [f"{i / 100},{i % 7},{i % 5},,\n" for i in range(3000)]
+        late = [f"{i / 100},{i % 7},{i % 5},0.5,0.25\n" for i in range(3000, 4000)]
+        record = read(log(tmp_path, head + "".join(early + late).replace(",", separator)))
+        assert record.channels == ("gyro_x", "gyro_y", "accel_x", "accel_y")
+        accel = record.stream_of("accel_y")
+        assert (accel.grid.n, accel.grid.start - record.stream_of("gyro_x").grid.start) == (1000, 30.0)
+        np.testing.assert_allclose(accel.column("accel_y"), 0.25 * 9.80665, rtol=1e-15)
+
     def test_tabs(self, tmp_path):
         record = read(log(tmp_path, rows({4: "0.04\t", 6: "\t"}, separator="\t")))
         assert [f.code for f in record.findings] == ["bad_stamps", "gaps", "missing_values"]

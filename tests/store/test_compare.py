@@ -6,9 +6,10 @@ from store_results import result
 
 import sigmatau as st
 from sigmatau.errors import DataError, OptionError
+from sigmatau.store.choosing import Chosen
 from sigmatau.store.naming import Naming
 from sigmatau.store.rows import Entry
-from sigmatau.store.store import Chosen, Store
+from sigmatau.store.store import Store
 
 
 def test_same_as_of_results(place):

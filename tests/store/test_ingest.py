@@ -8,9 +8,10 @@ from store_results import result
 
 from sigmatau.analysed import failed_result
 from sigmatau.errors import DataError
+from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
 from sigmatau.store.rows import Entry
-from sigmatau.store.store import Chosen, Store
+from sigmatau.store.store import Store
 
 
 def entries(count, *, days=1):
@@ -121,3 +122,16 @@ def test_choosing(place):
         )
         assert len(store.runs(Chosen(model="tactical"))) == 12
         assert len(store.runs(Chosen(model="other"))) == 0
+
+
+def test_version_is_not_compared_wherever_it_stands():
+    from sigmatau.store.packing import pack
+
+    one = result(0)
+    later = one | {"sigmatau": "9.9", "schema": 3}
+    moved = {key: later[key] for key in [*reversed(later)]}
+    assert pack(one).digest == pack(later).digest
+    assert pack(moved).digest == pack(moved | {"sigmatau": "0.1", "schema": 2}).digest
+    assert pack(one).digest != pack(result(1)).digest
+    without = {key: value for key, value in one.items() if key not in ("schema", "sigmatau")}
+    assert pack(without).digest == pack(one).digest

@@ -9,10 +9,11 @@ from store_results import result
 
 from sigmatau.analysed import failed_result
 from sigmatau.errors import DataError
+from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
 from sigmatau.store.packing import NUMBERS
 from sigmatau.store.rows import Entry, options_key
-from sigmatau.store.store import Chosen, Store
+from sigmatau.store.store import Store
 
 NAMES = [
     "A 1",
@@ -58,7 +59,7 @@ def test_characters_that_databases_refuse(place):
     (Entry(result=result(0), unit=" "), "name of the unit is empty"),
     (Entry(result=result(0), unit="x" * 401), "401 characters, more than 400"),
     (Entry(result=result(0), unit="A", model="m" * 201), "201 characters"),
-    (Entry(result=result(0) | {"channels": {"gyro_x": {}}}, unit="A"), "'quantity' is missing"),
+    (Entry(result=result(0) | {"channels": {"gyro_x": {}}}, unit="A"), "'(quantity|curve)' is missing"),
     (Entry(result=result(0) | {"channels": {"gyro_x": 3}}, unit="A"), "damaged"),
     (Entry(result=result(0) | {"source": 5}, unit="A"), "damaged"),
 ])  # fmt: skip

@@ -11,9 +11,10 @@ from store_results import result
 
 from sigmatau.errors import DataError
 from sigmatau.store import connect
+from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
 from sigmatau.store.rows import Entry, options_key, rows_of
-from sigmatau.store.store import Chosen, Store
+from sigmatau.store.store import Store
 
 KEPT = ("name", "path", "sha256", "duration", "state", "message", "version", "digest")
 

@@ -77,7 +77,7 @@ def compare_command(
         Compare the runs of this store in place of results: a SQLite file or postgresql://USER@HOST/NAME, see sigmatau
         store. Lines and filters (the clocks) are not compared.
     unit
-        With --store, unit, or several with a *: 'A*'; may be repeated.
+        With --store, serial number; A* stands for all that begin with A. May be repeated.
     quiet
         Print only errors on standard error.
     """
@@ -121,7 +121,7 @@ def compare_command(
 
 def _of_store(place: str, units: Sequence[str], by: By, level: float) -> RunComparison:
     from sigmatau.cli.store import opened
-    from sigmatau.store.store import Chosen
+    from sigmatau.store.choosing import Chosen
 
     with opened(place) as store:
         return store.compare(Chosen(units=tuple(units)), by=by, level=level)
@@ -145,5 +145,5 @@ def _tell_unused(comparison: RunComparison, *, quiet: bool) -> int:
         else:
             say(line, quiet=quiet)
     if len(lines) > _MOST_UNUSED:
-        say(f"{len(lines) - _MOST_UNUSED} more results are not used: --json lists them")
+        say(f"and {len(lines) - _MOST_UNUSED} more: --json lists them")
     return _UNUSABLE if comparison.unused else 0

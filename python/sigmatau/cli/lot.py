@@ -108,7 +108,7 @@ def lot_command(
         Judge the latest result of each unit of this store in place of logs: a SQLite file or postgresql://USER@HOST/NAME,
         see sigmatau store.
     serial
-        With --store, serial number of a unit, or several with a *: 'A*'; may be repeated.
+        With --store, serial number; A* stands for all that begin with A. May be repeated.
     json
         Print the lot as JSON.
     verbose
@@ -176,7 +176,7 @@ def _stored(
 ) -> dict[str, Examined]:
     """The units of a store, in the order of production."""
     from sigmatau.cli.store import opened
-    from sigmatau.store.store import Chosen
+    from sigmatau.store.choosing import Chosen
 
     with opened(place) as store:
         latest = store.units_latest(Chosen(units=tuple(units)))

@@ -17,7 +17,8 @@ from sigmatau.io.atomic import atomic
 from sigmatau.results import csv_text, printable
 
 if TYPE_CHECKING:
-    from sigmatau.store.store import Chosen, Store, Table
+    from sigmatau.store.choosing import Chosen, Table
+    from sigmatau.store.store import Store
 
 VARIABLE = "SIGMATAU_STORE"
 """Environment variable with the default of --store."""
@@ -42,7 +43,7 @@ class Choice:
     Parameters
     ----------
     unit
-        Unit, or several with a *: 'A*'. May be repeated.
+        Serial number; A* stands for all that begin with A. May be repeated.
     model
         Sensor model.
     since
@@ -63,7 +64,7 @@ class Choice:
 
     def chosen(self, *, history: bool = False) -> Chosen:
         """The same for a `Store`."""
-        from sigmatau.store.store import Chosen
+        from sigmatau.store.choosing import Chosen
 
         return Chosen(
             units=tuple(self.unit or ()),
@@ -103,7 +104,7 @@ def add_command(
     store: Place = None,
     unit: str | None = None,
     unit_from: str | None = None,
-    model: str = "",
+    model: str | None = None,
     date: str | None = None,
     temperature: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
     jobs: int | None = None,
@@ -144,11 +145,11 @@ def add_command(
     from sigmatau.store.from_files import gather, processes
     from sigmatau.store.naming import Naming
 
-    naming = Naming(unit=unit, unit_from=unit_from, model=model, date=date, temperature=temperature)
+    naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=temperature)
     naming.check()
     files = gather(results)
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
-        naming = Naming(folders=True, model=model, date=date, temperature=temperature)
+        naming = Naming(folders=True, model=model or "", date=date, temperature=temperature)
     with opened(store, create=True) as opened_store, working("adding results", quiet=quiet) as done:
         found = opened_store.add_files(
             files, naming, jobs=jobs or processes(), done=lambda count: done(count / len(files))

@@ -118,7 +118,7 @@ def compare_with(
     )
 
 
-def check_options(*, level: object, factor: object, sided: str | None, bias: str | None) -> None:
+def check_options(*, level: float, factor: float | None, sided: str | None, bias: str | None) -> None:
     """Raise `OptionError` for invalid options of a comparison."""
     check_meanings(sided, bias)
     if not (_is_number(level) and 0.5 <= level < 1):

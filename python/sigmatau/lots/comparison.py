@@ -15,9 +15,9 @@ from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.lots.group_effects import GroupEffects
 from sigmatau.lots.grouping import Cells, cells_of, effects_of, holm
-from sigmatau.lots.reading import gather, read_runs
+from sigmatau.lots.preparing import of_one_unit, table_of, with_places, without_copies
 from sigmatau.lots.repeatability import Judgement, RandomEffects, check_level, judgements_of, one_group
-from sigmatau.lots.runs import SIGNED, Label, Run, RunsBuilder, RunTable, joined
+from sigmatau.lots.runs import SIGNED, Label, Run, RunTable
 from sigmatau.quality.clocks import clocks
 from sigmatau.results import Tabular
 
@@ -128,6 +128,21 @@ class RunComparison(Tabular):
                 found[at] = self.runs[self.table.run[self.cells.rows(at)[self.effects.outlier[at]]]]
         return found
 
+    def below(self) -> dict[int, list[Run]]:
+        """By row, the runs that do not show the term although they should: their upper limit is below the prediction
+        interval of one more run. A ramp's limit is that of its magnitude.
+        """
+        found: dict[int, list[Run]] = {}
+        for at in np.flatnonzero((self.cells.seen > 1) & (self.cells.looked > self.cells.seen)).tolist():
+            one = self.row(at)
+            if one.next_low is None or one.next_high is None or one.next_low < 0 < one.next_high:
+                continue
+            least = min(abs(one.next_low), abs(one.next_high))
+            runs = [self.runs[self.table.run[k]] for k in self.cells.limited(at) if self.table.limit[k] < least]
+            if runs:
+                found[at] = runs
+        return found
+
     def columns(self) -> dict[str, list[Any]]:
         """A row a group, channel and term, see `Tabular.columns`. Numbers are in SI, spreads relative or in SI."""
         labels = [self.table.labels[k] for k in self.cells.label]
@@ -152,6 +167,8 @@ class RunComparison(Tabular):
         ]
         found["judgement"] = list(self.judgements())
         found["outlier"] = [outliers[at].name if at in outliers else None for at in range(len(self))]
+        below = self.below()
+        found["runs_below"] = [" ".join(run.name for run in below.get(at, ())) or None for at in range(len(self))]
         return found
 
     def _numbers(self, signed: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:
@@ -290,8 +307,8 @@ def compare_runs(
     'repeatable'
     """
     _check_options(by, level)
-    table = _table_of(results, names, units, jobs)
-    return compare_table(replace(table, runs=_with_places(_without_copies(table))), by=by, level=level)
+    table = table_of(results, names, units, jobs)
+    return compare_table(replace(table, runs=with_places(without_copies(table))), by=by, level=level)
 
 
 def _check_options(by: str, level: float) -> None:
@@ -307,7 +324,7 @@ def compare_table(table: RunTable, *, by: By = "unit", level: float = 0.95) -> R
     if not usable.any():
         reasons = [f"{run.place or run.name}: {run.problem}" for run in table.runs]
         raise DataError(reasons[0] if len(reasons) == 1 else f"no result can be used; the first: {reasons[0]}")
-    table = _of_one_unit(table)
+    table = of_one_unit(table)
     names_of = ["" if by == "axis" else run.serial if by == "unit" else run.name for run in table.runs]
     groups = sorted({name for name, ok in zip(names_of, usable, strict=True) if ok})
     position = {name: k for k, name in enumerate(groups)}
@@ -325,116 +342,6 @@ def compare_table(table: RunTable, *, by: By = "unit", level: float = 0.95) -> R
         cells=cells,
         effects=effects_of(table, cells, level=level),
     )
-
-
-def _table_of(
-    results: Any,  # noqa: ANN401  what a user gives
-    names: Sequence[str] | None,
-    units: Sequence[str] | None,
-    jobs: int | None,
-) -> RunTable:
-    given = [results] if isinstance(results, str | Path | Mapping) or hasattr(results, "to_dict") else list(results)
-    for option, of in (("names", names), ("units", units)):
-        if of is not None and len(of) != len(given):
-            raise OptionError(
-                f"{{option}} must have one name per result: {len(of)} names, {len(given)} results", option=option
-            )
-    if not given:
-        raise DataError("no results to compare")
-    if names is None and units is None and all(isinstance(one, str | Path) for one in given):
-        return read_runs(gather([Path(one) for one in given]), jobs=jobs)
-    tables = []
-    for k, one in enumerate(given):
-        name = f"run {k + 1}" if names is None else str(names[k])
-        serial = None if units is None else str(units[k])
-        if isinstance(one, str | Path):
-            own = read_runs(gather([Path(one)]), jobs=jobs)
-            many = len(own.runs) > 1
-            runs = (
-                replace(
-                    run,
-                    name=run.name if names is None else f"{name} {run.name}" if many else name,
-                    serial=run.serial if serial is None else serial,
-                )
-                for run in own.runs
-            )
-            tables.append(replace(own, runs=tuple(runs)))
-            continue
-        content = one.to_dict() if hasattr(one, "to_dict") else one
-        builder = RunsBuilder()
-        builder.add_result(content, name=name, serial=serial)
-        own = builder.table()
-        if names is not None:
-            own = replace(own, runs=tuple(replace(run, name=name) for run in own.runs))
-        tables.append(own)
-    return joined(tables)
-
-
-def _without_copies(table: RunTable) -> tuple[Run, ...]:
-    """Results that are there twice are named, because copies are not independent: of the same log, or with the same values
-    to the last bit, which two records do not have. Values that were typed may be equal.
-    """
-    order = np.argsort(table.run, kind="stable")
-    ends = np.searchsorted(table.run[order], np.arange(len(table.runs) + 1))
-    seen: dict[object, Run] = {}
-    found = []
-    for k, run in enumerate(table.runs):
-        own = order[ends[k] : ends[k + 1]]
-        keys: list[object] = [] if run.sha256 is None else [run.sha256]
-        if not run.typed and len(own):
-            keys.append((table.label[own].tobytes(), table.value[own].tobytes(), table.limit[own].tobytes()))
-        first = next((seen[key] for key in keys if key in seen), None)
-        if first is not None and not run.problem:
-            found.append(replace(run, problem=f"of the same log as {first.place or first.name}"))
-            continue
-        seen |= dict.fromkeys(keys, run)
-        found.append(run)
-    return tuple(found)
-
-
-def _with_places(runs: tuple[Run, ...]) -> tuple[Run, ...]:
-    """Units by folder if no note names them and there are several folders; names that tell the runs of a unit apart."""
-    named = any(run.serial for run in runs)
-    folders = set() if named else {Path(run.place).parent for run in runs if run.place and not run.problem}
-    if len(folders) > 1:
-        runs = tuple(replace(run, serial=Path(run.place).parent.name if run.place else "") for run in runs)
-    used: set[tuple[str, str]] = set()
-    found = []
-    for run in runs:
-        name, number = run.name, 2
-        while (run.serial, name) in used and not run.problem:
-            name, number = f"{run.name} ({number})", number + 1
-        used.add((run.serial, name))
-        found.append(run if name == run.name else replace(run, name=name))
-    return tuple(found)
-
-
-def _of_one_unit(table: RunTable) -> RunTable:
-    """Without channels that are in another physical unit than in most runs, such as rad/s among m/s²: the runs are named."""
-    kinds: dict[tuple[str, str], list[int]] = {}
-    for k, label in enumerate(table.labels):
-        kinds.setdefault((label.channel, label.term), []).append(k)
-    several = [of for of in kinds.values() if len(of) > 1]
-    if not several:
-        return table
-    counts = np.bincount(table.label, minlength=len(table.labels))
-    keep = np.ones(len(table.labels), dtype=bool)
-    for of in several:
-        most = max(of, key=lambda k: counts[k])
-        keep[[k for k in of if k != most]] = False
-    runs = list(table.runs)
-    for at in np.unique(table.run[~keep[table.label]]):
-        wrong = sorted({table.labels[k].channel for k in table.label[table.run == at] if not keep[k]})
-        if not runs[at].problem:
-            runs[at] = replace(runs[at], problem=f"{', '.join(wrong)}: in another unit than in the other results")
-    bad = {k for k, run in enumerate(runs) if run.problem}
-    rows = np.array(
-        [keep[label] and run not in bad for run, label in zip(table.run, table.label, strict=True)], dtype=bool
-    )
-    arrays = {
-        name: getattr(table, name)[rows] for name in ("run", "label", "value", "error", "limit", "delta", "status")
-    }
-    return replace(table, runs=tuple(runs), **arrays)
 
 
 def _clocks(runs: Sequence[Run]) -> tuple[dict[str, Finding], tuple[str, ...]]:

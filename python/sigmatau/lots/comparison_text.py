@@ -17,8 +17,10 @@ from sigmatau.results import WIDTH, lines_text, two_digits, wrapped
 if TYPE_CHECKING:
     from sigmatau.lots.comparison import RunComparison
 
-_MOST_ROWS = 13  # of a table on a screen of 24 lines
-_MOST_NAMED = 4  # runs, groups or results that are named in a line
+_SCREEN = 23  # lines, and a prompt
+_LEAST_ROWS = 6  # of the table of one group
+_MOST_ROWS = 13  # of the table of many groups
+_MOST_NAMED = 4  # runs and groups that are named
 _LARGEST = 1.0  # relative spread up to which it is printed
 _SHORT: dict[Judgement, str] = {
     "repeatable": "repeatable",
@@ -79,14 +81,15 @@ def _of_one(comparison: RunComparison) -> list[str]:
     compared = [at for at in rows if comparison.cells.seen[at] > 1] or [at for at in rows if comparison.cells.seen[at]]
     judgements = comparison.judgements()
     order = in_order(comparison, compared)
-    if len(order) > _MOST_ROWS:
-        worst = sorted(order, key=lambda at: _ORDER.index(judgements[at]))[:_MOST_ROWS]
+    below = [*wrapped(_said(comparison, order, judgements)), *_turn_on(comparison)]
+    room = max(_SCREEN - len(below) - 3, _LEAST_ROWS)  # beside the first two lines and that on the intervals
+    if len(order) > room:
+        worst = sorted(order, key=lambda at: _ORDER.index(judgements[at]))[: room - 1]
         order = [at for at in order if at in worst]
     lines = [_head(comparison), *_table(comparison, order, judgements)]
     if len(compared) > len(order):
         lines.append(f"{len(compared) - len(order)} more rows, none worse: --table")
-    lines += _said(comparison, order, judgements)
-    return lines + _turn_on(comparison)
+    return lines + below
 
 
 def _head(comparison: RunComparison) -> str:
@@ -180,12 +183,22 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
             others = [v for one, v, _ in comparison.values(at) if one is not run]
             lines.append(
                 f"! {label.channel} {term_name(label)}: {what} {name} does not belong:"
-                f" {_against(value, float(np.mean(others)))} the mean of the others"
+                f" {_against(value, float(np.mean(others)))} the others"
+            )
+    below = comparison.below()
+    for at in rows:
+        if at in below:
+            label, runs = comparison.key(at)[1], below[at]
+            unit, size = unit_of(label)
+            limit = min(comparison.table.limit[comparison.cells.limited(at)]) / size
+            lines.append(
+                f"! {label.channel} {term_name(label)}: {what} {runs[0].name} should show it:"
+                f" below {two_digits(limit)} {unit}, less than expected of a {what}"
             )
     if len(lines) > _MOST_NAMED:
         lines = [
             *lines[:_MOST_NAMED],
-            f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: --table",
+            f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: --csv",
         ]
     alike = sum(judgements[at] == "too_alike" for at in rows)
     if alike:
@@ -193,11 +206,7 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
             f"! {alike} rows agree better than their errors allow: errors too large, or {what}s not independent"
         )
     if any(comparison.cells.seen[at] < comparison.cells.looked[at] for at in rows):
-        lines.append(
-            f"· 5 of 7: only 5 {what}s show the term. Mean and spread are of these, and the mean is too large.".replace(
-                "5 of 7: only 5", "m of n: only m"
-            )
-        )
+        lines.append(f"· m of n: only m {what}s show the term; their mean is too large.")
     return lines
 
 
@@ -249,7 +258,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
     channels: dict[str, int] = {}
     for label in labels:
         channels.setdefault(label.channel, len(channels))
-    head = ("", "", f"{group}s", "STD %", f"between {what}s %", "repeatable", "vary", "outlier")
+    head = ("", "", f"{group}s", "STD %", f"between {what}s %", "repeat", "vary", "outlier")
     cells: list[tuple[str, ...]] = [head]
     listed = sorted(rows, key=lambda key: (channels[key[0]], order.index(key[1])))
     for channel, term in listed[:_MOST_ROWS]:
@@ -288,7 +297,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
         lines.append(f"! {name}: {what} {runs[0]}{more} does not belong")
     if len(named) > _MOST_NAMED:
         lines.append(f"! {len(named) - _MOST_NAMED} more {group}s have a {what} that does not belong: --csv")
-    return lines
+    return wrapped(lines)
 
 
 def _paper_table(

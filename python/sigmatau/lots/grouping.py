@@ -32,6 +32,10 @@ class Cells:
         """Rows of the table whose values a cell compares."""
         return self.order[self.first[at] : self.first[at] + self.seen[at]]
 
+    def limited(self, at: int) -> Ints:
+        """Rows of the table with the upper limits of the runs of a cell that do not show the term."""
+        return self.order[self.first[at] + self.seen[at] : self.first[at] + self.looked[at]]
+
 
 def cells_of(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool_]) -> Cells:
     """Sort the rows of the usable runs into cells; the values of a cell are in the order of the runs."""

@@ -205,13 +205,14 @@ def check_choices(undecided: object, fail_on: object, accept: object) -> None:
 
 def _finding_codes() -> set[str]:
     from importlib import import_module
+    from pkgutil import iter_modules
 
+    from sigmatau.findings import kinds
     from sigmatau.findings.finding import Details
-    from sigmatau.findings.wording import SUBJECTS
 
     found = set()
-    for subject in SUBJECTS:
-        for kind in vars(import_module(f"sigmatau.findings.kinds.{subject}")).values():
+    for module in iter_modules(kinds.__path__):
+        for kind in vars(import_module(f"{kinds.__name__}.{module.name}")).values():
             if isinstance(kind, type) and issubclass(kind, Details) and kind.code:
                 found.add(kind.code)
     return found

@@ -160,10 +160,9 @@ def of_findings(unit: UnitResult) -> list[Remark]:
             continue
         kinds.setdefault((one.code, one.severity), []).append(one)
     for (code, severity), alike in kinds.items():
-        told = alike[0]
         channels = tuple(dict.fromkeys(channel for one in alike for channel in one.channels))
         grave = (severity != "info" and code not in ALLOWED_FOR) or code in DEFECTS
-        found.append(Remark(code=code, kind="data" if grave else "note", channels=channels, text=told.message))
+        found.append(Remark(code=code, kind="data" if grave else "note", channels=channels, text=alike[0].told))
     return found
 
 

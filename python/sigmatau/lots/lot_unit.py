@@ -54,13 +54,13 @@ class UnitChannel:
 
 @frozen
 class UnitFinding:
-    """A finding of the analysis of a unit."""
+    """A finding of the analysis of a unit, with its words, which are only shown."""
 
     code: str
     severity: str
     channels: tuple[str, ...]
-    message: str
-    action: str
+    told: str
+    advice: str
     left_out: int = 0
 
 
@@ -189,7 +189,7 @@ def _finding(one: Mapping[str, Any]) -> UnitFinding:
         code=str(one.get("code", "")),
         severity=severity if severity in _SEVERITIES else "warning",
         channels=tuple(str(name) for name in one.get("channels") or ()),
-        message=str(one.get("message", ""))[:500],
-        action=str(one.get("action", ""))[:500],
+        told=str(one.get("message", ""))[:500],
+        advice=str(one.get("action", ""))[:500],
         left_out=int(one.get("left_out") or 0),
     )

@@ -74,8 +74,8 @@ def _read(files: Sequence[Path]) -> RunTable:
             else:
                 builder.add_result(_content(file), name=file.stem, place=str(file))
         except DataError as error:
-            message = str(error)
-            builder.add_run(Run(name=file.stem, serial="", place=str(file), problem=message.removeprefix(f"{file}: ")))
+            reason = str(error).removeprefix(str(file)).lstrip(":, ")
+            builder.add_run(Run(name=file.stem, serial="", place=str(file), problem=reason))
     return builder.table()
 
 

@@ -197,9 +197,8 @@ def _of_result(content: Mapping[str, Any]) -> tuple[dict[str, str], list[_Row], 
         except DataError as error:
             raise DataError(f"channel {name!r}: {error}") from None
         except (KeyError, TypeError, AttributeError, ValueError) as error:
-            raise DataError(
-                f"channel {name!r}: not a result of sigmatau analyze ({error!r} is missing or wrong)"
-            ) from None
+            what = f"{error} is missing" if isinstance(error, KeyError) else "a part is of another form"
+            raise DataError(f"channel {name!r}: not a result of sigmatau analyze, or changed: {what}") from None
     if not any(row[1] in (OBSERVED, LIMITED) for row in rows):
         raise DataError("no coefficient has an interval: no model fits, or the coefficients were only read off")
     try:

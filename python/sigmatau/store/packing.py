@@ -8,6 +8,7 @@ import sys
 import zlib
 from array import array
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,7 @@ from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 
 _LEVEL = 1  # of zlib: 6 is 8 % smaller and three times slower
-_NOT_COMPARED = {
-    "sigmatau": "",
-    "schema": 0,
-}  # keys that differ between versions of the program that give the same numbers
+_NOT_COMPARED = ("schema", "sigmatau")  # keys that differ between versions of the program that give the same numbers
 _BYTES = 8  # of a number
 _INTEGERS, _FLOATS = "<i8", "<f8"
 
@@ -64,17 +62,25 @@ def pack(result: Mapping[str, Any]) -> Packed:
         channels[name] = {**channel, "curve": {"arrays": heads, "order": [*curve], "rest": rest}}
     told = {**result, "channels": channels}
     numbers = b"".join(curves)
-    checksum = hashlib.sha256(_json({**told, **_NOT_COMPARED}))
+    content = _json(told)
+    checksum = hashlib.sha256(_compared(content, told))
     checksum.update(numbers)
-    return Packed(content=zlib.compress(_json(told), _LEVEL), curves=numbers, digest=checksum.hexdigest())
+    return Packed(content=zlib.compress(content, _LEVEL), curves=numbers, digest=checksum.hexdigest())
+
+
+def _compared(content: bytes, told: Mapping[str, Any]) -> bytes:
+    """The JSON without the version of the program, which stands at its beginning in all results of sigmatau."""
+    head = _json({name: told[name] for name in _NOT_COMPARED if name in told})[:-1] + b","
+    if content.startswith(head):
+        return content[len(head) :]
+    return _json({name: value for name, value in told.items() if name not in _NOT_COMPARED})[1:]
 
 
 def _packed(values: list[Any]) -> tuple[str, bytes]:
     """The type and the bytes of numbers."""
-    try:
-        return _INTEGERS, _little(array("q", values))
-    except (TypeError, OverflowError):
-        pass
+    if type(values[0] if values else 0) is int:
+        with suppress(TypeError, OverflowError):
+            return _INTEGERS, _little(array("q", values))
     try:
         return _FLOATS, _little(array("d", values))
     except TypeError:  # None, because JSON of a result has no NaN

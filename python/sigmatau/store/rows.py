@@ -131,7 +131,9 @@ def _rows(entry: Entry) -> Rows:
     made_with = _canonical([options, source.get("conversions", [])])
     # Of a record without a file, each result that differs is a run of its own.
     path = source.get("path")
-    log = source.get("sha256") or (f"{unit}/{path}" if path else f"{unit}/{entry.name}/{entry.recorded}/{packed.digest}")
+    log = source.get("sha256") or (
+        f"{unit}/{path}" if path else f"{unit}/{entry.name}/{entry.recorded}/{packed.digest}"
+    )
     channels: list[tuple[Any, ...]] = []
     labels: list[Label] = []
     terms, numbers = [], []

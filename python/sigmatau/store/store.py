@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from datetime import datetime
 from itertools import compress
 from pathlib import Path
 from types import TracebackType
@@ -12,11 +11,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import QUANTIFIED
-from sigmatau.frozen import frozen
-from sigmatau.results import Tabular, lines_text
+from sigmatau.store.choosing import Chosen, Table, conditions
 from sigmatau.store.ingest import BATCH, Added
-from sigmatau.store.rows import Entry, in_utc
-from sigmatau.store.text import aligned, cell
+from sigmatau.store.rows import Entry
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement, Select
@@ -29,47 +26,6 @@ if TYPE_CHECKING:
     from sigmatau.store.trend import Period, Trend
 
 _READ = 100  # results that are read at a time
-
-
-@frozen
-class Chosen:
-    """Which runs: all that are current, or those of units, of a sensor model, of a state, or of a time."""
-
-    units: tuple[str, ...] = ()  # names; with a * any that begin or end so
-    model: str | None = None
-    states: tuple[str, ...] = ()
-    since: datetime | None = None  # UTC
-    until: datetime | None = None
-    pattern: bool = True  # whether * in the name of a unit stands for any text
-    history: bool = False  # whether results that were replaced are chosen too
-
-
-@frozen(kw_only=False)
-class Table(Tabular):
-    """Rows of a store."""
-
-    content: Mapping[str, list[Any]]
-
-    def columns(self) -> dict[str, list[Any]]:
-        """The table by column; see `Tabular.columns`."""
-        return dict(self.content)
-
-    def __len__(self) -> int:
-        return len(next(iter(self.content.values()), ()))
-
-    def to_dict(self) -> dict[str, Any]:
-        """By column; times as ISO 8601 in UTC."""
-        return {
-            key: [f"{x.isoformat()}Z" if isinstance(x, datetime) else x for x in of] for key, of in self.content.items()
-        }
-
-    def shown(self, names: Sequence[str]) -> Table:
-        """Some of the columns."""
-        return Table({name: self.content[name] for name in names})
-
-    def __repr__(self) -> str:
-        rows = zip(*self.content.values(), strict=True)
-        return lines_text(aligned([tuple(self.content), *(tuple(map(cell, row)) for row in rows)]))
 
 
 class Store:
@@ -93,12 +49,13 @@ class Store:
 
     Examples
     --------
-    >>> import numpy as np
     >>> import sigmatau as st
-    >>> record = st.Record.from_arrays(rate=100, gyro_x=np.random.default_rng(1).normal(size=9000), unit={"gyro": "rad/s"})
-    >>> with st.Store("doctest.db") as store:  # doctest: +SKIP
-    ...     store.add(st.analyze(record), unit="A1")
-    ...     print(store.coefficients(term="random_walk"))
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.analyze(st.simulate(model, duration=600, rate=20, rng=day)) for day in range(3)]
+    >>> with st.Store("lab.db") as store:
+    ...     added = [store.add(day, unit="A1") for day in days]
+    ...     print(store.compare()["gyro_x", "random_walk"].judgement)
+    repeatable
     """
 
     def __init__(self, place: str | Path, *, create: bool = True) -> None:
@@ -207,7 +164,7 @@ class Store:
                 func.min(run.c.recorded).label("first"), func.max(run.c.recorded).label("last"),
             )
             .join_from(unit, run).outerjoin(model, unit.c.model_id == model.c.id)
-            .where(*_conditions(chosen)).group_by(unit.c.name, model.c.name).order_by(unit.c.name)
+            .where(*conditions(chosen)).group_by(unit.c.name, model.c.name).order_by(unit.c.name)
         )  # fmt: skip
         return self._table(query)
 
@@ -224,7 +181,7 @@ class Store:
                 run.c["message"],
             )
             .join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
-            .where(*_conditions(chosen)).order_by(unit.c.name, run.c.recorded, run.c.id)
+            .where(*conditions(chosen)).order_by(unit.c.name, run.c.recorded, run.c.id)
         )  # fmt: skip
         return self._table(query)
 
@@ -248,7 +205,7 @@ class Store:
             .join(tables.run, one.run_id == run.id)
             .join(tables.unit, run.unit_id == tables.unit.c.id)
             .outerjoin(tables.model, tables.unit.c.model_id == tables.model.c.id)
-            .where(*_conditions(chosen))
+            .where(*conditions(chosen))
             .order_by(tables.unit.c.name, run.recorded, run.id, label.channel, label.id)
         )  # fmt: skip
         if term is not None:
@@ -314,7 +271,7 @@ class Store:
         from sigmatau.store.run_table import run_table
 
         with self._read() as connection:
-            table = run_table(connection, _conditions(chosen))
+            table = run_table(connection, conditions(chosen))
         if not table.runs:
             raise DataError("the store has no run with coefficients of this kind")
         return compare_table(table, by=by, level=level)
@@ -349,7 +306,7 @@ class Store:
         time = func.coalesce(run.c.recorded, run.c.added)
         query = (
             select(run.c.id, unit.c.name, time).join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
-            .where(*_conditions(chosen)).order_by(time, run.c.id)
+            .where(*conditions(chosen)).order_by(time, run.c.id)
         )  # fmt: skip
         with self._read() as connection:
             latest = {name: key for key, name, _ in connection.execute(query)}
@@ -405,31 +362,3 @@ def _order(row: Mapping[str, Any]) -> tuple[bool, str, int]:
     """With coefficients, then by time."""
     recorded = row["recorded"]
     return row["state"] == "fitted", "" if recorded is None else recorded.isoformat(), row["id"]
-
-
-def _conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
-    from sqlalchemy import or_
-
-    from sigmatau.store.tables import model, run, unit
-
-    one = chosen or Chosen()
-    found: list[ColumnElement[bool]] = [] if one.history else [run.c.current]
-    if one.units:
-        exact = [name for name in one.units if "*" not in name or not one.pattern]
-        alike = (unit.c.name.like(_like(name), escape="\\") for name in one.units if name not in exact)
-        found.append(or_(unit.c.name.in_(exact), *alike))
-    if one.model is not None:
-        found.append(model.c.name == one.model)
-    if one.states:
-        found.append(run.c.state.in_(one.states))
-    if one.since is not None:
-        found.append(run.c.recorded >= in_utc(one.since))
-    if one.until is not None:
-        found.append(run.c.recorded < in_utc(one.until))
-    return found
-
-
-def _like(name: str) -> str:
-    for special in ("\\", "%", "_"):
-        name = name.replace(special, "\\" + special)
-    return name.replace("*", "%")

@@ -297,8 +297,9 @@ def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
             score = (count, count / fields[n])
             if score > best:
                 best = score
-                # A delimiter at the end of every line does not add a column.
-                choice = (delimiter, n - 1 if trailing[n] == lines[n] else n)
+                # A delimiter at the end of every line does not add a column that has no name.
+                bare = trailing[n] == lines[n] and not _names_last(rows[:_HEADERS], delimiter, n)
+                choice = (delimiter, n - 1 if bare else n)
     if choice is None:
         line = rows[0]
         raise DataError(
@@ -307,6 +308,12 @@ def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
         )
     delimiter, columns = choice
     return (None if columns == 1 and all(len(r.split(None)) == 1 for r in rows[-5:]) else delimiter), columns
+
+
+def _names_last(rows: list[_Line], delimiter: str | None, columns: int) -> bool:
+    """Whether a line names the last of so many columns, whose samples may begin later than those of the others."""
+    found = (row.split(delimiter) for row in rows)
+    return any(len(f) == columns and f[-1].strip() and not _is_data(f, columns) for f in found)
 
 
 def _refuse_sentences(rows: list[_Line]) -> None:

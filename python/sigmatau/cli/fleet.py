@@ -133,6 +133,8 @@ def fleet_command(
                 finally:
                     tally.write()
         except DataError as error:
+            if not tally.finished:
+                raise
             raise DataError(
                 f"{error}; {tally.written} of {len(wanted)} logs are in the store, and the same command goes on with the"
                 " others"
@@ -225,7 +227,7 @@ def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
             now = time.monotonic()
             if now - last > _REPORT:
                 last = now
-                say(f"{done} of {total} logs{_rate(done, total, now - begun)}")
+                say(f"{done} of {total} logs, {_rate(done, total, now - begun)}")
 
         yield tell
         return
@@ -250,4 +252,4 @@ def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
 def _rate(done: int, total: int, seconds: float) -> str:
     if not done or seconds <= 0:
         return ""
-    return f", {done / seconds:.3g} logs/s, {duration_text((total - done) * seconds / done)} left"
+    return f"{done / seconds:.3g} logs/s, {duration_text((total - done) * seconds / done)} left"

@@ -2,7 +2,7 @@
 # PYTHON=python3.12 chooses the Python of .venv; by default it is the first of python3.13 … python3.11, python3 that will do.
 export PYTHON
 .DEFAULT_GOAL := help
-.PHONY: help doctor build demo test bench bench-io fuzz study lock clean
+.PHONY: help doctor build demo test bench bench-io fuzz study paper lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-9s%s\n' "$$name" "$$what"; done
@@ -38,6 +38,10 @@ study: build ## Monte Carlo of the statistics, and seeded bugs: docs/study
 	@scripts/venv.sh dev
 	@.venv/bin/python -m studies.run
 	@.venv/bin/python -m studies.mutations
+
+paper: build ## the paper, reproduced: figures, tables and outputs of docs/paper
+	@scripts/venv.sh dev
+	@.venv/bin/python -m studies.paper
 
 lock: ## newest versions into requirements/
 	@scripts/lock.sh

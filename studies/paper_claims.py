@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -14,54 +13,11 @@ from sigmatau.datasheets.compare import compare_with
 from sigmatau.datasheets.sheet import datasheet
 from sigmatau.datasheets.verdict import Verdict
 from sigmatau.model.noise_model import NoiseModel
+from studies.paper.tables import TABLES
 
-__all__ = ["PAGE", "TABLES", "measured", "page", "verdicts"]
+__all__ = ["PAGE", "measured", "page", "verdicts"]
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "study" / "paper-claims.md"
-
-# Value and ± as they are printed, by unit, channel and term.
-TABLES: Mapping[str, Mapping[tuple[str, str], tuple[float, float]]] = {
-    "cimu": {
-        ("gyro_x", "quantization"): (0.973, 0.074),
-        ("gyro_y", "quantization"): (0.517, 0.020),
-        ("gyro_z", "quantization"): (0.577, 0.016),
-        ("gyro_x", "random_walk"): (0.0015, 0.0005),
-        ("gyro_y", "random_walk"): (0.0019, 0.0006),
-        ("gyro_z", "random_walk"): (0.0018, 0.0006),
-        ("accel_x", "quantization"): (1.680, 0.128),
-        ("accel_y", "quantization"): (1.298, 0.099),
-        ("accel_x", "rate_ramp"): (2.64, 0.88),
-        ("accel_y", "rate_ramp"): (0.89, 0.30),
-    },
-    "hg1700": {
-        ("gyro_x", "quantization"): (5.1154, 0.068),
-        ("gyro_y", "quantization"): (1.2742, 0.0032),
-        ("gyro_z", "quantization"): (1.2316, 0.0028),
-        ("gyro_x", "random_walk"): (0.094, 0.031),
-        ("gyro_y", "random_walk"): (0.088, 0.030),
-        ("gyro_z", "random_walk"): (0.075, 0.026),
-        ("accel_x", "quantization"): (2.119, 0.067),
-        ("accel_y", "quantization"): (2.199, 0.118),
-        ("accel_z", "quantization"): (2.185, 0.058),
-        ("accel_x", "rate_random_walk"): (0.76, 0.25),
-        ("accel_y", "rate_random_walk"): (1.16, 0.39),
-        ("accel_z", "rate_random_walk"): (3.35, 1.12),
-    },
-    "motionpak2": {
-        ("gyro_x", "random_walk"): (0.512, 0.007),
-        ("gyro_y", "random_walk"): (0.486, 0.007),
-        ("gyro_z", "random_walk"): (0.489, 0.007),
-        ("gyro_x", "bias_instability"): (13.6, 1.4),
-        ("gyro_y", "bias_instability"): (11.7, 1.2),
-        ("gyro_z", "bias_instability"): (16.8, 1.7),
-        ("accel_x", "random_walk"): (0.0166, 0.00003),
-        ("accel_y", "random_walk"): (0.0159, 0.00003),
-        ("accel_z", "random_walk"): (0.0161, 0.00003),
-        ("accel_x", "bias_instability"): (4.36, 0.04),
-        ("accel_y", "bias_instability"): (4.09, 0.08),
-        ("accel_z", "bias_instability"): (4.36, 0.08),
-    },
-}
 
 _ONE_SIGMA = 0.6826894921370859  # probability of ± one standard deviation of a normal variable
 

@@ -1,19 +1,22 @@
-"""What reading coefficients off the curve gives: the rules of `sigmatau.fitting.read_off`, set and judged.
+"""What reading coefficients off the curve gives: the rules of `sigmatau.fitting.read_off_regions`, set and judged.
 
-Each case is a mixture of terms in SI. A record is simulated, its curve computed on half octaves and read by every rule
-tried. Two numbers judge a rule for a term: how often it reports the term in a case that does not contain it, and how often
-in one where the term rules the curve over a decade or more. The errors of what is then reported follow.
+Each case is a mixture of terms in SI. A record is simulated, its curve computed on half octaves and read by the rules in
+use and by others, in which one number of the rule of one term is changed. Two numbers judge a rule of a term: how often it
+reports the term in a case that does not contain it, and how often in one where the term rules the curve over a decade or
+more. The errors of what is then reported follow.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sigmatau.estimators.allan import allan
-from sigmatau.fitting.read_off import GAIN, RULES, Rule, read_off
+from sigmatau.fitting.read_off import read_off
+from sigmatau.fitting.read_off_regions import LARGEST_ERROR, LEAST_LEFT, RULES, Rule
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.simulation.in_memory import simulate
@@ -21,8 +24,14 @@ from sigmatau.units import to_si
 from studies.runner import run
 
 RECORDS = 200
-TRIED = [Rule(tolerance=t, slope_error=e, span=4.0) for t in (0.06, 0.1, 0.15) for e in (0.06, 0.1, 0.2)]
-TRIED += [Rule(tolerance=0.1, slope_error=0.1, span=s) for s in (2.0, 8.0)]
+CHANGES: list[tuple[str, tuple[float, ...]]] = [
+    ("tolerance", (0.06, 0.1, 0.15)),
+    ("slope_error", (0.06, 0.1, 0.2)),
+    ("rest", (0.05, 0.1, 0.15, 0.2, 0.3)),
+    ("gain", (1.0, 2.0, 6.0)),
+    ("scatter", (0.3, 1.0)),
+]
+USED = "rules in use"
 
 
 def _si(**coefficients: str) -> dict[str, float]:
@@ -42,6 +51,14 @@ CASES: dict[str, tuple[float, float, str, dict[str, float]]] = {
     "HG1700 accel Z": (100, 7200, "accel", _si(quantization="6.069e-4 m/s", rate_random_walk="3.35 m/s/h^(3/2)")),
     "CIMU gyro X": (200, 7200, "gyro", _si(quantization="0.973 arcsec", random_walk="0.0015 deg/sqrt(h)")),
     "CIMU accel X": (200, 7200, "accel", _si(quantization="4.667e-4 m/s", rate_ramp="2.64 m/s/h^2")),
+    "CIMU gyro Y": (200, 7200, "gyro", _si(quantization="0.517 arcsec", random_walk="0.0019 deg/sqrt(h)")),
+    "HG1700 accel Y": (100, 7200, "accel", _si(quantization="6.108e-4 m/s", rate_random_walk="1.16 m/s/h^(3/2)")),
+    "MotionPak II accel X": (
+        100,
+        7200,
+        "accel",
+        _si(random_walk="0.0166 m/s/sqrt(h)", bias_instability="4.36 m/s/h"),
+    ),
     "MotionPak II gyro X": (100, 7200, "gyro", _si(random_walk="0.512 deg/sqrt(h)", bias_instability="13.6 deg/h")),
     "MEMS, N B K": (
         100,
@@ -70,31 +87,39 @@ CASES: dict[str, tuple[float, float, str, dict[str, float]]] = {
 }
 
 
-def key_of(rule: Rule) -> str:
-    """A rule as the key of its readings."""
-    return f"{rule.tolerance:g}/{rule.slope_error:g}/{rule.span:g}"
+def tried() -> dict[str, dict[str, Rule]]:
+    """Sets of rules by name: those in use, and for each term those with one number changed."""
+    sets = {USED: dict(RULES)}
+    for term, rule in RULES.items():
+        for field, values in CHANGES:
+            for value in values:
+                if value != getattr(rule, field):
+                    sets[f"{term} {field} {value:g}"] = dict(RULES) | {term: replace(rule, **{field: value})}
+    return sets
 
 
 def cell(seed: int, case: str) -> dict[str, Any]:
-    """Every reading of one case: ``{rule: {term: [[value, δ], …]}}``; the rule ``chosen`` is the package's."""
+    """Readings of one case: of the rules in use ``{term: [[value, δ], …]}``, of another set the count of its own term."""
     rate, duration, stream, coefficients = CASES[case]
     channel = f"{stream}_x"
     model = NoiseModel(channels={channel: coefficients})
     rng = np.random.default_rng(seed)
-    rules = {key_of(rule): dict.fromkeys(TERMS, rule) for rule in TRIED} | {"chosen": dict(RULES)}
-    readings: dict[str, Any] = {key: {} for key in rules}
+    used: dict[str, list[list[float]]] = {}
+    counts = dict.fromkeys((name for name in tried() if name != USED), 0)
     for _ in range(RECORDS):
         curve = allan(simulate(model, duration=duration, rate=rate, rng=rng), threads=1)[channel]
-        for key, rule in rules.items():
-            for term, c in read_off(curve, rules=rule).items():
-                readings[key].setdefault(term, []).append([c.value, c.percentage])
-    return readings
+        for term, c in read_off(curve).items():
+            used.setdefault(term, []).append([c.value, c.percentage])
+        for name, rules in tried().items():
+            if name != USED:
+                counts[name] += name.split()[0] in read_off(curve, rules=rules)
+    return {USED: used, **counts}
 
 
 def dominated(case: str) -> dict[str, float]:
-    """Decades of τ, up to a fifth of the record, over which a term of the case makes 90 % of the variance or more."""
+    """Decades of τ, up to a quarter of the record, over which a term of the case makes 90 % of the variance or more."""
     rate, duration, _, coefficients = CASES[case]
-    m = np.unique(np.geomspace(1, rate * duration / 5, 400).astype(int))
+    m = np.unique(np.geomspace(1, rate * duration / 4, 400).astype(int))
     parts = {term: avar(term, value, m=m, tau0=1 / rate) for term, value in coefficients.items()}
     total = np.sum(list(parts.values()), axis=0)
     result = {}
@@ -106,43 +131,42 @@ def dominated(case: str) -> dict[str, float]:
 
 def main() -> None:
     """Run the study and write docs/study/read-off.md."""
-    settings = repr((RECORDS, TRIED, RULES, CASES, GAIN))
+    settings = repr((RECORDS, CHANGES, RULES, CASES, LARGEST_ERROR, LEAST_LEFT))
     results = run("read_off", {case: (cell, (case,)) for case in CASES}, settings=settings)
     ruled = {case: dominated(case) for case in CASES}
     lines = [_HEAD.format(records=RECORDS, cases=len(CASES))]
-    for term in TERMS:
-        for rule in TRIED:
-            false, where = _false(results, key_of(rule), term)
-            found = _found(results, key_of(rule), term, ruled)
-            mark = "**" if rule == RULES[term] else ""
-            lines.append(
-                f"| {mark}{term}{mark} | {rule.tolerance:g} | {rule.slope_error:g} | {rule.span:g} | {false:.1f} | {where}"
-                f" | {found:.0f} |"
-            )
+    for term, rule in RULES.items():
+        for field, values in CHANGES:
+            for value in sorted({*values, getattr(rule, field)}):
+                name = USED if value == getattr(rule, field) else f"{term} {field} {value:g}"
+                false, where = _false(results, name, term)
+                mark = "**" if name == USED else ""
+                found = _found(results, name, term, ruled)
+                lines.append(f"| {term} | {field} | {mark}{value:g}{mark} | {false:.1f} | {where} | {found:.0f} |")
     lines.append(_SECOND)
     for case in CASES:
         for term in TERMS:
-            row = _row(case, term, results[case]["chosen"].get(term, []), ruled[case])
+            row = _row(case, term, results[case][USED].get(term, []), ruled[case])
             if row is not None:
                 lines.append(row)
     Path("docs/study/read-off.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _false(results: dict[str, Any], key: str, term: str) -> tuple[float, str]:
+def _share(result: dict[str, Any], name: str, term: str) -> float:
+    """Share of the records of a case in which a term is reported. [%]"""
+    return 100 * (len(result[USED].get(term, [])) if name == USED else result[name]) / RECORDS
+
+
+def _false(results: dict[str, Any], name: str, term: str) -> tuple[float, str]:
     """Largest share of records of a case without the term in which it is reported, and the case. [%]"""
-    cells = {
-        case: 100 * len(results[case][key].get(term, [])) / RECORDS
-        for case, (_, _, _, truth) in CASES.items()
-        if term not in truth
-    }
+    cells = {case: _share(results[case], name, term) for case, (_, _, _, truth) in CASES.items() if term not in truth}
     where = max(cells, key=lambda case: cells[case])
     return cells[where], where if cells[where] else "none"
 
 
-def _found(results: dict[str, Any], key: str, term: str, ruled: dict[str, dict[str, float]]) -> float:
+def _found(results: dict[str, Any], name: str, term: str, ruled: dict[str, dict[str, float]]) -> float:
     """Mean share of records, over the cases in which the term rules a decade, in which it is reported. [%]"""
-    cases = [case for case in CASES if ruled[case].get(term, 0) >= 1]
-    return float(np.mean([100 * len(results[case][key].get(term, [])) / RECORDS for case in cases]))
+    return float(np.mean([_share(results[case], name, term) for case in CASES if ruled[case].get(term, 0) >= 1]))
 
 
 def _row(case: str, term: str, readings: list[list[float]], ruled: dict[str, float]) -> str | None:
@@ -162,24 +186,24 @@ def _row(case: str, term: str, readings: list[list[float]], ruled: dict[str, flo
 _HEAD = """# Accuracy of coefficients read off the curve
 
 Made by `make study` (studies/read_off.py): {cases} cases with {records} simulated records each, at half octaves; the
-seeds are derived from the names of the cases. The three parameters of a rule are those of
-`sigmatau.fitting.read_off.Rule`. The rule in bold is the one in use.
+seeds are derived from the names of the cases. Each row changes one number of the rule of one term
+(`sigmatau.fitting.read_off_regions.Rule`); bold is the rule in use.
 
 - false: share of records in which the term is reported although the record does not contain it, for the worst case; "in"
   names this case.
 - found: mean share of records in which the term is reported, over the cases in which it is 90 % of the variance over at
-  least one decade of τ (up to a fifth of the record).
+  least one decade of τ (up to a quarter of the record).
 
-| term | tolerance | slope error | span | false [%] | in | found [%] |
-|---|---|---|---|---|---|---|"""
+| term | number | value | false [%] | in | found [%] |
+|---|---|---|---|---|---|"""
 
 _SECOND = """
 ## All cases with the rules in use
 
 "Decades" is the range of τ in which the term is 90 % of the variance. "Stated" is the mean error by eq. (26). Bias and
-standard deviation of the reported values are in per cent of the true value. The bias is a property of the method, because
-a line fitted where two terms overlap contains both. The stated errors are not close to the true errors: some are larger,
-some are smaller.
+standard deviation of the reported values are in per cent of the true value. The stated errors are not the true errors: most
+are larger, because many points carry a line; a few are smaller. A term that is there and has no line of its own biases the
+lines beside it.
 
 | case | term | decades | reported [%] | bias [%] | sd [%] | stated [%] |
 |---|---|---|---|---|---|---|"""

@@ -13,10 +13,12 @@ from studies import (
     false_alarms,
     gaps,
     intervals,
+    joint,
     likelihood,
     mean_stability,
     oracle,
     paper_claims,
+    paper_read_off,
     prediction,
     processes,
     read_off,
@@ -31,6 +33,7 @@ from studies import (
 
 STUDIES = (
     read_off,
+    paper_read_off,
     intervals,
     robustness,
     likelihood,
@@ -42,6 +45,7 @@ STUDIES = (
     processes,
     datasheets,
     gaps,
+    joint,
     bandwidth,
     round_trip,
     stability,

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+import sigmatau as st
 from sigmatau import Record, allan, analyze
 from sigmatau.errors import OptionError
+from sigmatau.units import to_si
 
 
 @pytest.fixture(scope="module")
@@ -82,3 +84,39 @@ def test_of_every_averaging_time_as_many_are_drawn_as_can_be_told_apart(record):
     assert np.interp(np.log(x), np.log(curve.tau), curve.adev) == pytest.approx(y)
     assert line.get_marker() == ""
     assert allan(record, taus="eighth")["gyro_x"].plot().axes[0].lines[0].get_marker() == "o"
+
+
+class TestOverlay:
+    def records(self):
+        whole = np.random.default_rng(1).standard_normal((20_000, 2)) * 1e-3
+        return {
+            f"{100 / k:g} Hz": st.allan(
+                st.Record.from_arrays(rate=100 / k, gyro_x=whole[::k, 0], accel_z=whole[::k, 1])
+            )
+            for k in (1, 5, 20)
+        }
+
+    def test_a_panel_a_channel_a_line_a_record(self):
+        curves = self.records()
+        panels = st.plot_overlay(curves).axes
+        assert [ax.get_title() for ax in panels] == ["gyro_x", "accel_z"]
+        assert [[line.get_label() for line in ax.lines] for ax in panels] == [list(curves)] * 2
+        line = panels[0].lines[1]
+        np.testing.assert_allclose(line.get_xdata(), curves["20 Hz"]["gyro_x"].tau)
+        np.testing.assert_allclose(line.get_ydata() * to_si(1, "deg/h"), curves["20 Hz"]["gyro_x"].adev)
+        assert "deg/h" in panels[0].get_ylabel()
+        assert panels[0].get_legend() is not None
+
+    def test_a_channel_that_some_records_lack(self):
+        curves = {"a": self.records()["100 Hz"], "b": {"gyro_x": self.records()["5 Hz"]["gyro_x"]}}
+        gyro, accel = st.plot_overlay(curves, style="paper").axes
+        assert [len(gyro.lines), len(accel.lines)] == [2, 1]
+
+    def test_errors(self):
+        with pytest.raises(OptionError, match="`curves` has no curve"):
+            st.plot_overlay({"a": {}})
+        volts, metres = (
+            st.allan(Record.from_arrays(rate=1, x=np.arange(100.0) ** 2, unit={"x": unit})) for unit in ("V", "m")
+        )
+        with pytest.raises(OptionError, match="x is in m in b, and in V in another record"):
+            st.plot_overlay({"a": volts, "b": metres})

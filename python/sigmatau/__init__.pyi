@@ -14,6 +14,8 @@ from .exporting.export import export
 from .findings.finding import Finding
 from .fitting.channel import fit_channel
 from .fitting.fit import fit
+from .fitting.joint import fit_jointly
+from .fitting.joint_fit import JointChannel, JointFit
 from .fitting.noise_fit import NoiseFit
 from .fitting.planning import Plan, plan
 from .fitting.read_off import ReadOff, read_off
@@ -28,6 +30,7 @@ from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from .navigation.predict import predict
+from .plot.overlay import plot_overlay
 from .quality.check import check
 from .quality.inspection import inspect
 from .record.record import Record
@@ -61,6 +64,8 @@ __all__ = [
     "Finding",
     "GaussMarkov",
     "Imperfections",
+    "JointChannel",
+    "JointFit",
     "Lot",
     "LowPass",
     "NoiseFit",
@@ -93,12 +98,14 @@ __all__ = [
     "export",
     "fit",
     "fit_channel",
+    "fit_jointly",
     "from_frame",
     "inspect",
     "judge_lot",
     "list_datasheets",
     "lot_report",
     "plan",
+    "plot_overlay",
     "predict",
     "psd",
     "random_effects",

@@ -33,6 +33,7 @@ __all__ = [
     "from_sides",
     "gauss_markov_avar",
     "gauss_markov_psd",
+    "likelihood_jointly",
     "log_contents",
     "log_messages",
     "masked_variances",
@@ -75,6 +76,8 @@ class LikelihoodSummary:
     @property
     def samples(self) -> int: ...
     @property
+    def duration(self) -> float: ...
+    @property
     def centres(self) -> _Floats: ...
     @property
     def periodogram(self) -> tuple[_Floats, _Floats]: ...
@@ -91,6 +94,17 @@ class LikelihoodSummary:
         regressors: list[_Floats],
         level: float,
     ) -> dict[str, Any]: ...
+
+def likelihood_jointly(
+    summaries: list[LikelihoodSummary],
+    regressors: list[list[_Floats]],
+    terms: list[bool],
+    common: list[bool],
+    processes: bool,
+    drifts: bool,
+    times: list[float],
+    level: float,
+) -> dict[str, Any]: ...
 
 @final
 class Accumulator:

@@ -24,7 +24,8 @@ from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.mean_stability import MeanStability, mean_stability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
-from sigmatau.fitting.read_off import read_off
+from sigmatau.fitting.read_off_at import ReadOffAt
+from sigmatau.fitting.read_off_lines import Span
 from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality import curve_checks
@@ -83,6 +84,7 @@ def analyze(
     method: Method = "likelihood",
     terms: Sequence[str] | None = None,
     tau_min: float | None = None,
+    read_off_at: Mapping[str, Span] | None = None,
     long: Long = "auto",
     window: str | None = None,
     leave_out: str | Sequence[str] | None = None,
@@ -112,6 +114,9 @@ def analyze(
         absent; if it is not, the others are wrong.
     tau_min : float, optional
         Shortest averaging time of least squares. Default: found from the goodness of fit. [s]
+    read_off_at : mapping of str to tuple of float, optional
+        Averaging times between which lines are read off, by term, or by channel or sensor and term: ``{"random_walk": (1,
+        10), "gyro_x.quantization": (0.01, 2)}``. Default: by the rules of `sigmatau.read_off`. [s]
     long : {"auto", "exact", "strided"}
         For clusters of more than 4096 samples: use every pair ("exact"), or in bounded memory those that begin at every 64th
         sample or less often ("strided"), see `sigmatau.Accumulator`. "auto" is exact if the memory suffices; otherwise it is
@@ -163,8 +168,10 @@ def analyze(
     kept = causes_to_keep(keep)
     options = stated_settings(
         taus=taus, overlap=overlap, counting=counting, method=method, terms=wanted, tau_min=tau_min, long=long,
-        window=window, leave_out=leave_out, keep=keep, bandwidth=bandwidth, at_rest=at_rest,
+        window=window, leave_out=leave_out, keep=keep, bandwidth=bandwidth, at_rest=at_rest, read_off_at=read_off_at,
     )  # fmt: skip
+    lines = ReadOffAt(read_off_at)
+    lines.check(channel for stream in record.streams for channel in stream.channels)
     findings: list[Finding] = list(record.findings)
     record = from_the_start(record)
     if leave_out is not None:
@@ -232,7 +239,9 @@ def analyze(
         findings=by_severity(findings),
         curves=Curves(curves),
         fits=Fits(fits),
-        read_off=ByChannel({} if moving else {channel: read_off(curve) for channel, curve in curves.items()}),
+        read_off=ByChannel(
+            {} if moving else {channel: lines.read(curve, fits.get(channel)) for channel, curve in curves.items()}
+        ),
         grids={stream.name: grid_text(stream) for stream in record.streams},
         stability=ByChannel(maps),
         mean_stability={channel: found for channel, found in means.items() if found},
@@ -306,7 +315,7 @@ def of_curves(
         findings=by_severity(found),
         curves=Curves(kept),
         fits=Fits(fits),
-        read_off={channel: read_off(curve) for channel, curve in kept.items()},
+        read_off={channel: ReadOffAt(None).read(curve, fits.get(channel)) for channel, curve in kept.items()},
         grids=dict(grids or {}),
     )
 

@@ -42,9 +42,9 @@ def run(*argv, capsys):
 def in_process(monkeypatch):
     """Logs analysed here, one after the other, where the processes are not what is tested: each takes a second to start."""
 
-    def run(logs, work, *, jobs):
+    def run(logs, work, *, jobs, keep=None):
         for log in logs:
-            yield batch._outcome(log, work)
+            yield batch._outcome(log, work, keep)
 
     monkeypatch.setattr(batch, "run", run)
 
@@ -59,6 +59,22 @@ class TestSummary:
         assert out.index("b.csv") < out.index("a.csv")
         assert out.count("read off") == 2
         assert " ± " in out
+
+    def test_curves_in_one_figure(self, folder, tmp_path, capsys):
+        logs, figure = [folder / "b.csv", folder / "bad.csv", folder / "a.csv"], tmp_path / "all.svg"
+        code, _, _ = run("analyze", *logs, "--overlay", figure, "--method", "read-off", "-q", capsys=capsys)
+        assert code == 1  # bad.csv
+        text = figure.read_text()
+        assert "<!-- b.csv -->" in text
+        assert "<!-- a.csv -->" in text
+        assert "bad.csv" not in text
+        for argv, words in (
+            ((folder / "a.csv", "--overlay", figure), "--overlay takes several logs"),
+            ((*logs, "--overlay", tmp_path / "all.txt"), "must end in"),
+        ):
+            code, _, err = run("analyze", *argv, capsys=capsys)
+            assert code == 2
+            assert words in err
 
     def test_what_is_only_told_needs_verbose(self, tmp_path, capsys):
         """A spike that is left out."""

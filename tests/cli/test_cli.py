@@ -104,6 +104,29 @@ class TestAnalyze:
         assert "edf" not in channel["curve"]
         assert channel["curve"]["interval"] == "eq. (26), one standard error"
 
+    def test_ranges_of_the_read_off(self, log, capsys):
+        at = ("--read-off-at", "random_walk=20ms:500ms,gyro_x.random_walk=40ms:500ms")
+        code, out, _ = run("analyze", log, "--rate", 100, "--json", "-", *at, capsys=capsys)
+        assert code == 0
+        read = {channel: one["read_off"]["random_walk"] for channel, one in json.loads(out)["channels"].items()}
+        assert {channel: one["tau_s"][0] for channel, one in read.items()} == {
+            "gyro_x": 0.04,
+            "gyro_y": 0.02,
+            "accel_z": 0.02,
+        }
+        assert {one["range_from"] for one in read.values()} == {"given"}
+        for text, message in (
+            ("random_walk=2s", "want the shortest and the longest averaging time"),
+            ("random_walk=1:2", "'1' is not a time with a unit"),
+            ("random_walk=2s:1s", "random_walk: must be two averaging times in s"),
+            ("random_walk=2h:3h", "random_walk: the curve of gyro_x has no averaging time from 7200 s to 10800 s"),
+            ("walk=1s:2s", "unknown term 'walk'"),
+        ):
+            code, out, err = run("analyze", log, "--rate", 100, "--read-off-at", text, capsys=capsys)
+            assert (code, out) == (2, "")
+            assert err.startswith("sigmatau: --read-off-at ")
+            assert message in err
+
     def test_verbose_is_by_sensor_in_80_columns(self, log, capsys, monkeypatch):
         monkeypatch.setenv("COLUMNS", "80")
         code, out, err = run("analyze", log, "--rate", 100, "-v", "--leave-out", "1s:1.1s", capsys=capsys)

@@ -91,7 +91,7 @@ class TestNotAtRest:
         assert all("fit" not in channel and not channel["read_off"] for channel in content["channels"].values())
         for command in (
             ["export", str(result), "--to", "kalibr"],
-            ["compare", str(result), "--datasheet", "icm42688p"],
+            ["compare", str(result)],
             ["predict", str(result), "--after", "60s"],
             ["plan", str(result), "--term", "bias_instability"],
         ):

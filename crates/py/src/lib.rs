@@ -43,7 +43,7 @@ mod _core {
     #[pymodule_export]
     use crate::gls::{Gls, GlsComponents, fit_curve, non_negative};
     #[pymodule_export]
-    use crate::likelihood::{LikelihoodPass, LikelihoodSummary};
+    use crate::likelihood::{LikelihoodPass, LikelihoodSummary, likelihood_jointly};
     #[pymodule_export]
     use crate::neighbours::{from_sides, neighbour_medians, neighbour_scatter, outliers};
     #[pymodule_export]

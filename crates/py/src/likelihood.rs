@@ -6,7 +6,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sigmatau_core::likelihood::{self, Bounds, Drift, Options, Outcome, Part, analyse};
+use sigmatau_core::likelihood::{self, Bounds, Drift, Options, Outcome, Part, analyse, analyse_jointly};
 
 enum Walk {
     Complete(Box<likelihood::Pass>),
@@ -68,11 +68,36 @@ fn finished() -> PyErr {
 #[pyclass(module = "sigmatau._core", frozen)]
 pub struct LikelihoodSummary(likelihood::Summary);
 
+impl LikelihoodSummary {
+    /// Curves at the blocks of the record.
+    fn curves(&self, regressors: &[PyReadonlyArray1<'_, f64>]) -> PyResult<Vec<Vec<f64>>> {
+        let mut curves = Vec::new();
+        for curve in regressors {
+            let curve = curve.as_slice()?.to_vec();
+            if curve.len() != self.0.blocks {
+                return Err(PyValueError::new_err(format!(
+                    "a regressor has {} values, the record {} blocks",
+                    curve.len(),
+                    self.0.blocks
+                )));
+            }
+            curves.push(curve);
+        }
+        Ok(curves)
+    }
+}
+
 #[pymethods]
 impl LikelihoodSummary {
     #[getter]
     fn samples(&self) -> usize {
         self.0.samples
+    }
+
+    /// Length of the record. [s]
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.duration()
     }
 
     /// Times of the centres of the blocks, from the first sample. [s]
@@ -110,23 +135,66 @@ impl LikelihoodSummary {
         regressors: Vec<PyReadonlyArray1<'py, f64>>,
         level: f64,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let mut curves = Vec::new();
-        for curve in &regressors {
-            let curve = curve.as_slice()?.to_vec();
-            if curve.len() != self.0.blocks {
-                return Err(PyValueError::new_err(format!(
-                    "a regressor has {} values, the record {} blocks",
-                    curve.len(),
-                    self.0.blocks
-                )));
-            }
-            curves.push(curve);
-        }
+        let curves = self.curves(&regressors)?;
         let options =
             Options { terms, filter, processes, resonances, lines, drifts, times, regressors: curves, level };
         let found = detached(py, || analyse(&self.0, &options));
         stated(py, &found)
     }
+}
+
+/// Analyses several runs of a channel; `regressors` are those of each run.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // one for each option
+#[pyo3(signature = (summaries, regressors, terms, common, processes, drifts, times, level))]
+pub fn likelihood_jointly<'py>(
+    py: Python<'py>,
+    summaries: Vec<PyRef<'py, LikelihoodSummary>>,
+    regressors: Vec<Vec<PyReadonlyArray1<'py, f64>>>,
+    terms: [bool; 4],
+    common: [bool; 4],
+    processes: bool,
+    drifts: bool,
+    times: Vec<f64>,
+    level: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    if summaries.is_empty() || summaries.len() != regressors.len() {
+        return Err(PyValueError::new_err(format!(
+            "{} runs with regressors for {}",
+            summaries.len(),
+            regressors.len()
+        )));
+    }
+    let mut curves = Vec::new();
+    for (summary, own) in summaries.iter().zip(&regressors) {
+        curves.push(summary.curves(own)?);
+    }
+    let options =
+        Options { terms, processes, resonances: processes, drifts, times, level, ..Options::default() };
+    let records: Vec<&likelihood::Summary> = summaries.iter().map(|summary| &summary.0).collect();
+    let found = detached(py, || analyse_jointly(&records, &curves, &options, common));
+    let result = stated(py, &found.outcome)?;
+    result.set_item("ramps", found.ramps)?;
+    let ramps: Vec<_> = found.ramps_of.iter().map(|ramp| (ramp.value, ramp.error)).collect();
+    result.set_item("ramps_of", ramps)?;
+    let levels: Vec<_> = found.levels.iter().map(|l| (l.term, l.spread, l.p_value, l.runs.clone())).collect();
+    result.set_item("levels", levels)?;
+    result.set_item("homogeneity", found.homogeneity.to_vec())?;
+    let others: Vec<_> = found
+        .others
+        .iter()
+        .map(|o| {
+            (
+                o.terms
+                    .map(|own| own.map(|[theta, error, others, fall]| (theta, error, others, fall)))
+                    .to_vec(),
+                o.all,
+            )
+        })
+        .collect();
+    result.set_item("others", others)?;
+    result.set_item("bin_counts", found.bins)?;
+    Ok(result)
 }
 
 fn stated<'py>(py: Python<'py>, found: &Outcome) -> PyResult<Bound<'py, PyDict>> {

@@ -102,6 +102,16 @@ class Summary:
         return float(self._native.periodogram[1][1:].min())
 
     @property
+    def duration(self) -> float:
+        """Length from the first sample to the last one. [s]"""
+        return self._native.duration
+
+    def same_as(self, other: Summary) -> bool:
+        """Whether both are of the same samples."""
+        (_, own), (_, others) = self._native.periodogram, other._native.periodogram
+        return self._native.samples == other._native.samples and np.array_equal(own, others)
+
+    @property
     def weighting(self) -> tuple[float, float | None]:
         """How a second pass over a record with missing samples should weight them.
 
@@ -152,21 +162,7 @@ class Summary:
             regressors=[np.ascontiguousarray(curve, dtype=np.float64) for curve in regressors],
             level=level,
         )
-        pairs = zip(TERMS, found.pop("terms"), strict=True)
-        known = {key: found.pop(key) for key in ("reduced", "processes", "lines", "covariance", "bins")}
-        rest: dict[str, Any] = {key: tuple(x) if isinstance(x, list) else x for key, x in found.items()}
-        return Outcome(
-            terms={name: Bounds(*bounds) for name, bounds in pairs if bounds is not None},
-            reduced=dict(zip(TERMS, known["reduced"], strict=True)),
-            processes=tuple(
-                Process(kind, Bounds(*variance), tuple(Bounds(*one) for one in shape))
-                for kind, variance, shape in known["processes"]
-            ),
-            lines=tuple(Line(*line) for line in known["lines"]),
-            covariance=known["covariance"],
-            bins=known["bins"],
-            **rest,
-        )
+        return _outcome(found)
 
 
 def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> Summary:
@@ -220,6 +216,108 @@ def enough(present: NDArray[np.bool_]) -> bool:
     except ValueError:
         return False
     return True
+
+
+@frozen(eq=False, kw_only=False)
+class Level:
+    """Squared coefficients of a term that differs from run to run."""
+
+    spread: float  # standard deviation of their logarithms over runs
+    p_value: float  # of no spread
+    runs: tuple[tuple[float, float], ...]  # squared coefficient of each run, standard error of its logarithm
+
+
+@frozen(eq=False, kw_only=False)
+class Other:
+    """What one run says for itself."""
+
+    # of each common term: squared coefficient of this run alone, its standard error, that of the other runs, fall of the
+    # deviance
+    terms: dict[str, tuple[float, float, float, float]]
+    all: tuple[float, int]  # fall of the deviance if all that is common is of this run alone, number of parameters
+
+
+@frozen(eq=False, kw_only=True)
+class Joint:
+    """Result of `analyse_jointly`."""
+
+    outcome: Outcome
+    ramps: bool  # whether the mean of every run may follow a ramp
+    ramps_of: tuple[tuple[float, float], ...]  # value and standard error of the ramp of each run [rate unit / s]
+    levels: dict[str, Level]
+    homogeneity: dict[
+        str, tuple[float, int]
+    ]  # of each common term: fall of the deviance if each run has its own, freedom
+    others: tuple[Other, ...]
+    bin_counts: tuple[int, ...]
+
+
+def analyse_jointly(
+    summaries: Sequence[Summary],
+    *,
+    regressors: Sequence[Sequence[ArrayLike]],
+    terms: Iterable[str] = TERMS,
+    common: Iterable[str],
+    processes: bool = True,
+    drifts: bool = True,
+    times: Sequence[float] = (),
+    level: float = 0.95,
+) -> Joint:
+    """Select, fit and test one model of several runs; see `Summary.analyse`.
+
+    Parameters
+    ----------
+    summaries : sequence of Summary
+        Of records with the same sample interval.
+    regressors : sequence of sequences of array_like
+        Curves that the mean may follow, of each run.
+    common : iterable of str
+        Terms that are the same in all runs; the others differ from run to run.
+    """
+    wanted, shared = set(terms), set(common)
+    found = _core.likelihood_jointly(
+        [summary._native for summary in summaries],
+        [[np.ascontiguousarray(curve, dtype=np.float64) for curve in curves] for curves in regressors],
+        terms=[name in wanted for name in TERMS],
+        common=[name in shared for name in TERMS],
+        processes=processes,
+        drifts=drifts,
+        times=[float(time) for time in times],
+        level=level,
+    )
+    levels, homogeneity, others = (found.pop(key) for key in ("levels", "homogeneity", "others"))
+    ramps, ramps_of, bin_counts = (found.pop(key) for key in ("ramps", "ramps_of", "bin_counts"))
+    return Joint(
+        outcome=_outcome(found),
+        ramps=ramps,
+        ramps_of=tuple(ramps_of),
+        levels={TERMS[k]: Level(spread, p_value, tuple(runs)) for k, spread, p_value, runs in levels},
+        homogeneity=_named(homogeneity),
+        others=tuple(Other(_named(own), everything) for own, everything in others),
+        bin_counts=tuple(bin_counts),
+    )
+
+
+def _named(values: Sequence[Any]) -> dict[str, Any]:
+    return {name: value for name, value in zip(TERMS, values, strict=True) if value is not None}
+
+
+def _outcome(found: dict[str, Any]) -> Outcome:
+    pairs = zip(TERMS, found.pop("terms"), strict=True)
+    known = {key: found.pop(key) for key in ("reduced", "processes", "lines", "covariance", "bins")}
+    rest: dict[str, Any] = {key: tuple(x) if isinstance(x, list) else x for key, x in found.items()}
+    return Outcome(
+        terms={name: Bounds(*bounds) for name, bounds in pairs if bounds is not None},
+        reduced=dict(zip(TERMS, known["reduced"], strict=True)),
+        processes=tuple(
+            Process(kind, Bounds(*variance), tuple(Bounds(*one) for one in shape))
+            for kind, variance, shape in known["processes"]
+        ),
+        lines=tuple(Line(*line) for line in known["lines"]),
+        covariance=known["covariance"],
+        bins=known["bins"],
+        **rest,
+    )
 
 
 def _walked(walk: _core.LikelihoodPass, pieces: Iterable[Floats]) -> Summary:

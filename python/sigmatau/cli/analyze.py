@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from threading import Thread
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 from cyclopts import Parameter
 
@@ -41,6 +41,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.settings import Settings
 from sigmatau.errors import DataError, OptionError
+from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
@@ -62,12 +63,16 @@ def analyze_command(
     report: Path | None = None,
     note: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
+    overlay: Path | None = None,
     stability: Path | None = None,
     style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     csv: Path | None = None,
     export: Annotated[list[str] | None, Parameter(negative=())] = None,
     choosing: Choosing | None = None,
+    joint: Annotated[bool, Parameter(negative=())] = False,
+    joint_axes: Annotated[bool, Parameter(negative=())] = False,
+    common: str | None = None,
     jobs: int | None = None,
     threads: int | None = None,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
@@ -87,6 +92,8 @@ def analyze_command(
         results by serial number and run.
     plot
         Draw all axes: .png, .svg or .pdf; for several logs, a folder for one .png each.
+    overlay
+        Draw the curves of several logs in one figure, a panel per axis: .png, .svg or .pdf.
     stability
         Draw the deviations over the record (dynamic Allan deviation): .png, .svg or .pdf; for several logs, a folder for one
         .png each. The JSON contains them too.
@@ -99,6 +106,13 @@ def analyze_command(
         Write the coefficients as CSV in SI units, NAME.csv, and the curves as NAME-curves.csv; for several logs, a folder.
     export
         Write the parameters of one log for another program, kalibr=imu.yaml; sigmatau export --list shows the targets.
+    joint
+        Fit one model to all logs, which are runs of one sensor: one table, one result. The logs may differ in length.
+    joint_axes
+        Fit one model to all axes of each sensor too.
+    common
+        Terms that are the same in all runs of --joint. Default: bias_instability,rate_random_walk; none for none. The other
+        terms differ from run to run, and their value is the mean over runs.
     jobs
         Number of logs to analyse in parallel (default 1).
     threads
@@ -117,23 +131,43 @@ def analyze_command(
         "threads": threads,
     }
     exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=chosen["method"])
-    check_style(style, plot, stability)
+    check_style(style, plot or overlay, stability)
+    check_output(overlay, FIGURE_ENDINGS, "overlay")
     outputs = Outputs(
         report=report, notes=chosen["notes"], plot=plot, stability=stability, json=json, csv=csv, style=style
     )
+    if common is not None and not (joint or joint_axes):
+        raise OptionError("--common needs --joint", option="common")
+    if joint or joint_axes:
+        from sigmatau.cli.joint import joint_command, refuse, terms_of
+
+        refuse(outputs, chosen["method"], jobs)
+        return joint_command(
+            logs,
+            reading,
+            chosen,
+            outputs,
+            exports,
+            over="axes" if joint_axes else "runs",
+            common=terms_of(common),
+            verbose=verbose,
+            quiet=quiet,
+        )
     # A shell pattern may match a single log.
     folders = [place for place in (*logs, report, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(
         not files_of(place) for place in folders
     )  # a ROS 2 bag is a folder and one log
     if len(logs) == 1 and not meant_as_several:
+        if overlay is not None:
+            raise OptionError("--overlay takes several logs; for one log: --plot", option="overlay")
         return _one(logs[0], reading, chosen, outputs, exports, verbose=verbose, quiet=quiet)
     if exports.files:
         raise OptionError(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
             option="export",
         )
-    return _many(logs, reading, chosen, outputs, jobs=jobs, verbose=verbose, quiet=quiet)
+    return _many(logs, reading, chosen, outputs, overlay=overlay, jobs=jobs, verbose=verbose, quiet=quiet)
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:
@@ -262,6 +296,7 @@ def _many(
     settings: dict[str, Any],
     outputs: Outputs,
     *,
+    overlay: Path | None,
     jobs: int | None,
     verbose: bool,
     quiet: bool,
@@ -285,6 +320,10 @@ def _many(
     if jobs is not None and jobs > 1 and settings["threads"] is None:
         settings = settings | {"threads": max((os.cpu_count() or 1) // jobs, 1)}
     names = dict(zip(logs, batch.names(logs), strict=True))
+    if overlay is not None:
+        for log in logs:
+            refuse_same(log, overlay=overlay)
+        expect(overlay)
     for name in names.values():
         pictures = (folder / f"{name}.png" for folder in (outputs.plot, outputs.stability) if folder is not None)
         reports = [] if outputs.report is None else [outputs.report / f"{name}.html"]
@@ -295,7 +334,7 @@ def _many(
     )  # fmt: skip
     outcomes: dict[Path, batch.Outcome] = {}
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
-        for outcome in batch.run(logs, work, jobs=jobs or 1):
+        for outcome in batch.run(logs, work, jobs=jobs or 1, keep=None if overlay is None else _curves):
             outcomes[outcome.log] = outcome
             if outcome.error and outputs.json is not None:
                 file = outputs.json / f"{names[outcome.log]}.json"
@@ -306,11 +345,21 @@ def _many(
             say(f"{log}: {finding}", quiet=quiet or (finding.severity == "info" and not verbose))
         if outcomes[log].error:
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
+    drawn = {names[log]: cast(Curves, outcomes[log].kept) for log in logs if outcomes[log].kept}
+    if overlay is not None and drawn:
+        from sigmatau.plot.overlay import plot_overlay
+
+        with drawing(overlay, outputs.style, quiet=quiet):
+            write_figure(plot_overlay(drawn, style=outputs.style), overlay)
     for name, finding in clocks({str(log): outcomes[log].marks for log in logs}).items():
         say(f"{name}: {finding}", quiet=quiet)
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")
     codes = {outcome.code for outcome in outcomes.values()}
     return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)
+
+
+def _curves(log: Path, analysis: Analysis) -> Curves:
+    return analysis.curves
 
 
 def _in_a_process(

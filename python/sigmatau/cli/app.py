@@ -25,7 +25,9 @@ sigmatau analyze imu.txt --channels time=1,gyro=2:4,accel=5:7 --unit time=s,gyro
 sigmatau analyze counts.csv --rate 100 --unit gyro=deg/s --scale gyro=0.0061 --json result.json
 sigmatau analyze laser_gyro.csv --input increments --unit gyro=arcsec,accel=m/s
 sigmatau analyze static.csv --export kalibr=imu.yaml
-sigmatau analyze night1.csv night2.csv --jobs 2 --json results""",
+sigmatau analyze night1.csv night2.csv --jobs 2 --json results
+sigmatau analyze day1.csv day2.csv --joint --json unit.json
+sigmatau analyze night1.csv night2.csv --overlay nights.png""",
     ),
     "inspect": (
         "Show the contents of a log and its faults: topics, columns, rates, damage.",
@@ -112,8 +114,9 @@ sigmatau fleet analyze 'logs/**' --store lab.db --workers 2
 sigmatau fleet analyze 'night/*.csv' --store lab.db --unit-from '(unit[0-9]+)' --model ICM-42688-P --method gls""",
     ),
     "demo": (
-        "Simulate two hours of a tactical-grade unit, analyse the log, and compare the result with the truth.",
-        "sigmatau demo --output demo",
+        "Simulate two hours of a unit of the paper, analyse the log, and compare the result with the truth.",
+        """sigmatau demo --output demo
+sigmatau demo --unit motionpak2 --output mems""",
     ),
 }
 

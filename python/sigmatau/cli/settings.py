@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sigmatau.cli.options import averaging_times, bandwidths
+from sigmatau.cli.ranges import read_off_ranges
 
 
 @Parameter(name="*")
@@ -31,6 +32,9 @@ class Settings:
         absent; if it is not, the others are wrong.
     tau_min
         Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
+    read_off_at
+        Averaging times between which a line is read off: random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for
+        one, gyro.random_walk=… for a sensor (ms, s, min, h, d); may be repeated. Default: by rules.
     long
         Pairs of clusters longer than 4096 samples: all (exact), or every 64th or fewer, in bounded memory (strided). auto is
         strided if the record does not fit in memory, and exact otherwise; a finding reports strided.
@@ -55,6 +59,7 @@ class Settings:
     counting: Literal["standard", "paper"] = "standard"
     terms: str | None = None
     tau_min: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None
+    read_off_at: Annotated[list[str] | None, Parameter(negative=())] = None
     long: Literal["auto", "exact", "strided"] = "auto"
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None
@@ -71,6 +76,7 @@ class Settings:
             "method": self.method,
             "terms": None if self.terms is None else [name.strip() for name in self.terms.split(",")],
             "tau_min": self.tau_min,
+            "read_off_at": read_off_ranges(self.read_off_at or []),
             "long": self.long,
             "window": self.window,
             "leave_out": self.leave_out or None,

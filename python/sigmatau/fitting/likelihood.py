@@ -89,7 +89,7 @@ def fit_samples(
     summary, start = summary_of(stream, channel)
     wanted = given_terms & set(LINEAR)
     given = regressors or {}
-    curves = [_at(summary.centres + start, curve, stream.grid.tau0) for curve in given.values()]
+    curves = [at_blocks(summary.centres + start, curve, stream.grid.tau0) for curve in given.values()]
     sizes = [float(curve.std()) or 1.0 for curve in curves]
     found = summary.analyse(
         terms=wanted,
@@ -104,7 +104,7 @@ def fit_samples(
         (value / size, error / size) for size, (value, error) in zip(sizes, found.regressors, strict=True)
     )
     found = replace(found, regressors=coefficients)
-    return _stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
+    return stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
 
 
 def _refuse(
@@ -142,15 +142,16 @@ def _numbers(values: object) -> Floats | None:
         return None
 
 
-def _at(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
+def at_blocks(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
     """A curve that is given at the samples, at other times."""
     values = np.asarray(curve, dtype=float)
     return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
 
 
-def _stated(
+def stated(
     stream: Stream, channel: str, found: Outcome, *, wanted: set[str], regressors: tuple[str, ...], level: float
 ) -> NoiseFit:
+    """The fit of a channel from the outcome of its likelihood, with the names of its regressors."""
     n, tau0 = stream.grid.n, stream.grid.tau0
     quantile = -float(normal_quantile((1 - level) / 2))
     model = {name: math.sqrt(value) for name, value in found.reduced.items() if value > 0}

@@ -190,6 +190,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     level : float
         Of the intervals and limits.
     method : str
+    runs : tuple of float
+        Of a joint fit: lengths of the runs; `n` is that of the longest one. Else empty. [s]
     """
 
     channel: str
@@ -218,6 +220,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     covariance: tuple[tuple[str, ...], NDArray[np.float64]] = ((), np.empty((0, 0)))
     level: float = 0.95
     method: str = "gls"
+    runs: tuple[float, ...] = ()
 
     def __getitem__(self, term: str) -> FittedTerm:
         try:
@@ -299,6 +302,15 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
 
         return degrees_of_freedom(self, np.atleast_1d(np.asarray(m, dtype=np.int64)))
 
+    @property
+    def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:
+        """By observed term, the averaging times at which it makes half of the variance or more, where its line can be read
+        off; None if there are none, because other noise hides it. [s]
+        """
+        from sigmatau.fitting.line_ranges import line_ranges
+
+        return line_ranges(self)
+
     def texts(self, term: str) -> list[tuple[str, str, str]]:
         """Value, interval and unit in each of the field's units; limits as ``("below 21", "", "deg/h/√h")``."""
         t = self[term]
@@ -321,6 +333,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
+        if self.runs:
+            return f"not seen in {len(self.runs)} runs of {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
 
     def headline(self, *, method: bool = True) -> str:
@@ -388,8 +402,9 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI without NaN: the ``fit`` of the JSON form."""
         names, matrix = self.covariance
+        ranges = self.line_ranges
         terms = {
-            **{name: self._term_to_dict(name) for name in self.terms},
+            **{name: self._term_to_dict(name, ranges) for name in self.terms},
             "gauss_markov": self.gauss_markov,
             "sinusoid": self.sinusoid,
         }
@@ -399,12 +414,16 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             known += (
                 " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from alike_sigma discrepancy"
             )
-        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix})
+        runs = {"runs_s": self.runs} if self.runs else {}
+        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix}, **runs)
 
-    def _term_to_dict(self, name: str) -> dict[str, Any]:
+    def _term_to_dict(self, name: str, ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, Any]:
         term = self.terms[name]
-        reason = {"reason": self.why_not(name)} if term.observed is False else {}
-        return {**term.to_dict(), **reason}
+        more: dict[str, Any] = {"reason": self.why_not(name)} if term.observed is False else {}
+        if name in ranges:
+            span = ranges[name]
+            more["tau_s"] = None if span is None else list(span)
+        return {**term.to_dict(), **more}
 
     def _repr_html_(self) -> str:
         rows = [(TERMS[name].label(self.quantity), *self.texts(name)[-1]) for name in self.terms]

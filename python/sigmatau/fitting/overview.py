@@ -66,9 +66,9 @@ def overview_rows(
     findings = tuple(findings)
     labels = (TERMS[term].symbols[0] if short else TERMS[term].label("signal") for term in COLUMNS)
     rows: list[tuple[str, ...]] = [("", *labels, "trust")]
-    for (quantity, unit, n, tau0), group in groupby(fits.items(), lambda item: _kind(item[1])):
+    for (quantity, unit, n, tau0, runs), group in groupby(fits.items(), lambda item: _kind(item[1])):
         units = (display_units(term, quantity, unit)[-1][0] for term in COLUMNS)
-        rows.append((f"[{duration_text(n * tau0)}]", *units, ""))
+        rows.append((f"[{f'{runs} runs' if runs else duration_text(n * tau0)}]", *units, ""))
         for channel, fitted in group:
             values = (_text(fitted, term, short=short) for term in COLUMNS)
             rows.append((channel, *values, trust(fitted, findings, channel)))
@@ -98,8 +98,8 @@ def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
     return "partial" if warnings or fitted.verdict == "widened" else "good"
 
 
-def _kind(fitted: NoiseFit) -> tuple[str, str, int, float]:
-    return fitted.quantity, fitted.rate_unit, fitted.n, fitted.tau0
+def _kind(fitted: NoiseFit) -> tuple[str, str, int, float, int]:
+    return fitted.quantity, fitted.rate_unit, fitted.n, fitted.tau0, len(fitted.runs)
 
 
 def _text(fitted: NoiseFit, name: str, *, short: bool) -> str:

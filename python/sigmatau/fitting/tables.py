@@ -8,14 +8,14 @@ from types import MappingProxyType
 from sigmatau.estimators.deviation import Deviation
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.read_off import ReadOff
+from sigmatau.fitting.read_off import HIDDEN, ReadOff
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import interval_texts, seconds, wrapped
 
 _LEGEND = (
-    "Read off as in El-Sheimy, Hou & Niu (2008). ± is their eq. (26) at the longest τ of each region: a rule of"
-    " thumb, not a confidence interval; it ignores the bias where terms meet. A term that is not listed has no region of"
-    " its slope.",
+    "Read off as in El-Sheimy, Hou & Niu (2008): lines with the slopes of the terms, which together follow the curve. ± is"
+    " their eq. (26) at the longest τ of each region: a rule of thumb, not a confidence interval. A term that is not listed"
+    " has no region.",
 )
 
 _COLUMNS = 4
@@ -27,8 +27,8 @@ _FITTED = {
 _FIT_LEGEND = (
     '"below": 95 % upper limit of a term that is not observed; `sigmatau plan` tells how long a record would show it.',
     "p: p-value of the model; with p < 0.002 it does not fit.",
-    "Read off: lines with the term's slope, ± by eq. (26), as in El-Sheimy, Hou & Niu (2008): a line includes the other"
-    " terms at its averaging times, and its ± is a rule of thumb.",
+    "Read off: as in El-Sheimy, Hou & Niu (2008), by lines with the slopes of the terms, each laid where its term is most of"
+    " the variance; ± by their eq. (26) at the longest τ, a rule of thumb.",
 )
 
 
@@ -81,9 +81,15 @@ def _mean_row(fitted: NoiseFit, one: MeanStability) -> tuple[str, ...]:
 
 
 def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
-    """The coefficients that were read off, in words."""
-    found = [f"{TERMS[name].label(fitted.quantity)} {' '.join(read.texts(name)[0])}" for name in fitted if name in read]
-    return [f"read off: {', '.join(found)}"] if found else []
+    """The coefficients that were read off and where, and observed terms that other noise hides, in words."""
+    found = [
+        f"{TERMS[name].label(fitted.quantity)} {' '.join(read.texts(name)[0])} ({read[name].region})"
+        for name in fitted
+        if name in read
+    ]
+    hidden = [TERMS[one.term].label(fitted.quantity) for one in read.refused if one.reason == HIDDEN]
+    lines = [f"read off: {', '.join(found)}"] if found else []
+    return [*lines, *([f"not read off, hidden by other noise: {', '.join(hidden)}"] if hidden else [])]
 
 
 def _aligned(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> list[str]:
@@ -129,10 +135,9 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
             rows.append((channel, "no term has a region", "", ""))
         first = channel
         for name, c in result.items():
-            region = f"τ {seconds(c.tau_min)} … {seconds(c.tau_max)} s"
             for k, (value, unit) in enumerate(result.texts(name)):
                 label = TERMS[name].label(result.quantity) if k == 0 else "  ="
-                rows.append((first, label, f"{value} {unit}", region if k == 0 else ""))
+                rows.append((first, label, f"{value} {unit}", c.region if k == 0 else ""))
                 first = ""
         for refusal in result.refused:
             label = f"no {TERMS[refusal.term].label(result.quantity)}"

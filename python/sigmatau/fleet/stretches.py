@@ -33,7 +33,7 @@ _PIECE = 1 << 16  # samples that are read at a time
 _COMPLETE = 0.9  # least share of pairs that gaps leave of a size that is fitted: intervals then change by 5 %
 _OTHERS = {
     "window": None, "leave_out": None, "keep": (), "bandwidth": None, "at_rest": False, "stability": False,
-    "overlap": "full", "counting": "standard", "terms": None, "tau_min": None, "taus": "half",
+    "overlap": "full", "counting": "standard", "terms": None, "tau_min": None, "taus": "half", "read_off_at": None,
 }  # fmt: skip
 """Settings of `analyze` that need the samples, or are not those of a fit of curves, with their defaults."""
 

@@ -30,7 +30,7 @@ _SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # terms of a l
 
 # A line for each of very many averaging times makes a slow figure and a large file, and looks the same.
 _DRAWN_PER_OCTAVE = 256
-_MARKERS = "os^DvPX*"  # by channel
+MARKERS = "os^DvPX*"  # by channel
 _MOST_MARKERS = 300
 
 
@@ -81,6 +81,8 @@ class FitLike(Protocol):
     def quantified(self) -> bool: ...
     @property
     def observed(self) -> Mapping[str, float]: ...
+    @property
+    def line_ranges(self) -> Mapping[str, tuple[float, float] | None]: ...
     def texts(self, term: str) -> list[tuple[str, str, str]]: ...
     def avar(self, *, m: NDArray[np.int64]) -> NDArray[np.float64]: ...
 
@@ -112,7 +114,7 @@ def draw_curve(
     factor, text = curve_unit(curve, unit)
     ax = new_figure(7, 5).subplots() if ax is None else ax
     edges = tuple(edge / factor for edge in curve.interval())
-    _draw(ax, curve.channel, curve.tau, curve.adev / factor, edges, colour, marker)
+    draw_line(ax, curve.channel, curve.tau, curve.adev / factor, colour, marker, edges)
     ax.set_ylabel(f"Allan deviation σ(τ) [{text}]")
     return ax
 
@@ -130,7 +132,7 @@ def draw_deviation(
     factor, text = curve_unit(curve, unit)
     ax = new_figure(7, 5).subplots() if ax is None else ax
     edges = None if band is None else tuple(edge / factor for edge in band)
-    _draw(ax, curve.channel, curve.tau, curve.deviation / factor, edges, colour, marker)
+    draw_line(ax, curve.channel, curve.tau, curve.deviation / factor, colour, marker, edges)
     ax.set_ylabel(f"{curve.label} [{text}]")
     return ax
 
@@ -153,15 +155,16 @@ def draw_deviations(
     return figure
 
 
-def _draw(
+def draw_line(
     ax: Axes,
-    channel: str,
+    name: str,
     tau: NDArray[np.float64],
     deviation: NDArray[np.float64],
-    band: tuple[NDArray[np.float64], ...] | None,
     colour: str,
     marker: str,
+    band: tuple[NDArray[np.float64], ...] | None = None,
 ) -> None:
+    """Draw one line with its name in the legend, with its band if it has one, and the grid of a log-log figure."""
     shown = _told_apart(tau)
     shown = shown[deviation[shown] > 0]
     marker = marker if len(shown) <= _MOST_MARKERS else ""
@@ -171,9 +174,7 @@ def _draw(
         # Beyond δ = 1, eq. (26) gives no lower edge, and χ² with one degree of freedom an upper one far off the axes.
         low, high = np.maximum(low, 0.1 * deviation), np.minimum(high, 10 * deviation)
         ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
-    ax.loglog(
-        tau, deviation, color=colour, linewidth=small() / 5, marker=marker, markersize=small() / 3.2, label=channel
-    )
+    ax.loglog(tau, deviation, color=colour, linewidth=small() / 5, marker=marker, markersize=small() / 3.2, label=name)
     ax.set_xlabel("averaging time τ [s]")
     from matplotlib.ticker import FuncFormatter, LogLocator
 
@@ -195,7 +196,8 @@ def draw_analysis(
 ) -> Figure:
     """Draw all channels, one panel per quantity and unit, with their fitted models or the lines that were read off.
 
-    The legend has the coefficients of each channel; in a panel with one channel, its terms have lines.
+    The legend has the coefficients of each channel; in a panel with one channel, its terms have lines, thicker where a term
+    is most of the variance.
     """
     figure, panels = _panels({channel: (curve.quantity, curve.unit) for channel, curve in curves.items()}, ax)
     for ax, key, channels in panels:
@@ -240,12 +242,15 @@ def _value_text(fitted: FitLike, name: str) -> str:
 
 
 def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:
-    """Draw a line of each term of the model, named beside it where it is far from the curve."""
+    """Draw a line of each term of the model, thicker where the term is most of the variance, with its symbol beside it."""
     factor, _ = curve_unit(curve, None)
-    total, limits = fitted.avar(m=curve.m), ax.get_ylim()
+    total, limits, ranges = fitted.avar(m=curve.m), ax.get_ylim(), fitted.line_ranges
     for name, value in fitted.observed.items():
         part = np.sqrt(avar(name, value, m=curve.m, tau0=float(curve.tau[0] / curve.m[0]))) / factor
         ax.plot(curve.tau, part, color="0.45", linewidth=0.8, zorder=1.5)
+        first, last = ranges.get(name) or (math.inf, 0.0)
+        there = (curve.tau >= first * (1 - 1e-9)) & (curve.tau <= last * (1 + 1e-9))
+        ax.plot(curve.tau[there], part[there], color="0.45", linewidth=2.0, zorder=1.5)
         inside = (part > (1.3 if TERMS[name].slope else 1.1) * limits[0]) & (part < limits[1])
         if not inside.any():
             continue
@@ -322,11 +327,13 @@ def _draw_line(
         ax.plot([read_at], [at(read_at)], marker="o", markersize=5, color=colour, markeredgecolor="white", zorder=4)
     place = _free_place(math.log10(coefficient.tau_min), math.log10(coefficient.tau_max), named, at)
     if place is not None:
+        beyond = place > left * (right / left) ** 0.7  # a label on the right would leave the axes
         ax.annotate(
             term.label(curve.quantity),
             (place, at(place)),
-            xytext=(4, 7),
+            xytext=(-4 if beyond else 4, 7),
             textcoords="offset points",
+            ha="right" if beyond else "left",
             fontsize=7.5,
             color=colour,
             zorder=5,
@@ -372,7 +379,7 @@ def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[floa
 
 def _cycle(n: int) -> list[tuple[str, str]]:
     """Colours and markers, which differ in grey too."""
-    return [(COLOURS[k % len(COLOURS)], _MARKERS[k % len(_MARKERS)]) for k in range(n)]
+    return [(COLOURS[k % len(COLOURS)], MARKERS[k % len(MARKERS)]) for k in range(n)]
 
 
 def _title(key: str, channels: Sequence[str]) -> str:

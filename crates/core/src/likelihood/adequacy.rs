@@ -37,7 +37,8 @@ pub(crate) fn adequacy(fit: &Fit, bins: &Bins) -> Adequacy {
         fit.powers.iter().zip(&fit.spectrum).zip(&left).map(|((i, s), left)| i / (s * left)).collect();
     let parameters = fit.model.parameters_beside_curves() as f64;
     let deviances = gamma_deviances(&ratio, bins, &left, parameters);
-    let (of_bands, bands) = bands(&ratio, bins, &left, parameters);
+    // Levels of single runs do not follow bands of all runs.
+    let (of_bands, bands) = bands(&ratio, bins, &left, fit.model.numbers() as f64);
     let lowest = lowest_modes(&ratio, bins, &left);
     Adequacy { p_value: (3.0 * deviances.min(of_bands).min(lowest)).min(1.0), bands }
 }
@@ -63,18 +64,14 @@ pub(crate) fn log_bias(x: f64) -> f64 {
 /// Bands of a quarter decade: a misfit of many neighbouring bins that none shows alone.
 fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec<(f64, f64)>) {
     let mut found: Vec<(f64, f64)> = Vec::new();
-    let mut start = 0;
-    while start < ratio.len() {
-        let band = band_of(bins, start, BANDS);
-        let mut end = start;
+    for (_, inside) in bins.bands(BANDS) {
         let (mut freedom, mut sum, mut log, mut count) = (0.0, 0.0, 0.0, 0.0);
-        while end < ratio.len() && band_of(bins, end, BANDS) == band {
-            let weight = bins.weight(end) * left[end];
+        for bin in inside {
+            let weight = bins.weight(bin) * left[bin];
             freedom += weight;
-            sum += weight * ratio[end];
-            log += bins.frequency[end].ln();
+            sum += weight * ratio[bin];
+            log += bins.frequency[bin].ln();
             count += 1.0;
-            end += 1;
         }
         if freedom >= LEAST_FREEDOM {
             let above = chi2_above(sum, freedom);
@@ -85,7 +82,6 @@ fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec
             };
             found.push(((log / count).exp(), deviate));
         }
-        start = end;
     }
     if found.len() <= 3 {
         return (1.0, found);
@@ -95,19 +91,18 @@ fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec
     (chi2_above(found.iter().map(|(_, z)| z * z).sum(), freedom), found)
 }
 
-/// Number of the band of a bin.
-pub(crate) fn band_of(bins: &Bins, bin: usize, per_decade: f64) -> i64 {
-    (per_decade * (bins.frequency[bin] / bins.frequency[0]).log10() + 1e-9).floor() as i64
-}
-
 /// The lowest modes together, in both directions: a model that is far too high there is invisible to the other tests.
 fn lowest_modes(ratio: &[f64], bins: &Bins, left: &[f64]) -> f64 {
     let mut least: f64 = 1.0;
-    for wanted in LOWEST {
+    let mut order: Vec<usize> = (0..ratio.len()).collect();
+    if bins.count() > 1 {
+        order.sort_by(|&a, &b| bins.frequency[a].total_cmp(&bins.frequency[b]));
+    }
+    for wanted in LOWEST.map(|wanted| wanted * bins.count() as f64) {
         let (mut freedom, mut sum) = (0.0, 0.0);
-        for (i, r) in ratio.iter().enumerate() {
+        for &i in &order {
             freedom += bins.freedom[i] * left[i];
-            sum += bins.freedom[i] * left[i] * r;
+            sum += bins.freedom[i] * left[i] * ratio[i];
             if freedom >= wanted - 0.5 {
                 break;
             }

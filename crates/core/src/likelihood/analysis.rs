@@ -1,6 +1,6 @@
 //! The whole way from a summary to coefficients with intervals.
 
-use crate::likelihood::adequacy::adequacy;
+use crate::likelihood::adequacy::{Adequacy, adequacy};
 use crate::likelihood::band::{Attempt, SLOWEST_FILTER, allowed, best_attempt, hides_white_noise, of_terms};
 use crate::likelihood::bins::{Bins, TERMS, usable};
 use crate::likelihood::discrepancy::widened;
@@ -10,11 +10,13 @@ use crate::likelihood::intervals::{
     heavy_tails, intervals, join_alike, process_like_walk, thresholds, value_of_likelihood,
 };
 use crate::likelihood::laws::chi2_above;
+use crate::likelihood::linear::Symmetric;
 use crate::likelihood::lines::{above_medians, beyond_band, without_images};
 use crate::likelihood::model::{Fit, TOLERANCE};
 use crate::likelihood::outcome::{Drift, Options, Outcome, Process};
 use crate::likelihood::pass::{PARTS, Summary};
-use crate::likelihood::profile::{of_part, of_resonance, of_time};
+use crate::likelihood::profile::{Bounds, of_part, of_resonance, of_time};
+use crate::likelihood::select::Allowed;
 use std::sync::Arc;
 
 /// P-value below which a model is not adequate, and its intervals are widened.
@@ -33,6 +35,25 @@ pub(crate) const LINE_SEARCHES: usize = 3;
 /// Analyses one channel.
 #[must_use]
 pub fn analyse(record: &Summary, options: &Options) -> Outcome {
+    let (Attempt { bins, fit: plain, lines, highest, .. }, drifts) = fitted(record, options);
+    let test = adequacy(&plain, &bins);
+    let tails = Tails { kurtosis: record.kurtosis, present: record.present() };
+    let found = inferred(&plain, &bins, test.p_value, tails, allowed(record, options), options.level);
+    Outcome {
+        lines,
+        highest,
+        ramp: drifts.ramp,
+        ramp_observed: drifts.ramp_observed,
+        warm_up: drifts.warm_up,
+        regressors: (0..options.regressors.len()).map(|k| drift(&plain, GIVEN_AT + k)).collect(),
+        unsteadiness: unsteadiness(&plain, &bins),
+        kurtosis: record.kurtosis,
+        ..outcome(&plain, &bins, test, found)
+    }
+}
+
+/// The model of a record with its lines and drifts.
+pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>, Drifts) {
     let regressors = Arc::new(regressors(record, options));
     let mut mask = usable(record);
     let mut lines = Vec::new();
@@ -48,24 +69,47 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         }
     }
     let lines = without_images(record, lines);
-    let Attempt { mut bins, mut fit, lines, highest, .. } =
-        best_attempt(record, &mask, &lines, &regressors, options);
-    let thresholds = thresholds(options.level);
-    bins.regressors = regressors;
-    let Drifts { ramp, ramp_observed, warm_up } =
-        with_drifts(&mut fit, &mut bins, thresholds, options.drifts);
-    let test = adequacy(&fit, &bins);
-    let given: Vec<Drift> = (0..options.regressors.len()).map(|k| drift(&fit, GIVEN_AT + k)).collect();
-    let wide = test.p_value < LEAST;
-    let plain = fit.clone();
-    let (limited, limited_bins, discrepancy) = widened(&fit, &bins);
-    let at = if wide { thresholds.scaled(WIDENED) } else { thresholds };
+    let mut attempt = best_attempt(record, &mask, &lines, &regressors, options);
+    attempt.bins.regressors = regressors;
+    let drifts = with_drifts(&mut attempt.fit, &mut attempt.bins, thresholds(options.level), options.drifts);
+    (attempt, drifts)
+}
+
+/// Excess kurtosis of the samples, and their number.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tails {
+    pub kurtosis: f64,
+    pub present: usize,
+}
+
+/// Intervals of a model, and the model without what was not observed.
+pub(crate) struct Inferred {
+    pub terms: Vec<Bounds>,
+    pub reduced: Fit,
+    processes: Vec<Process>,
+    covariance: Symmetric,
+    alike_from: Option<(f64, f64)>,
+    discrepancy: Vec<(f64, f64)>,
+}
+
+/// The intervals of a fitted model.
+pub(crate) fn inferred(
+    plain: &Fit,
+    bins: &Bins,
+    p_value: f64,
+    tails: Tails,
+    allowed: Allowed,
+    level: f64,
+) -> Inferred {
+    let thresholds = thresholds(level);
+    let (limited, limited_bins, discrepancy) = widened(plain, bins);
+    let at = if p_value < LEAST { thresholds.scaled(WIDENED) } else { thresholds };
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
-    join_alike(&mut terms, &plain, &bins, at, allowed(record, options));
-    reduced = reduced.model.clone().refit(&bins, 40, TOLERANCE, &plain);
-    value_of_likelihood(&mut terms, &plain, &reduced);
+    join_alike(&mut terms, plain, bins, at, allowed);
+    reduced = reduced.model.clone().refit(bins, 40, TOLERANCE, plain);
+    value_of_likelihood(&mut terms, plain, &reduced);
     if let Some(j) = plain.model.index(Part::RandomWalk) {
-        heavy_tails(&mut terms[j], record);
+        heavy_tails(&mut terms[j], tails);
     }
     // The values are those of the reduced model, as are those of the terms: together they are the model of the record.
     let processes: Vec<Process> = limited
@@ -87,7 +131,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         })
         .collect();
     // White noise behind a filter of first order is such a process: then N² = 2σ²T.
-    if let Some(j) = plain.model.index(Part::RandomWalk).filter(|_| hides_white_noise(&plain)) {
+    if let Some(j) = plain.model.index(Part::RandomWalk).filter(|_| hides_white_noise(plain)) {
         for process in &processes {
             if let Part::GaussMarkov { time } = process.part {
                 if time <= SLOWEST_FILTER {
@@ -98,28 +142,34 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     }
     let (information, _) = reduced.information(&limited_bins);
     let covariance = information.pseudo_inverse();
-    let count = covariance.order;
-    let unsteadiness = unsteadiness(&plain, &bins);
     let alike_from = process_like_walk(&reduced, &limited_bins, at);
+    Inferred { terms, reduced, processes, covariance, alike_from, discrepancy }
+}
+
+/// What is stated of a model; without lines and drifts.
+pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred) -> Outcome {
+    let Inferred { terms, reduced, processes, covariance, alike_from, discrepancy } = found;
+    // Levels and own terms of several runs come last, and are not stated.
+    let count = reduced.model.numbers();
     Outcome {
         alike_from,
         terms: TERMS.map(|part| plain.model.index(part).map(|j| terms[j])),
         reduced: TERMS.map(|part| reduced.model.index(part).map_or(0.0, |j| reduced.model.theta[j])),
         processes,
         filter: reduced.model.filter.clone(),
-        filter_interval: bins.spacing as f64 * record.tau0,
-        lines,
-        highest,
-        ramp,
-        ramp_observed,
-        warm_up,
-        regressors: given,
+        filter_interval: bins.spacing as f64 * bins.record.tau0,
+        lines: Vec::new(),
+        highest: None,
+        ramp: Drift { value: f64::NAN, error: f64::NAN },
+        ramp_observed: false,
+        warm_up: None,
+        regressors: Vec::new(),
         p_value: test.p_value,
-        widened: wide,
+        widened: test.p_value < LEAST,
         bands: test.bands,
         discrepancy,
-        unsteadiness,
-        kurtosis: record.kurtosis,
+        unsteadiness: (0.0, 1.0),
+        kurtosis: 0.0,
         parameters: reduced.model.parts.clone(),
         covariance: (0..count)
             .flat_map(|i| (0..count).map(move |j| (i, j)))

@@ -113,7 +113,7 @@ fn fast_level(fit: &Fit) -> f64 {
     fit.model.parts.iter().zip(&fit.model.theta).map(level).fold(0.0, f64::max)
 }
 
-fn attempt<'a>(
+pub(crate) fn attempt<'a>(
     record: &'a Summary,
     mask: Vec<bool>,
     mut lines: Vec<Line>,
@@ -165,7 +165,7 @@ pub(crate) fn allowed(record: &Summary, options: &Options) -> Allowed {
 
 /// The terms that may be present. Without neighbouring samples the densities of quantization noise and random walk are
 /// the same, and the random walk stands for both.
-fn wanted_terms(record: &Summary, options: &Options) -> [bool; 4] {
+pub(crate) fn wanted_terms(record: &Summary, options: &Options) -> [bool; 4] {
     let mut terms = options.terms;
     terms[0] &= record.masked.as_ref().is_none_or(|masked| masked.has_neighbours() || !terms[1]);
     terms

@@ -20,6 +20,9 @@ const MODE_POINTS: usize = 4;
 const LEAST_SHARE: f64 = 0.15;
 pub(crate) const LEAST_COUNT: f64 = 2.0;
 
+/// Lowest bins of a run, from which slow regressors take most.
+const LOWEST: usize = 4;
+
 /// Half a bin of width more, for every stretch of a bin: the law of the mean of overlapping, tapered densities.
 const EDGE: f64 = 0.5;
 
@@ -96,6 +99,9 @@ pub(crate) struct Bins<'a> {
     pub cosines_low: Arc<Vec<Vec<f64>>>,
     pub cosines_high: Arc<Vec<Vec<f64>>>,
     pub regressors: Arc<Vec<Regressor>>,
+    /// Of several runs: their bins, the longest run first, each with the regressors that its mean follows. All that has a
+    /// number for each bin is then that of all runs, one after the other.
+    pub runs: Arc<Vec<(Bins<'a>, Vec<usize>)>>,
 }
 
 /// The four terms, in their order in a model.
@@ -170,18 +176,14 @@ impl<'a> Bins<'a> {
         let scale = if high_power.is_empty() { median(&low_power) } else { median(&high_power) };
         let spacing = spacing_of(record, &mask, &kept);
         let interval = spacing as f64 * record.tau0;
-        let cosines = |f: f64, k: usize| -2.0 * (PI * k as f64 * f * interval).sin().powi(2);
-        let each = |at: &[f64]| -> Vec<Vec<f64>> {
-            (1..=MOST_FILTER).map(|k| at.iter().map(|&f| cosines(f, k)).collect()).collect()
-        };
         let at_points: Vec<f64> = fine_points.iter().map(|p| p.frequency).collect();
         let mut bins = Self {
             record,
             mask,
             low,
             spacing,
-            cosines_low: Arc::new(each(&frequency[..low])),
-            cosines_high: Arc::new(each(&at_points)),
+            cosines_low: Arc::new(cosines(&frequency[..low], interval)),
+            cosines_high: Arc::new(cosines(&at_points, interval)),
             cap: vec![f64::INFINITY; frequency.len()],
             kept,
             edges,
@@ -199,6 +201,7 @@ impl<'a> Bins<'a> {
             lines: Vec::new(),
             terms: Arc::new(Vec::new()),
             regressors,
+            runs: Arc::new(Vec::new()),
         };
         let mut terms = TERMS.map(|part| bins.column(part)).to_vec();
         if let Some(masked) = &record.masked {
@@ -208,6 +211,39 @@ impl<'a> Bins<'a> {
         }
         bins.terms = Arc::new(terms);
         bins
+    }
+
+    /// The bins of several runs, the longest one first, each with the regressors that its mean follows.
+    pub(crate) fn joined(mut runs: Vec<(Self, Vec<usize>)>) -> Self {
+        let spacing = runs.iter().map(|(bins, _)| bins.spacing).min().unwrap_or(1);
+        for (bins, _) in &mut runs {
+            bins.respaced(spacing);
+        }
+        let scales: Vec<f64> = runs.iter().map(|(bins, _)| bins.scale).collect();
+        let all =
+            |of: &dyn Fn(&Self) -> &Vec<f64>| runs.iter().flat_map(|(bins, _)| of(bins).clone()).collect();
+        let mut bins = Self {
+            frequency: all(&|bins| &bins.frequency),
+            freedom: all(&|bins| &bins.freedom),
+            freedom_alone: all(&|bins| &bins.freedom_alone),
+            cap: all(&|bins| &bins.cap),
+            scale: median(&scales),
+            ..runs[0].0.clone()
+        };
+        bins.runs = Arc::new(runs);
+        bins
+    }
+
+    /// With another interval of the cosines of the filter.
+    fn respaced(&mut self, spacing: usize) {
+        if spacing == self.spacing {
+            return;
+        }
+        self.spacing = spacing;
+        let interval = spacing as f64 * self.record.tau0;
+        let at_points: Vec<f64> = self.fine_points.iter().map(|p| p.frequency).collect();
+        self.cosines_low = Arc::new(cosines(&self.frequency[..self.low], interval));
+        self.cosines_high = Arc::new(cosines(&at_points, interval));
     }
 
     /// The same bins of a record with other modes.
@@ -223,6 +259,9 @@ impl<'a> Bins<'a> {
 
     /// Half width of the narrowest resonance that the points at which densities are evaluated can show: their distance.
     pub(crate) fn least_width(&self, frequency: f64) -> f64 {
+        if let Some((longest, _)) = self.runs.first() {
+            return longest.least_width(frequency);
+        }
         let bin = self.frequency.partition_point(|&f| f < frequency).min(self.len().saturating_sub(1));
         let nearest = |bin: usize| (self.frequency[bin] - frequency).abs();
         let bin = if bin > 0 && nearest(bin - 1) < nearest(bin) { bin - 1 } else { bin };
@@ -257,6 +296,9 @@ impl<'a> Bins<'a> {
 
     /// The same as means over all bins.
     pub(crate) fn unit(&self, part: Part) -> Vec<f64> {
+        if !self.runs.is_empty() {
+            return self.runs.iter().flat_map(|(bins, _)| bins.unit(part)).collect();
+        }
         self.means(&self.column(part), None)
     }
 
@@ -313,6 +355,9 @@ impl<'a> Bins<'a> {
 
     /// Means over all bins of cos 2πk f τ₀ − 1, k = 0 for the first.
     pub(crate) fn cosine_means(&self, k: usize) -> Vec<f64> {
+        if !self.runs.is_empty() {
+            return self.runs.iter().flat_map(|(bins, _)| bins.cosine_means(k)).collect();
+        }
         match self.leak {
             Some(_) => {
                 let angle = PI * (k + 1) as f64 * self.spacing as f64 * self.record.tau0;
@@ -415,6 +460,53 @@ impl<'a> Bins<'a> {
         1.0 / (1.0 / self.freedom[bin] + 1.0 / self.cap[bin])
     }
 
+    /// The powers without regressors.
+    pub(crate) fn plain_powers(&self) -> Vec<f64> {
+        if self.runs.is_empty() {
+            return self.powers(&self.residual_power(&self.products(&[]), &[]));
+        }
+        self.runs.iter().flat_map(|(bins, _)| bins.plain_powers()).collect()
+    }
+
+    /// Of each run, the sums that a model with these regressors needs; of several runs, with their own.
+    pub(crate) fn products_of(&self, used: &[usize]) -> Vec<Products> {
+        if self.runs.is_empty() {
+            return vec![self.products(used)];
+        }
+        self.runs.iter().map(|(bins, own)| bins.products(own)).collect()
+    }
+
+    /// Number of runs.
+    pub(crate) fn count(&self) -> usize {
+        self.runs.len().max(1)
+    }
+
+    /// Bins by the band of their frequency, so many in a decade; of several runs together.
+    pub(crate) fn bands(&self, per_decade: f64) -> Vec<(i64, Vec<usize>)> {
+        let number = |bin: usize| {
+            (per_decade * (self.frequency[bin] / self.frequency[0]).log10() + 1e-9).floor() as i64
+        };
+        let mut found: Vec<(i64, Vec<usize>)> = Vec::new();
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        if !self.runs.is_empty() {
+            order.sort_by(|&a, &b| self.frequency[a].total_cmp(&self.frequency[b]));
+        }
+        for bin in order {
+            match found.last_mut() {
+                Some((last, bins)) if *last == number(bin) => bins.push(bin),
+                _ => found.push((number(bin), vec![bin])),
+            }
+        }
+        found
+    }
+
+    /// Share of the degrees of freedom that a discrepancy leaves of the lowest bins of a run, which begin at `first`.
+    pub(crate) fn left_of(&self, first: usize, low: usize) -> f64 {
+        let lowest = first..first + low.min(LOWEST);
+        let weights: f64 = lowest.clone().map(|bin| self.weight(bin)).sum();
+        weights / lowest.map(|bin| self.freedom[bin]).sum::<f64>()
+    }
+
     /// The sums that a model with these regressors needs.
     pub(crate) fn products(&self, used: &[usize]) -> Products {
         let count = used.len();
@@ -474,6 +566,12 @@ impl<'a> Bins<'a> {
             .map(|part| self.ranges.iter().map(|range| mean(part, range)).collect())
             .collect()
     }
+}
+
+/// cos 2πk f Δ − 1, k = 1 … 6, at frequencies.
+fn cosines(at: &[f64], interval: f64) -> Vec<Vec<f64>> {
+    let cosine = |f: f64, k: usize| -2.0 * (PI * k as f64 * f * interval).sin().powi(2);
+    (1..=MOST_FILTER).map(|k| at.iter().map(|&f| cosine(f, k)).collect()).collect()
 }
 
 fn mean_squares(record: &Summary, kept: &[usize], edges: &[usize]) -> Vec<f64> {

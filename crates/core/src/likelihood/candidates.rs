@@ -85,6 +85,7 @@ impl Scores {
                 information.set(i, j, sum);
             }
         }
+        let information = fit.with_levels(information);
         let inverse = information.pseudo_inverse();
         let pull: Vec<f64> = weights.iter().zip(&excess).map(|(w, e)| 0.5 * w * e).collect();
         let gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();

@@ -1,7 +1,7 @@
 //! What is left of a model's authority where it does not quite agree: a log-normal wiggle, constant in a quarter decade,
 //! whose size is estimated from the record and limits what each band may say.
 
-use crate::likelihood::adequacy::{band_of, log_bias};
+use crate::likelihood::adequacy::log_bias;
 use crate::likelihood::bins::Bins;
 use crate::likelihood::laws::trigamma;
 use crate::likelihood::linear::dot;
@@ -23,8 +23,7 @@ const OWN_SHARE: f64 = 0.5;
 
 struct Band {
     number: i64,
-    first: usize,
-    end: usize,
+    bins: Vec<usize>,
     freedom: f64,
     log_ratio: f64,
     leverage: f64,
@@ -43,7 +42,7 @@ pub(crate) fn widened<'a>(fit: &Fit, bins: &Bins<'a>) -> (Fit, Bins<'a>, Vec<(f6
         for (band, variance) in bands.iter().zip(&variances) {
             let share = 1.0 / (1.0 + band.freedom * variance / 2.0);
             if share < 0.999 {
-                for i in band.first..band.end {
+                for &i in &band.bins {
                     bins.cap[i] = bins.freedom[i] * share / (1.0 - share);
                 }
             }
@@ -64,24 +63,19 @@ fn bands(fit: &Fit, bins: &Bins) -> Vec<Band> {
     let inverse = information.pseudo_inverse();
     let excess = fit.excess();
     let mut found = Vec::new();
-    let mut first = 0;
-    while first < bins.len() {
-        let number = band_of(bins, first, BANDS);
-        let mut end = first;
+    for (number, inside) in bins.bands(BANDS) {
         let (mut freedom, mut sum, mut leverage) = (0.0, 0.0, 0.0);
-        while end < bins.len() && band_of(bins, end, BANDS) == number {
-            let row: Vec<f64> = slopes.iter().map(|c| c[end]).collect();
-            leverage += 0.5 * bins.weight(end) * dot(&row, &inverse.times(&row));
-            freedom += bins.freedom[end];
-            sum += bins.freedom[end] * excess[end];
-            end += 1;
+        for &bin in &inside {
+            let row: Vec<f64> = slopes.iter().map(|c| c[bin]).collect();
+            leverage += 0.5 * bins.weight(bin) * dot(&row, &inverse.times(&row));
+            freedom += bins.freedom[bin];
+            sum += bins.freedom[bin] * excess[bin];
         }
         if freedom >= LEAST_FREEDOM {
             let log_ratio = (1.0 + sum / freedom).max(0.05).ln();
             let leverage = leverage.min(MOST_LEVERAGE);
-            found.push(Band { number, first, end, freedom, log_ratio, leverage });
+            found.push(Band { number, bins: inside, freedom, log_ratio, leverage });
         }
-        first = end;
     }
     found
 }

@@ -31,7 +31,7 @@ const RAMP_DOUBLINGS: usize = 8;
 
 const RAMP_HALVINGS: usize = 5;
 
-const RAMP_AT: usize = 2;
+pub(crate) const RAMP_AT: usize = 2;
 
 const WARM_AT: usize = 3;
 

@@ -1,11 +1,11 @@
 //! Intervals of the terms: profiles, joined with those of other explanations.
 
+use crate::likelihood::analysis::Tails;
 use crate::likelihood::bins::Bins;
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::model::{Fit, Shape, TOLERANCE};
-use crate::likelihood::pass::Summary;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part};
 use crate::likelihood::select::{Allowed, second_explanations};
 
@@ -111,12 +111,12 @@ pub(crate) fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &
 }
 
 /// A heavy tail widens what the samples say of the white level: the relative variance of N² is (2 + κ)/N, not 2/N.
-pub(crate) fn heavy_tails(white: &mut Bounds, record: &Summary) {
-    let n = record.present() as f64;
-    if record.kurtosis <= 3.0 * (24.0 / n).sqrt() || !white.observed {
+pub(crate) fn heavy_tails(white: &mut Bounds, tails: Tails) {
+    let n = tails.present as f64;
+    if tails.kurtosis <= 3.0 * (24.0 / n).sqrt() || !white.observed {
         return;
     }
-    let more = 1.96 * (record.kurtosis / n).sqrt() * white.value;
+    let more = 1.96 * (tails.kurtosis / n).sqrt() * white.value;
     white.low = (white.value - (white.value - white.low).hypot(more)).max(0.0);
     white.high = white.value + (white.high - white.value).hypot(more);
 }

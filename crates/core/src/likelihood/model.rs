@@ -3,6 +3,7 @@
 use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
+use crate::likelihood::runs::{Level, Own, regressed};
 use std::sync::Arc;
 
 const STEPS: usize = 40;
@@ -15,6 +16,9 @@ pub(crate) const TOLERANCE: f64 = 1e-4;
 /// Largest step of the logarithm of a shape, and of a coefficient of the filter.
 const SHAPE_STEP: f64 = 0.7;
 const FILTER_STEP: f64 = 1.5;
+
+/// Largest step of the logarithm of a level.
+const LEVEL_STEP: f64 = 1.0;
 
 /// Share of the median density that is added, so that a model of nothing has a likelihood.
 const FLOOR: f64 = 1e-9;
@@ -43,6 +47,9 @@ pub(crate) struct Model {
     /// Parameter that is not fitted.
     pub held: Option<usize>,
     pub held_shape: Option<(usize, Shape)>,
+    /// Of several runs: terms that differ from run to run, and terms of single runs.
+    pub levels: Vec<Level>,
+    pub own: Vec<Own>,
 }
 
 /// A fitted model.
@@ -60,15 +67,24 @@ pub(crate) struct Fit {
     pub beta_covariance: Symmetric,
     /// Degrees of freedom that the regressors take from each bin.
     pub leverage: Vec<f64>,
-    /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is.
-    slope_of_ends: f64,
+    /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is; of each run.
+    pub slope_of_ends: Vec<f64>,
     /// Of this set of regressors; shared by the fits that follow.
-    products: Arc<Products>,
+    products: Arc<Vec<Products>>,
 }
 
 impl Model {
     pub(crate) fn new(parts: Vec<Part>, regressors: Vec<usize>) -> Self {
-        Self { theta: Vec::new(), filter: Vec::new(), held: None, held_shape: None, parts, regressors }
+        Self {
+            theta: Vec::new(),
+            filter: Vec::new(),
+            held: None,
+            held_shape: None,
+            levels: Vec::new(),
+            own: Vec::new(),
+            parts,
+            regressors,
+        }
     }
 
     pub(crate) fn index(&self, part: Part) -> Option<usize> {
@@ -110,6 +126,14 @@ impl Model {
 
     /// Numbers that are fitted to the densities: without the coefficients of regressors.
     pub(crate) fn parameters_beside_curves(&self) -> usize {
+        let levels =
+            self.levels.iter().filter(|level| self.index(level.part).is_some_and(|j| self.theta[j] > 0.0));
+        let of_runs = levels.map(|level| level.logs.len().saturating_sub(1)).sum::<usize>();
+        self.numbers() + of_runs + self.own.len()
+    }
+
+    /// Numbers of the model of all runs: without levels and terms of single runs.
+    pub(crate) fn numbers(&self) -> usize {
         self.parts.len() + self.filter.len() + self.shapes().len()
     }
 
@@ -133,6 +157,9 @@ impl Model {
 
     /// |H|² as means over all bins.
     pub(crate) fn response_means(&self, bins: &Bins) -> Vec<f64> {
+        if !bins.runs.is_empty() {
+            return bins.runs.iter().flat_map(|(own, _)| self.response_means(own)).collect();
+        }
         match self.response(bins) {
             None => vec![1.0; bins.len()],
             Some((low, high)) => bins.response_means(&low, &high),
@@ -153,6 +180,9 @@ impl Model {
 
     /// Expected densities, and (if asked for) their logarithmic derivatives by theta, filter and shapes.
     pub(crate) fn evaluate(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+        if !bins.runs.is_empty() {
+            return self.evaluate_runs(bins, derivatives);
+        }
         if bins.leaks() {
             return self.evaluate_masked(bins, derivatives);
         }
@@ -287,7 +317,7 @@ impl Model {
         const HEAVIEST: f64 = 10.0;
         const LEAST: f64 = 0.05; // of the usual density: what a bin weighs at most
         let n = self.parts.len();
-        let powers = bins.powers(&bins.residual_power(&bins.products(&[]), &[]));
+        let powers = bins.plain_powers();
         let usual = bins.scale;
         let columns: Vec<Vec<f64>> = self.parts.iter().map(|&part| bins.unit(part)).collect();
         let weights: Vec<f64> = (0..bins.len())
@@ -313,6 +343,11 @@ impl Model {
         self.fit_within(bins, STEPS, TOLERANCE, None)
     }
 
+    /// The model as it is, without a step.
+    pub(crate) fn at(self, bins: &Bins) -> Fit {
+        self.fit_within(bins, 0, TOLERANCE, None)
+    }
+
     /// The fit from a neighbour with the same regressors.
     pub(crate) fn refit(self, bins: &Bins, steps: usize, tolerance: f64, from: &Fit) -> Fit {
         let products = (from.model.regressors == self.regressors).then(|| from.products.clone());
@@ -324,12 +359,12 @@ impl Model {
         bins: &Bins,
         steps: usize,
         tolerance: f64,
-        products: Option<Arc<Products>>,
+        products: Option<Arc<Vec<Products>>>,
     ) -> Fit {
         if self.theta.len() != self.parts.len() {
             self.start(bins);
         }
-        let products = products.unwrap_or_else(|| Arc::new(bins.products(&self.regressors)));
+        let products = products.unwrap_or_else(|| Arc::new(bins.products_of(&self.regressors)));
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
         let (spectrum, mut slopes) = self.evaluate(bins, true);
         let mut fit = Fit::of(self, spectrum, bins, products, &weights);
@@ -367,6 +402,13 @@ impl Model {
         }
         for (a, d) in model.filter.iter_mut().zip(&step[n..]) {
             *a += length * d;
+        }
+        let mut rest = step[n + self.filter.len() + self.shapes().len()..].iter();
+        for (log, d) in model.levels.iter_mut().flat_map(|level| level.logs.iter_mut()).zip(&mut rest) {
+            *log += length * d;
+        }
+        for (own, d) in model.own.iter_mut().zip(rest) {
+            own.theta = (own.theta + length * d).max(0.0);
         }
         let (duration, tau0) = (bins.record.duration(), bins.record.tau0);
         for ((j, shape), d) in self.shapes().into_iter().zip(&step[n + self.filter.len()..]) {
@@ -426,13 +468,20 @@ fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
 }
 
 impl Fit {
-    fn of(model: Model, spectrum: Vec<f64>, bins: &Bins, products: Arc<Products>, weights: &[f64]) -> Self {
-        let quantization = model.index(Part::Quantization).map_or(0.0, |j| model.theta[j]);
-        let found = regress(&products, &spectrum, quantization);
-        let powers = bins.powers(&bins.residual_power(&products, &found.beta));
+    fn of(
+        model: Model,
+        spectrum: Vec<f64>,
+        bins: &Bins,
+        products: Arc<Vec<Products>>,
+        weights: &[f64],
+    ) -> Self {
+        let (found, powers) = regressed(&model, &spectrum, bins, &products);
         let mut deviance = found.restricted + found.squares_of_ends;
         for ((s, i), nu) in spectrum.iter().zip(&powers).zip(weights) {
             deviance += nu * (s.ln() + i / s);
+        }
+        for level in &model.levels {
+            deviance += level.logs.iter().map(|x| (x / level.spread).powi(2)).sum::<f64>();
         }
         Self {
             model,
@@ -454,19 +503,24 @@ impl Fit {
     }
 
     fn step(&self, slopes: &[Vec<f64>], weights: &[f64], bins: &Bins) -> Vec<f64> {
-        let information = information(slopes, weights);
+        let information = self.with_levels(information(slopes, weights));
         let excess = self.excess();
         let mut pull: Vec<f64> = excess.iter().zip(weights).map(|(e, nu)| 0.5 * nu * e).collect();
         pull.iter_mut().zip(&self.leverage).for_each(|(p, h)| *p += 0.5 * h);
         let mut gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
-        if let Some(j) = self.model.index(Part::Quantization) {
-            gradient[j] += self.slope_of_ends;
-        }
         let (n, q) = (self.model.parts.len(), self.model.filter.len());
         let shapes = self.model.shapes();
+        let first = n + q + shapes.len();
+        let levels: Vec<(f64, f64)> = self.levels().collect();
+        for (g, (log, weight)) in gradient[first..].iter_mut().zip(&levels) {
+            *g -= log * weight;
+        }
+        self.add_ends(&mut gradient, first);
         let mut least: Vec<f64> = self.model.theta.iter().map(|t| -t).collect();
         least.extend(vec![-FILTER_STEP; q]);
         least.extend(vec![-SHAPE_STEP; shapes.len()]);
+        least.extend(vec![-LEVEL_STEP; levels.len()]);
+        least.extend(self.model.own.iter().map(|own| -own.theta));
         let mut held = vec![false; least.len()];
         if let Some(j) = self.model.held {
             held[j] = true;
@@ -477,15 +531,16 @@ impl Fit {
         debug_assert!(q <= MOST_FILTER && bins.len() == excess.len());
         let mut step = bounded_step(&information, &gradient, &least, &held);
         step[n..n + q].iter_mut().for_each(|d| *d = d.clamp(-FILTER_STEP, FILTER_STEP));
-        step[n + q..].iter_mut().for_each(|d| *d = d.clamp(-SHAPE_STEP, SHAPE_STEP));
+        step[n + q..first].iter_mut().for_each(|d| *d = d.clamp(-SHAPE_STEP, SHAPE_STEP));
+        step[first..first + levels.len()].iter_mut().for_each(|d| *d = d.clamp(-LEVEL_STEP, LEVEL_STEP));
         step
     }
 
-    /// Fisher information of theta, filter and shapes, and the slopes it is made of.
+    /// Fisher information of theta, filter and shapes, of levels and own terms, and the slopes it is made of.
     pub(crate) fn information(&self, bins: &Bins) -> (Symmetric, Vec<Vec<f64>>) {
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
         let slopes = self.model.evaluate(bins, true).1;
-        (information(&slopes, &weights), slopes)
+        (self.with_levels(information(&slopes, &weights)), slopes)
     }
 
     /// The deviance without one part, and that fit.
@@ -507,20 +562,21 @@ fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
     found
 }
 
-struct Regressed {
-    beta: Vec<f64>,
-    covariance: Symmetric,
+pub(crate) struct Regressed {
+    pub beta: Vec<f64>,
+    pub covariance: Symmetric,
     /// ln det ZᵀS⁻¹Z, of the end values ln det(1 + Q²ZᵀS⁻¹Z).
-    restricted: f64,
+    pub restricted: f64,
     /// Squares of the end values over their variance.
-    squares_of_ends: f64,
-    leverage: Vec<f64>,
-    slope_of_ends: f64,
+    pub squares_of_ends: f64,
+    pub leverage: Vec<f64>,
+    /// Of each run.
+    pub slope_of_ends: Vec<f64>,
 }
 
 /// Weighted least squares for the regressors, given the density; the end values of the angle are random with the variance
 /// `quantization`. The density is that of the bin, constant in it.
-fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regressed {
+pub(crate) fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regressed {
     let n = products.count;
     let mut squares = Symmetric::zero(n);
     let mut right = vec![0.0; n];
@@ -554,7 +610,7 @@ fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regresse
     let taken = |(bin, (_, own)): (usize, (&[f64], &[f64]))| dot(&covariance.at, own) / spectrum[bin];
     let leverage = bins.enumerate().map(taken).collect();
     let restricted = squares.log_determinant();
-    Regressed { beta, covariance, restricted, squares_of_ends, leverage, slope_of_ends }
+    Regressed { beta, covariance, restricted, squares_of_ends, leverage, slope_of_ends: vec![slope_of_ends] }
 }
 
 impl Model {

@@ -1,7 +1,9 @@
 //! Intervals by the profile of the likelihood: a parameter is held, all others are fitted again.
 
+use crate::distributions::student_quantile;
 use crate::likelihood::bins::Bins;
 use crate::likelihood::expected::Part;
+use crate::likelihood::laws::chi2_above;
 use crate::likelihood::model::{Fit, Model, Shape, time_limits};
 
 /// A term is surely there, without a fit that lacks it, if it is so many standard errors from 0.
@@ -66,7 +68,11 @@ pub(crate) fn of_part(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bo
         model.theta[part] = x;
         model.held = Some(part);
     };
-    let target = at.interval.sqrt();
+    // The mean of a term that differs from run to run has the error of a mean: Student's t.
+    let target = match fit.model.level(fit.model.parts[part]) {
+        Some(level) => student_of(at.interval, level.logs.len()),
+        None => at.interval.sqrt(),
+    };
     let step = error * target;
     let search = Search { fit, bins, target, nearness: None, hold: &hold };
     let high = if information.get(part, part) > 0.0 { search.up(value, step) } else { f64::INFINITY };
@@ -120,6 +126,12 @@ pub(crate) fn of_resonance(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) 
     let least = bins.least_width(frequency);
     let widths = [least, (0.25 * frequency).max(least).max(width)];
     Some([bounds(&centre, frequency, 0.2 * width / frequency, centres), bounds(&half, width, 0.3, widths)])
+}
+
+/// Quantile of Student's t for a mean over runs, of the probability that χ² with one degree of freedom has.
+fn student_of(interval: f64, runs: usize) -> f64 {
+    let tail = 0.5 * chi2_above(interval, 1.0);
+    -student_quantile(runs.max(2) as f64 - 1.0, tail)
 }
 
 struct Search<'a, 'b> {

@@ -1,0 +1,310 @@
+//! One likelihood of several runs of a sensor: the model is that of all runs, but some terms differ from run to run.
+
+use crate::likelihood::adequacy::adequacy;
+use crate::likelihood::analysis::{Tails, fitted, inferred, outcome};
+use crate::likelihood::band::{Attempt, allowed, attempt, wanted_terms};
+use crate::likelihood::bins::{Bins, TERMS, median};
+use crate::likelihood::drifts::{Drifts, RAMP_AT};
+use crate::likelihood::expected::Part;
+use crate::likelihood::laws::chi2_above;
+use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::outcome::{Drift, Options, Outcome};
+use crate::likelihood::pass::Summary;
+use crate::likelihood::runs::{Level as Levels, Own};
+use crate::likelihood::select::select;
+use rayon::prelude::*;
+
+/// Spread of the levels of a term while nothing is known of it, and the least one: of the logarithm of the squared
+/// coefficient. The first one leaves the levels free; the second one is far below their errors.
+const FREE: f64 = 5.0;
+const LEAST_SPREAD: f64 = 1e-4;
+
+/// P-value of the gain by ramps in all runs below which all runs have one: smaller than each shows, they add up to what looks
+/// like a rate random walk.
+const RAMPS: f64 = 0.01;
+
+/// Share of the variance of a level that the errors of other parameters leave, at least.
+const LEAST_OWN: f64 = 0.1;
+
+/// Standard error of the logarithm of a squared coefficient in a run from which the run does not show it.
+const WEAK: f64 = 0.35;
+
+const STEPS: usize = 40;
+
+/// Bisections of the spread of levels.
+const BISECTIONS: usize = 60;
+
+/// Which of the four terms are common to all runs; the others differ from run to run.
+pub type Common = [bool; 4];
+
+/// Levels of a term that differs from run to run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// Which of the four terms.
+    pub term: usize,
+    /// Standard deviation of the logarithm of the squared coefficient over runs, and the p-value of none.
+    pub spread: f64,
+    /// See `spread`.
+    pub p_value: f64,
+    /// Squared coefficient of each run and the standard error of its logarithm, without knowledge of the spread.
+    pub runs: Vec<(f64, f64)>,
+}
+
+/// What one run says for itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Other {
+    /// For each of the four terms that is common: squared coefficient of this run alone with its standard error, that of the
+    /// other runs, and the fall of the deviance.
+    pub terms: [Option<[f64; 4]>; 4],
+    /// Fall of the deviance if all that is common is of this run alone, and the number of parameters.
+    pub all: (f64, usize),
+}
+
+/// Result for several runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// The model of all runs, with intervals; lines, drifts and steadiness are those of single runs.
+    pub outcome: Outcome,
+    /// Whether ramps are in the model of every run.
+    pub ramps: bool,
+    /// Ramp of each run, whether it is in the model or not.
+    pub ramps_of: Vec<Drift>,
+    /// Terms that differ from run to run.
+    pub levels: Vec<Level>,
+    /// Of each common term that some run shows: fall of the deviance if every run has its own, and the parameters more.
+    pub homogeneity: [Option<(f64, usize)>; 4],
+    /// Of each run.
+    pub others: Vec<Other>,
+    /// Number of bins of each run.
+    pub bins: Vec<usize>,
+}
+
+/// Analyses several runs of a channel. `regressors`: curves at the centres of the blocks of each run.
+#[must_use]
+pub fn analyse_jointly(
+    records: &[&Summary],
+    regressors: &[Vec<Vec<f64>>],
+    options: &Options,
+    common: Common,
+) -> Joint {
+    let options_of = |run: usize| Options { regressors: regressors[run].clone(), ..options.clone() };
+    let singles: Vec<(Attempt, Drifts)> =
+        (0..records.len()).into_par_iter().map(|run| fitted(records[run], &options_of(run))).collect();
+    let ramps_of = singles.iter().map(|(_, drifts)| drifts.ramp).collect();
+    let singles: Vec<Attempt> = singles.into_iter().map(|(one, _)| one).collect();
+    let highest = singles.iter().filter_map(|one| one.highest).min_by(f64::total_cmp);
+    let singles: Vec<Attempt> = singles
+        .into_par_iter()
+        .enumerate()
+        .map(|(run, one)| up_to(one, records[run], highest, &options_of(run)))
+        .collect();
+    let (order, place) = longest_first(records);
+    let mut taken: Vec<Option<(Bins, Vec<usize>)>> =
+        singles.into_iter().map(|one| Some((one.bins, one.fit.model.regressors))).collect();
+    let runs: Vec<(Bins, Vec<usize>)> = order.iter().filter_map(|&run| taken[run].take()).collect();
+    let wanted = records
+        .iter()
+        .map(|record| wanted_terms(record, options))
+        .fold(options.terms, |all, one| [0, 1, 2, 3].map(|k| all[k] && one[k]));
+    let mut parts: Vec<Part> = (0..4).filter(|&k| wanted[k]).map(|k| TERMS[k]).collect();
+    parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
+    let mut model = Model::new(parts, Vec::new());
+    let free = |part: Part| Levels { part, logs: vec![0.0; records.len()], spread: FREE };
+    model.levels = (0..4).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
+    let (bins, ramps) = with_ramps(runs, &model, options.drifts);
+    let mut allow = allowed(records[0], options);
+    allow.quantization &= wanted[0];
+    let mut free_fit = select(model.fit(&bins), &bins, allow);
+    let (levels, _) = levels_of(&free_fit, &bins, &place);
+    let weak: Vec<Part> =
+        levels.iter().filter(|level| is_weak(level)).map(|level| TERMS[level.term]).collect();
+    if !weak.is_empty() {
+        let mut model = free_fit.model.clone();
+        model.levels.retain(|level| !weak.contains(&level.part));
+        free_fit = model.refit(&bins, STEPS, TOLERANCE, &free_fit);
+    }
+    let (levels, spreads) = levels_of(&free_fit, &bins, &place);
+    let mut model = free_fit.model.clone();
+    for (level, spread) in model.levels.iter_mut().zip(spreads) {
+        level.spread = spread;
+    }
+    let plain = model.refit(&bins, STEPS, TOLERANCE, &free_fit);
+    let test = adequacy(&plain, &bins);
+    let present = records.iter().map(|record| record.present()).sum();
+    let weighted = |record: &&Summary| record.kurtosis * record.present() as f64;
+    let tails = Tails { kurtosis: records.iter().map(weighted).sum::<f64>() / present as f64, present };
+    let found = inferred(&plain, &bins, test.p_value, tails, allow, options.level);
+    let others = place.par_iter().map(|&at| other(&free_fit, &bins, at, common)).collect();
+    let homogeneity =
+        [0, 1, 2, 3].map(|k| common[k].then(|| each_its_own(&free_fit, &bins, TERMS[k])).flatten());
+    let counts = place.iter().map(|&at| bins.runs[at].0.len()).collect();
+    Joint {
+        outcome: Outcome { highest, kurtosis: tails.kurtosis, ..outcome(&plain, &bins, test, found) },
+        ramps,
+        ramps_of,
+        levels,
+        homogeneity,
+        others,
+        bins: counts,
+    }
+}
+
+/// The attempt of a run, with the band of all runs.
+fn up_to<'a>(one: Attempt<'a>, record: &'a Summary, highest: Option<f64>, options: &Options) -> Attempt<'a> {
+    let Some(limit) = highest.filter(|_| one.highest != highest) else { return one };
+    let mut mask = one.bins.mask.to_vec();
+    let from = ((limit * record.segment as f64 * record.tau0).ceil() as usize).min(mask.len());
+    mask[from..].fill(false);
+    let regressors = one.bins.regressors.clone();
+    attempt(record, mask, one.lines, &regressors, options, highest)
+}
+
+/// The runs in the order of their lengths, the longest one first, because it limits correlation times; and the place of each.
+fn longest_first(records: &[&Summary]) -> (Vec<usize>, Vec<usize>) {
+    let mut order: Vec<usize> = (0..records.len()).collect();
+    order.sort_by(|&a, &b| records[b].duration().total_cmp(&records[a].duration()));
+    let mut place = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(at, &run)| place[run] = at);
+    (order, place)
+}
+
+/// The bins of the runs. All have a ramp if the ramps add up to more than chance: the sum of their squares over their
+/// variances, with the noise of a fit that has them. A rate random walk that is fitted without them stands for them.
+fn with_ramps<'a>(runs: Vec<(Bins<'a>, Vec<usize>)>, model: &Model, wanted: bool) -> (Bins<'a>, bool) {
+    let mut with = runs.clone();
+    let mut more = 0;
+    for (_, used) in with.iter_mut().filter(|(_, used)| !used.contains(&RAMP_AT)) {
+        used.push(RAMP_AT);
+        more += 1;
+    }
+    let without = Bins::joined(runs);
+    if !wanted || more == 0 {
+        return (without, more == 0);
+    }
+    let with = Bins::joined(with);
+    let found = model.clone().fit(&with);
+    let plain = found.model.clone().at(&without);
+    let gain = (plain.deviance - plain.restricted) - (found.deviance - found.restricted);
+    if chi2_above(gain, f64::from(more)) < RAMPS { (with, true) } else { (without, false) }
+}
+
+/// Whether most runs do not show a term, so that they do not tell how it differs from run to run.
+fn is_weak(level: &Level) -> bool {
+    let errors: Vec<f64> = level.runs.iter().map(|(_, error)| *error).collect();
+    median(&errors) > WEAK
+}
+
+/// The levels of the runs with their errors, and their spreads: the method of Paule and Mandel.
+fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) {
+    let covariance = fit.information(bins).0.pseudo_inverse();
+    let (mut found, mut spreads) = (Vec::new(), Vec::new());
+    let mut first = fit.model.numbers();
+    for level in &fit.model.levels {
+        let count = level.logs.len();
+        let term = TERMS.iter().position(|&part| part == level.part).unwrap_or(0);
+        let start = first;
+        let at = |run: usize| start + run;
+        first += count;
+        let Some(j) = fit.model.index(level.part).filter(|&j| fit.model.theta[j] > 0.0) else {
+            spreads.push(LEAST_SPREAD);
+            let runs = vec![(0.0, f64::INFINITY); count];
+            found.push(Level { term, spread: 0.0, p_value: 1.0, runs });
+            continue;
+        };
+        // Of ln θ of a run, which is the sum of that of all and of its level.
+        let slope = 1.0 / fit.model.theta[j];
+        let between = |a: usize, b: usize| {
+            slope * slope * covariance.get(j, j)
+                + slope * (covariance.get(j, at(a)) + covariance.get(j, at(b)))
+                + covariance.get(at(a), at(b))
+        };
+        let pairs = (count * (count - 1)).max(1) as f64;
+        let shared = (0..count)
+            .flat_map(|a| (0..count).filter(move |&b| b != a).map(move |b| (a, b)))
+            .map(|(a, b)| between(a, b))
+            .sum::<f64>()
+            / pairs;
+        let variances: Vec<f64> = (0..count)
+            .map(|run| {
+                let whole = between(run, run).max(0.0);
+                (whole - shared).clamp(LEAST_OWN * whole, whole).max(1e-18)
+            })
+            .collect();
+        let scatter = |tau2: f64| {
+            let weights: Vec<f64> = variances.iter().map(|v| 1.0 / (v + tau2)).collect();
+            let sum: f64 = weights.iter().sum();
+            let mean = weights.iter().zip(&level.logs).map(|(w, x)| w * x).sum::<f64>() / sum;
+            weights.iter().zip(&level.logs).map(|(w, x)| w * (x - mean).powi(2)).sum::<f64>()
+        };
+        let freedom = (count - 1) as f64;
+        let p_value = chi2_above(scatter(0.0), freedom);
+        let (mut low, mut high) = (0.0, 0.0);
+        if scatter(0.0) > freedom {
+            high = FREE * FREE;
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (low + high);
+                *if scatter(middle) > freedom { &mut low } else { &mut high } = middle;
+            }
+        }
+        let spread = high.sqrt();
+        spreads.push(spread.max(LEAST_SPREAD));
+        let runs = place
+            .iter()
+            .map(|&run| (fit.model.theta[j] * level.logs[run].exp(), variances[run].sqrt()))
+            .collect();
+        found.push(Level { term, spread, p_value, runs });
+    }
+    (found, spreads)
+}
+
+/// What one run says for itself.
+fn other(fit: &Fit, bins: &Bins, run: usize, common: Common) -> Other {
+    let terms = [0, 1, 2, 3].map(|k| {
+        let part = TERMS[k];
+        fit.model.index(part).filter(|_| common[k]).map(|j| {
+            let alone = with_own(fit, bins, &[run], part);
+            let own = alone.model.own[0].theta;
+            let covariance = alone.information(bins).0.pseudo_inverse();
+            let error = covariance.get(covariance.order - 1, covariance.order - 1).max(0.0).sqrt();
+            [own, error, alone.model.theta[j], (fit.deviance - alone.deviance).max(0.0)]
+        })
+    });
+    Other { terms, all: all_its_own(fit, bins, run) }
+}
+
+/// The fit with a term of its own in each of some runs.
+fn with_own(fit: &Fit, bins: &Bins, runs: &[usize], part: Part) -> Fit {
+    let theta = fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]);
+    let mut model = fit.model.clone();
+    model.own = runs.iter().map(|&run| Own { run, part, theta }).collect();
+    model.refit(bins, STEPS, TOLERANCE, fit)
+}
+
+/// Fall of the deviance if every run has a term of its own, and the parameters more.
+fn each_its_own(fit: &Fit, bins: &Bins, part: Part) -> Option<(f64, usize)> {
+    fit.model.index(part)?;
+    let runs: Vec<usize> = (1..bins.count()).collect();
+    let alone = with_own(fit, bins, &runs, part);
+    Some(((fit.deviance - alone.deviance).max(0.0), runs.len()))
+}
+
+/// Fall of the deviance if nothing of a run is common with the others, and the number of parameters.
+fn all_its_own(fit: &Fit, bins: &Bins, run: usize) -> (f64, usize) {
+    let without = |keep: &dyn Fn(usize) -> bool| {
+        let runs =
+            bins.runs.iter().enumerate().filter(|(at, _)| keep(*at)).map(|(_, run)| run.clone()).collect();
+        let bins = Bins::joined(runs);
+        let mut model = fit.model.clone();
+        for level in &mut model.levels {
+            let logs = level.logs.iter().enumerate().filter(|(at, _)| keep(*at)).map(|(_, x)| *x).collect();
+            level.logs = logs;
+        }
+        model.fit(&bins).deviance
+    };
+    let fall = fit.deviance - without(&|at| at == run) - without(&|at| at != run);
+    let observed = (0..fit.model.parts.len())
+        .filter(|&j| fit.model.level(fit.model.parts[j]).is_none() && fit.model.theta[j] > 0.0)
+        .count();
+    let shapes = fit.model.numbers() - fit.model.parts.len();
+    (fall.max(0.0), observed + shapes)
+}

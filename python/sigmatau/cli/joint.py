@@ -1,0 +1,143 @@
+"""``sigmatau analyze --joint``: one model of several logs of a sensor."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.analysis import analyze
+from sigmatau.cli import batch
+from sigmatau.cli.choosing import Exports
+from sigmatau.cli.earlier import curves_beside, expect, is_result
+from sigmatau.cli.options import (
+    Reading,
+    check_output,
+    drawing,
+    finding_lines,
+    read_log,
+    refuse_same,
+    say,
+    working,
+    wrapped,
+    write_csv,
+    write_figure,
+    write_result,
+)
+from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import exit_code
+from sigmatau.fitting.joint import COMMON, Over, common_terms
+from sigmatau.lots.joint import AnalysedRun, JointAnalysis, analysed_run, fit_analysed
+
+if TYPE_CHECKING:
+    from sigmatau.cli.analyze import Outputs
+
+_SEVERAL = 2
+NOT_AT_REST = 5
+
+
+def terms_of(text: str | None) -> tuple[str, ...]:
+    """Terms of ``--common``; raises `OptionError`."""
+    if text is None:
+        return COMMON
+    return common_terms([name.strip() for name in text.split(",") if name.strip() and name.strip() != "none"])
+
+
+def refuse(outputs: Outputs, method: str, jobs: int | None) -> None:
+    """Raise `OptionError` for an option that a joint fit does not have."""
+    if method != "likelihood":
+        raise OptionError(f"--joint needs --method likelihood, not {method}", option="joint")
+    for option, given in (("report", outputs.report), ("stability", outputs.stability), ("jobs", jobs)):
+        if given is not None:
+            raise OptionError(
+                f"--{option} is of single logs, and --joint makes one result of all; run it without --joint",
+                option=option,
+            )
+
+
+def joint_command(
+    places: Sequence[Path],
+    reading: Reading | None,
+    settings: dict[str, Any],
+    outputs: Outputs,
+    exports: Exports,
+    *,
+    over: Over,
+    common: Sequence[str],
+    verbose: bool,
+    quiet: bool,
+) -> int:
+    """Analyse logs one by one, fit them jointly, and write one result."""
+    logs, left_out = batch.gather(places)
+    if len(logs) < _SEVERAL and over == "runs":
+        raise OptionError("--joint needs two or more logs; the axes of one log: --joint-axes", option="joint")
+    for option, path in outputs.files.items():
+        check_output(path, outputs.endings[option], option)
+    for path in exports.files.values():
+        check_output(path, (), "export")
+    beside = None if outputs.csv is None else curves_beside(outputs.csv)
+    named = {f"export {name}": path for name, path in exports.files.items()}
+    for log in logs:
+        refuse_same(log, **outputs.files, **named, **{"csv curves": beside})
+    expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
+    if others := [str(file) for file in left_out if not is_result(file)]:
+        say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
+    records, codes = _analysed(logs, reading, settings, verbose=verbose, quiet=quiet)
+    if not records or (len(records) < _SEVERAL and over == "runs"):
+        raise DataError(
+            f"--joint needs two or more logs that can be used: {len(records)} of {len(logs)} can; correct or add logs"
+        )
+    with working(f"fitting {len(records)} logs jointly", quiet=quiet):
+        found = fit_analysed(records, over=over, common=common, terms=settings["terms"])
+    _write(found, outputs, quiet=quiet)
+    with_table = str(outputs.json) != "-"
+    if with_table:
+        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 80
+        text = repr(found.joint) if verbose else found.overview(width=width, legend=not quiet)
+        sys.stdout.write(f"{text}\n")
+        sys.stdout.flush()
+    for line in wrapped(finding_lines(found.analysis.findings)):
+        say(line, quiet=quiet)
+    exports.write(found.analysis, result=outputs.files["json"], quiet=quiet)
+    return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)
+
+
+def _analysed(
+    logs: Sequence[Path], reading: Reading | None, settings: dict[str, Any], *, verbose: bool, quiet: bool
+) -> tuple[list[AnalysedRun], set[int]]:
+    """What each log contributes, and the exit codes of all; a log that cannot be used is named."""
+    records: list[AnalysedRun] = []
+    codes: set[int] = set()
+    names = dict(zip(logs, batch.names(logs), strict=True))
+    with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
+        told = []
+        for k, log in enumerate(logs, 1):
+            code = 1  # of an error
+            try:
+                record = read_log(log, reading, quiet=True)
+                analysis = analyze(record, **settings)
+                code = exit_code(analysis.findings) or 1
+                codes.add(exit_code(analysis.findings))
+                told += [f"{log}: {finding}" for finding in analysis.findings if finding.severity != "info" or verbose]
+                records.append(analysed_run(record, analysis, name=names[log]))
+            except OptionError:
+                raise  # an option that is wrong is wrong for all logs
+            except (DataError, ImportError) as error:
+                codes.add(code if code == NOT_AT_REST else 1)
+                sys.stderr.write(f"sigmatau: {error}\n")
+            done(k / len(logs))
+    for line in told:
+        say(line, quiet=quiet)
+    return records, codes
+
+
+def _write(found: JointAnalysis, outputs: Outputs, *, quiet: bool) -> None:
+    if outputs.csv is not None:
+        write_csv(found.analysis, outputs.csv)
+    if outputs.json is not None:
+        write_result("", found.to_dict(), outputs.json)
+    if outputs.plot is not None:
+        with drawing(outputs.plot, outputs.style, quiet=quiet):
+            write_figure(found.analysis.plot(style=outputs.style), outputs.plot)

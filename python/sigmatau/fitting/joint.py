@@ -1,0 +1,351 @@
+"""One likelihood of several runs of a sensor, or of the axes of a triad; see `fit_jointly`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sigmatau._native import likelihood as native
+from sigmatau._native.likelihood import Summary
+from sigmatau.arrays import Floats
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting import likelihood
+from sigmatau.fitting.arguments import check_level, wanted_terms
+from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
+from sigmatau.fitting.components import LINEAR
+from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint
+from sigmatau.fitting.joint_runs import lines_of, of_run, ramp_of_runs, spreads_of
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.pass_over import never_changes, summary_of, usable
+from sigmatau.frozen import frozen
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
+
+Over = Literal["runs", "axes"]
+
+COMMON = ("bias_instability", "rate_random_walk")
+"""Terms that are common to all runs by default. Quantization noise and random walk differ by per cent from day to day, many
+times the error of one day."""
+
+MOST_RUNS = 100
+"""Runs of one fit: its work grows with the square of their number."""
+
+_LEAST_JUDGED = 2  # runs that are left: of two, neither is the one that differs
+_SAME_RATE = 0.01  # relative difference of sample intervals: one filter describes all runs
+
+
+@frozen(eq=False)
+class Run:
+    """What one record contributes to a joint fit of a channel."""
+
+    name: str
+    channel: str
+    stream: Stream
+    summary: Summary
+    curves: tuple[Floats, ...]  # that the mean may follow, at the blocks of the summary
+    fit: NoiseFit  # of this run alone
+
+
+def fit_jointly(
+    records: Iterable[Record],
+    channels: Iterable[str] | None = None,
+    *,
+    over: Over = "runs",
+    common: Iterable[str] = COMMON,
+    names: Iterable[str] | None = None,
+    terms: Iterable[str] | None = None,
+    processes: Sequence[float] | None = None,
+    level: float = 0.95,
+) -> JointFit:
+    """Fit one model to several runs of a sensor: what no single run shows, several together may.
+
+    The likelihoods of the runs are multiplied. Filter, processes and the terms in `common` are the same in all runs; the
+    other terms have a level in each run, and their value is the mean over runs. Runs may have different lengths, and missing
+    samples. Lines, ramp, warm-up and temperature coefficient are those of single runs.
+
+    Parameters
+    ----------
+    records : iterable of Record
+        Two or more, with the same channels and rate; each at rest and without disturbances: nothing is left out here.
+    channels : iterable of str, optional
+        Default: all that every record has, but the temperature.
+    over : {"runs", "axes"}
+        What is pooled: a channel over the records, or all axes of a sensor (over the records too, if there are several).
+        A joint fit of axes has the name of the sensor, ``"gyro"``.
+    common : iterable of str
+        Terms that are the same in all runs. The other ones are random: the logarithm of the coefficient is normal over runs.
+    names : iterable of str, optional
+        Of the records. Default: their files, or ``"run 1"`` …
+    terms, processes, level
+        See `sigmatau.fit_channel`.
+
+    Returns
+    -------
+    JointFit
+
+    Raises
+    ------
+    OptionError
+        For fewer than two runs or more than 100, records without a common channel, an unknown term, or other names than
+        records.
+    DataError
+        For runs with different rates or units, a channel that never changes or is too short, or the same samples twice.
+
+    Notes
+    -----
+    A random term that most runs do not show is taken as common: such runs do not tell how it differs.
+    The value of a random term has the interval of a mean over runs, Student's t with one degree of freedom less than runs;
+    its spread is estimated by the method of Paule and Mandel [1]_.
+
+    References
+    ----------
+    .. [1] R. C. Paule and J. Mandel, "Consensus values and weighting factors," J. Res. Natl. Bur. Stand., vol. 87, no. 5,
+       1982, :doi:`10.6028/jres.087.022`.
+
+    See Also
+    --------
+    fit_channel : one run.
+
+    Examples
+    --------
+    >>> from sigmatau import NoiseModel, fit_jointly, simulate
+    >>> model = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 4e-7}})
+    >>> days = [simulate(model, duration=1000, rate=10, rng=day) for day in range(7)]
+    >>> joint = fit_jointly(days)
+    >>> joint["gyro_x"].fit["random_walk"].observed, len(joint["gyro_x"].runs)
+    (True, 7)
+    """
+    if over not in get_args(Over):
+        raise OptionError(f"{{option}} must be one of {', '.join(get_args(Over))}, not {over!r}", option="over")
+    check_level(level)
+    given = list(records)
+    shared = common_terms(common)
+    labels = run_names(given, names)
+    asked = _channels(given, channels)
+    pools: dict[str, list[tuple[Record, str, str]]] = {}
+    for record, label in zip(given, labels, strict=True):
+        for channel in asked:
+            sensor = record.stream_of(channel).name
+            pool, name = (channel, label) if over == "runs" else (sensor, _axis_name(label, channel, len(given)))
+            pools.setdefault(pool, []).append((record, channel, name))
+    return JointFit(
+        {
+            pool: join(
+                [
+                    run_of(record, channel, name=name, terms=terms, processes=processes, level=level)
+                    for record, channel, name in members
+                ],
+                pool,
+                common=shared,
+                terms=terms,
+                processes=processes,
+                level=level,
+            )
+            for pool, members in pools.items()
+        }
+    )
+
+
+def _axis_name(label: str, channel: str, records: int) -> str:
+    return channel if records == 1 else f"{label} {channel}"
+
+
+def common_terms(common: Iterable[str]) -> tuple[str, ...]:
+    """The terms that are common to all runs, checked."""
+    given = [common] if isinstance(common, str) else list(common)
+    if unknown := [name for name in given if name not in LINEAR]:
+        raise OptionError(
+            f"{{option}}: {unknown[0]!r} cannot be common to runs; known terms: {', '.join(LINEAR)}", option="common"
+        )
+    return tuple(dict.fromkeys(given))
+
+
+def run_names(records: Sequence[Record], names: Iterable[str] | None) -> list[str]:
+    """A name for each record, all different."""
+    if names is None:
+        paths = [record.provenance.path for record in records]
+        if None in paths or len(set(paths)) < len(paths):
+            return [f"run {k}" for k in range(1, len(records) + 1)]
+        return [str(path) for path in paths]
+    given = [str(name) for name in names]
+    if len(given) != len(records) or len(set(given)) < len(given):
+        raise OptionError(
+            f"{{option}} must be {len(records)} different names, one for each record, not {given!r:.80}", option="names"
+        )
+    return given
+
+
+def _channels(records: Sequence[Record], channels: Iterable[str] | None) -> list[str]:
+    if not records or not all(isinstance(record, Record) for record in records):
+        raise OptionError("{option} must be records, see sigmatau.read", option="records")
+    if channels is not None:
+        asked = [channels] if isinstance(channels, str) else list(channels)
+        for record in records:
+            if missing := [channel for channel in asked if channel not in record.channels]:
+                raise OptionError(
+                    f"{{option}}: a record has no channel {missing[0]!r}; it has {', '.join(record.channels)}",
+                    option="channels",
+                )
+    else:
+        every = [
+            channel for stream in records[0].streams if stream.quantity != "temperature" for channel in stream.channels
+        ]
+        asked = [channel for channel in every if all(channel in record.channels for record in records)]
+    if not asked:
+        raise OptionError("{option}: the records have no channel in common", option="channels")
+    return asked
+
+
+def run_of(
+    record: Record,
+    channel: str,
+    *,
+    name: str,
+    fit: NoiseFit | None = None,
+    terms: Iterable[str] | None = None,
+    processes: Sequence[float] | None = None,
+    level: float = 0.95,
+) -> Run:
+    """What a record contributes to a joint fit; `fit` is that of the channel alone, if it is known.
+
+    Raises
+    ------
+    DataError
+        For a channel that never changes, or is too short for the likelihood.
+    """
+    stream = record.stream_of(channel)
+    if not usable(stream, channel):
+        raise DataError(f"{name}: channel {channel!r} has too few samples for a joint fit: {stream.grid.n}")
+    if never_changes(stream, channel):
+        raise DataError(f"{name}: channel {channel!r} never changes")
+    if fit is None or fit.method != "likelihood":
+        wanted = None if terms is None else list(terms)
+        fit = fit_channel(record, channel, terms=wanted, processes=processes, level=level)
+    summary, start = summary_of(stream, channel)
+    curves: list[Floats] = []
+    if TEMPERATURE in fit.regressors:
+        degrees = temperature_at(record, stream)
+        if degrees is not None:
+            curves.append(_centred(summary.centres + start, degrees, stream.grid.tau0))
+    return Run(name=name, channel=channel, stream=stream, summary=summary, curves=tuple(curves), fit=fit)
+
+
+def _centred(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
+    """A curve at the blocks, without its mean and with the size 1."""
+    values = likelihood.at_blocks(centres, curve, tau0)
+    return np.asarray((values - values.mean()) / (float(values.std()) or 1.0))
+
+
+def join(
+    runs: Sequence[Run],
+    channel: str,
+    *,
+    common: Sequence[str] = COMMON,
+    terms: Iterable[str] | None = None,
+    processes: Sequence[float] | None = None,
+    level: float = 0.95,
+) -> JointChannel:
+    """The joint fit of runs of one channel."""
+    _refuse(runs, channel)
+    given = wanted_terms(terms)
+    wanted = given & set(LINEAR)
+
+    def jointly(which: Sequence[int]) -> native.Joint:
+        return native.analyse_jointly(
+            [runs[k].summary for k in which],
+            regressors=[runs[k].curves for k in which],
+            terms=wanted,
+            common=common,
+            processes=processes is None,
+            drifts="rate_ramp" in given,
+            times=processes or (),
+            level=level,
+        )
+
+    found = jointly(range(len(runs)))
+    longest = max(range(len(runs)), key=lambda k: (runs[k].summary.duration, -k))
+    outcome = replace(found.outcome, bins=found.outcome.bins[: found.bin_counts[longest]])
+    fitted = likelihood.stated(runs[longest].stream, channel, outcome, wanted=wanted, regressors=(), level=level)
+    lines = lines_of([run.fit for run in runs])
+    verdict = "adequate_with" if lines and fitted.verdict == "adequate" else fitted.verdict
+    ramp = ramp_of_runs(found.ramps_of, fitted["rate_ramp"], level=level)
+    model = {name: value for name, value in fitted.model.items() if name != "rate_ramp"}
+    if ramp.value is not None:
+        model["rate_ramp"] = ramp.value
+    fitted = replace(
+        fitted,
+        terms={**fitted.terms, "rate_ramp": ramp},
+        model=model,
+        sinusoid=(*lines, *fitted.sinusoid),
+        verdict=verdict,
+        runs=tuple(run.stream.grid.duration for run in runs),
+    )
+    return JointChannel(
+        fit=fitted,
+        common=tuple(name for name in LINEAR if name in wanted and name not in found.levels),
+        spreads=spreads_of(found),
+        homogeneity=_homogeneity(found, fitted),
+        runs=_judged(runs, found, jointly, fitted, level),
+    )
+
+
+def _judged(
+    runs: Sequence[Run],
+    found: native.Joint,
+    jointly: Callable[[Sequence[int]], native.Joint],
+    fitted: NoiseFit,
+    level: float,
+) -> tuple[RunOfJoint, ...]:
+    """What is said of each run: the one that belongs least is judged first, and the others without it."""
+    judged: dict[int, RunOfJoint] = {}
+    left = list(range(len(runs)))
+    while True:
+        here = {k: of_run(found, at, runs[k].name, runs[k].fit, fitted, level=level) for at, k in enumerate(left)}
+        worst = min(left, key=lambda k: here[k].p_value)
+        if here[worst].belongs or len(left) <= _LEAST_JUDGED:
+            judged |= here
+            return tuple(judged[k] for k in range(len(runs)))
+        judged[worst] = here[worst]
+        left.remove(worst)
+        found = jointly(left)
+
+
+def _homogeneity(found: native.Joint, fitted: NoiseFit) -> Mapping[str, float]:
+    """P-value of the same coefficient in all runs, of the common terms that the runs show."""
+    from sigmatau._native.distributions import chi2_above
+
+    return {
+        name: float(chi2_above(freedom, fall))
+        for name, (fall, freedom) in found.homogeneity.items()
+        if fitted[name].observed
+    }
+
+
+def _refuse(runs: Sequence[Run], channel: str) -> None:
+    if not 2 <= len(runs) <= MOST_RUNS:
+        raise OptionError(
+            f"{{option}}: a joint fit of {channel} needs 2 to {MOST_RUNS} runs, not {len(runs)}", option="records"
+        )
+    first = runs[0]
+    for run in runs[1:]:
+        if (run.stream.quantity, run.stream.unit) != (first.stream.quantity, first.stream.unit):
+            raise DataError(
+                f"{run.name}: {run.channel} is in {run.stream.unit}, in {first.name} it is in {first.stream.unit};"
+                " give runs of one sensor in the same unit"
+            )
+        if not math.isclose(run.stream.grid.tau0, first.stream.grid.tau0, rel_tol=_SAME_RATE):
+            raise DataError(
+                f"{run.name}: {run.channel} has {run.stream.grid.rate:.6g} Hz, in {first.name} it has"
+                f" {first.stream.grid.rate:.6g} Hz; a joint fit needs runs with the same rate"
+            )
+    for k, run in enumerate(runs):
+        for other in runs[:k]:
+            if run.summary.same_as(other.summary):
+                raise DataError(
+                    f"{run.name}: {run.channel} has the same samples as {other.name}; give each run only once"
+                )

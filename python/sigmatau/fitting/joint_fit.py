@@ -1,0 +1,189 @@
+"""Result of a joint fit: the model of all runs, how much they differ, and which runs do not belong to the others."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+from dataclasses import field
+from typing import Any
+
+from sigmatau.findings.wording.phrases import percent
+from sigmatau.fitting.noise_fit import Interval, NoiseFit
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import TablesByChannel, Tabular, duration_text, interval_texts, plain, two_digits
+
+ALPHA = 0.01
+"""Corrected p-value below which a run does not belong to the others, and below which runs differ."""
+
+
+@frozen
+class Spread:
+    """How a coefficient differs from run to run: standard deviation over runs, relative, and the p-value of none."""
+
+    relative: float
+    p_value: float
+
+    def to_dict(self) -> dict[str, Any]:
+        return plain(self, "relative p_value")
+
+
+@frozen(eq=False)
+class RunOfJoint:
+    """One run of a joint fit.
+
+    Attributes
+    ----------
+    name : str
+    fit : NoiseFit
+        Of this run alone.
+    values : mapping of str to Interval
+        Coefficients that differ from run to run. [SI]
+    own : mapping of str to Interval
+        Common coefficients as this run alone has them, with intervals that are symmetric about the square. [SI]
+    p_value : float
+        Of the run among the others; corrected for the number of runs and tests. Small if the run does not belong to them.
+    cause : str
+        Where the run differs most: a term, or ``"all"``: the shape of the spectrum, with its filter.
+    factor : float or None
+        The coefficient of `cause` over that of the other runs; None if they do not show it.
+    """
+
+    name: str
+    fit: NoiseFit
+    values: Mapping[str, Interval]
+    own: Mapping[str, Interval]
+    p_value: float
+    cause: str
+    factor: float | None
+
+    @property
+    def belongs(self) -> bool:
+        """Whether the run has the model of the others."""
+        return self.p_value >= ALPHA
+
+    def to_dict(self) -> dict[str, Any]:
+        return plain(self, "name belongs p_value cause factor values own", duration_s=self.duration)
+
+    @property
+    def duration(self) -> float:
+        """Length of the run. [s]"""
+        return self.fit.n * self.fit.tau0
+
+    def text(self, quantity: str) -> str:
+        """In words why a run does not belong."""
+        if self.cause in TERMS and self.factor is None:
+            label = TERMS[self.cause].label(quantity)
+            return f"{self.name}: {label}, which the other runs do not show, p = {self.p_value:.1g}"
+        if self.cause not in TERMS or self.factor is None:
+            return f"{self.name}: its spectrum differs from that of the other runs, p = {self.p_value:.1g}"
+        label = TERMS[self.cause].label(quantity)
+        return f"{self.name}: {label} {two_digits(self.factor)} times that of the other runs, p = {self.p_value:.1g}"
+
+
+@frozen(eq=False)
+class JointChannel(Tabular):
+    """Joint fit of one channel over several runs.
+
+    Attributes
+    ----------
+    fit : NoiseFit
+        The model of all runs. Coefficients in `common` are those of each run; the other ones are means over runs.
+    common : tuple of str
+        Terms that are the same in all runs.
+    spreads : mapping of str to Spread
+        Of the terms that differ from run to run, where the runs show them.
+    homogeneity : mapping of str to float
+        P-value of the same coefficient in all runs, by common term, where the runs show it.
+    runs : tuple of RunOfJoint
+    """
+
+    fit: NoiseFit
+    common: tuple[str, ...]
+    spreads: Mapping[str, Spread]
+    homogeneity: Mapping[str, float]
+    runs: tuple[RunOfJoint, ...] = field(repr=False)
+
+    @property
+    def channel(self) -> str:
+        return self.fit.channel
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Names of the runs that do not belong to the others, the worst first."""
+        return tuple(run.name for run in self._outliers())
+
+    def _outliers(self) -> list[RunOfJoint]:
+        return sorted((run for run in self.runs if not run.belongs), key=lambda run: run.p_value)
+
+    def statements(self) -> list[str]:
+        """How much the runs differ, and which do not belong, in words."""
+        quantity = self.fit.quantity
+        found = []
+        for term, spread in self.spreads.items():
+            label = TERMS[term].label(quantity)
+            if spread.p_value < ALPHA:
+                found.append(f"{label}: differs by {percent(spread.relative)} from run to run")
+        for term, p_value in self.homogeneity.items():
+            if p_value < ALPHA:
+                label = TERMS[term].label(quantity)
+                found.append(f"{label}: not the same in all runs, p = {p_value:.1g}; the interval is too narrow")
+        return found + [run.text(quantity) for run in self._outliers()]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The ``joint`` of a channel in the JSON form: plain values in SI without NaN."""
+        return plain(self, "common spreads homogeneity runs outliers")
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a run and coefficient, see `Tabular.columns`; the joint coefficients first."""
+        rows: list[dict[str, Any]] = []
+        for name, term in self.fit.items():
+            one = {"run": "all", "term": name, "value": term.value, "low": term.low, "high": term.high}
+            rows.append({**one, "unit": term.unit, "p_value": term.p_value, "belongs": None})
+        for run in self.runs:
+            for name, value in {**run.values, **run.own}.items():
+                one = {"run": run.name, "term": name, "value": value.value, "low": value.low, "high": value.high}
+                rows.append({**one, "unit": value.unit, "p_value": run.p_value, "belongs": run.belongs})
+        names = ("run", "term", "value", "low", "high", "unit", "p_value", "belongs")
+        return {"channel": [self.channel] * len(rows), **{name: [row[name] for row in rows] for name in names}}
+
+    def __repr__(self) -> str:
+        lines = [repr(self.fit), f"  {self.pooled()}", *(f"  {text}" for text in self.statements())]
+        shown = [*self.spreads, *self.homogeneity]
+        for run in self.runs:
+            cells = [text for name in shown if (text := self._cell(run, name))]
+            lines.append(f"  {run.name}: {', '.join(cells) or 'no term observed'}")
+        return "\n".join(lines)
+
+    def _cell(self, run: RunOfJoint, name: str) -> str:
+        value = run.values.get(name) or run.own.get(name)
+        if value is None:
+            return ""
+        unit, factor = display_units(name, self.fit.quantity, self.fit.rate_unit)[0]
+        low, high = (None if end is None else end / factor for end in (value.low, value.high))
+        text, interval = interval_texts(value.value / factor, low, high)
+        return " ".join(filter(None, (TERMS[name].label(self.fit.quantity), text, interval, unit)))
+
+    def pooled(self) -> str:
+        """What was pooled: ``"7 runs, 14 h together"``."""
+        return f"{len(self.runs)} runs, {duration_text(sum(self.fit.runs))} together"
+
+    def _repr_html_(self) -> str:
+        notes = "".join(f"<li>{html.escape(text)}</li>" for text in (self.pooled(), *self.statements()))
+        return f"{self.fit._repr_html_()}<ul>{notes}</ul>"
+
+
+class JointFit(TablesByChannel[JointChannel]):
+    """Joint fits by channel: an immutable mapping in the order of the records."""
+
+    __slots__ = ()
+
+    @property
+    def fits(self) -> dict[str, NoiseFit]:
+        """The models of all runs, by channel."""
+        return {channel: one.fit for channel, one in self.items()}
+
+    @property
+    def outliers(self) -> dict[str, tuple[str, ...]]:
+        """Runs that do not belong to the others, by channel; without channels that have none."""
+        return {channel: one.outliers for channel, one in self.items() if one.outliers}

@@ -1,0 +1,63 @@
+"""Ranges of averaging times for the lines of the read-off, by channel and term."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from sigmatau.errors import OptionError
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.read_off import ReadOff, read_off, read_off_beside
+from sigmatau.fitting.read_off_lines import Span, span_of
+from sigmatau.noise.terms import TERMS
+from sigmatau.record.record import stream_name
+
+_FORMS = "want TERM, or CHANNEL.TERM or SENSOR.TERM: gyro_x.random_walk, accel.rate_ramp"
+
+
+class ReadOffAt:
+    """Given ranges: ``{"random_walk": (1, 10), "gyro_x.quantization": (0.01, 2)}``.
+
+    A range of a channel goes before one of its sensor, and this before one of all channels.
+    """
+
+    def __init__(self, given: Mapping[str, object] | None) -> None:
+        self._spans: dict[tuple[str, str], Span] = {}
+        if given is not None and not isinstance(given, Mapping):
+            raise OptionError(
+                f"{{option}} must be ranges of averaging times by term, in s, e.g. {{'random_walk': (1, 10)}},"
+                f" not {given!r}",
+                option="read_off_at",
+            )
+        for key, span in (given or {}).items():
+            place, _, term = str(key).rpartition(".")
+            if term not in TERMS:
+                raise _error(str(key), f": unknown term {term!r}; terms: {', '.join(TERMS)}; {_FORMS}")
+            try:
+                self._spans[place, term] = span_of(span)
+            except OptionError as error:
+                raise _error(str(key), error.message.removeprefix("{option}")) from None
+
+    def check(self, channels: Iterable[str]) -> None:
+        """Raise `OptionError` if a range is for a channel or sensor that is not among the channels."""
+        known = list(channels)
+        for place, term in self._spans:
+            if place not in ("", *known, *map(stream_name, known)):
+                raise _error(f"{place}.{term}", f": no channel or sensor {place!r}; channels: {', '.join(known)}")
+
+    def read(self, curve: DeviationCurve, fitted: NoiseFit | None) -> ReadOff:
+        """Read off the curve of a channel, beside its fit if there is one; raises `OptionError` for a range outside it."""
+        places = ("", stream_name(curve.channel), curve.channel)
+        found = {term: (place, span) for at in places for (place, term), span in self._spans.items() if place == at}
+        spans: dict[str, Any] = {term: span for term, (_, span) in found.items()}
+        try:
+            return read_off(curve, **spans) if fitted is None else read_off_beside(curve, fitted, spans)
+        except OptionError as error:
+            place = found[error.option or ""][0]
+            key = f"{place}.{error.option}" if place else str(error.option)
+            raise _error(key, error.message.removeprefix("{option}")) from None
+
+
+def _error(key: str, message: str) -> OptionError:
+    return OptionError(f"{{option}} {key}{message}", option="read_off_at")

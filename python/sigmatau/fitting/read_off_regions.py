@@ -1,0 +1,229 @@
+"""Where the lines of the read-off go if no range is given: the regions of a curve that have the slope of a term."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native.gls import non_negative
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.read_off_lines import lay, thinned
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS, Term, avar
+
+LARGEST_ERROR = 0.41
+"""Largest error by eq. (26) of the averaging times that are used: those up to a quarter of the record, as in the paper."""
+
+
+@frozen
+class Rule:
+    """Conditions for a region of a term."""
+
+    tolerance: float = 0.1  # Largest difference of its slope from that of the term
+    slope_error: float = 0.1  # Largest standard error of its slope by eq. (26)
+    span: float = 4.0  # Smallest ratio of its longest to its shortest averaging time
+    scatter: float = 1.0  # Error of a deviation of this noise, of the error by eq. (26)
+    gain: float = 6.0  # Smallest reduction of the misfit by the term, in squared errors by δ (at least 2 %) per octave
+    rest: float = 0.1  # Largest standard error of its slope in what the lines of other terms leave
+
+
+# From Monte Carlo: in each case an absent term is reported in at most 5 % of the records (studies/read_off.py, results in
+# docs/study/read-off.md). The rule of the plateau is stricter, because the valley between a random walk and a rate random
+# walk looks like one; those of the rising terms are looser, because few other effects rise. In what other lines leave,
+# slopes need not be known as well: the curve has shown already that it is not that of one term.
+RULES: Mapping[str, Rule] = {
+    "quantization": Rule(scatter=0.3),
+    "random_walk": Rule(rest=0.2),
+    "bias_instability": Rule(tolerance=0.06, slope_error=0.06),
+    "rate_random_walk": Rule(tolerance=0.15, rest=0.15, gain=2.0),
+    "rate_ramp": Rule(slope_error=0.2, rest=0.2),
+}
+
+# A bend below the line of more than 0.1 in log σ cannot come from the five terms, whose sum is convex in the log-log plot.
+_BEND = 0.1
+_BEND_ERROR = 0.25  # largest error by eq. (26) of a point below the line: beyond, low deviations are common by chance
+_SIGMAS = 2.5  # errors by eq. (26) that a point may deviate in addition
+_SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
+LEAST_LEFT = 0.5  # share of the variance that the lines of other terms leave where a further line is looked for
+
+
+@frozen
+class Refusal:
+    """A region that has the slope of a term but is not that term."""
+
+    term: str
+    tau_min: float
+    tau_max: float
+    reason: str
+
+
+def regions(
+    curve: DeviationCurve, rules: Mapping[str, Rule], given: Mapping[str, NDArray[np.intp]]
+) -> tuple[dict[str, NDArray[np.intp]], list[Refusal]]:
+    """Regions of the terms that have a rule and no given range, as indices of the curve, and those that are refused.
+
+    They are looked for in the curve, and then, one at a time, in what the lines leave that are there already.
+    """
+    whole = Points.of(curve)
+    points = whole
+    found: dict[str, NDArray[np.intp]] = {}
+    refused: dict[str, Refusal] = {}
+    while True:
+        rest = points is not whole
+        new: dict[str, tuple[float, NDArray[np.intp]]] = {}
+        for name, rule in rules.items():
+            if name in found or name in given or name in refused:
+                continue
+            term = TERMS[name]
+            region = points.longest(term.slope, rule, rest=rest)
+            if region is None:
+                continue
+            i, j = region
+            ends = float(points.tau[i]), float(points.tau[j])
+            reason = whole.bend(*ends, points.height(i, j, term.slope, rule.tolerance), term)
+            gain = whole.gain(*ends, term)
+            if reason is None and gain <= rule.gain:
+                reason = "the other terms together explain it"
+            if reason is None:
+                new[name] = gain, points.at[i : j + 1]
+            else:
+                refused[name] = Refusal(term=name, tau_min=ends[0], tau_max=ends[1], reason=reason)
+        taken = [max(new, key=lambda name: new[name][0])] if rest and new else list(new)
+        found |= {name: new[name][1] for name in taken}
+        if (rest and not new) or not (found or given):
+            return found, list(refused.values())
+        lines, _ = lay(curve, dict(given) | found, given=given)
+        points = whole.without(curve, lines)
+
+
+@frozen(kw_only=False)
+class Points:
+    """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points."""
+
+    at: NDArray[np.intp]  # indices in the curve
+    m: NDArray[np.int64]
+    tau0: float
+    tau: NDArray[np.float64]
+    lt: NDArray[np.float64]
+    ls: NDArray[np.float64]
+    delta: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, curve: DeviationCurve) -> Points:
+        at = thinned(curve, curve.error <= LARGEST_ERROR)  # the search goes over all pairs
+        tau = curve.tau[at]
+        return cls(at, curve.m[at], curve.tau0, tau, np.log(tau), np.log(curve.adev[at]), curve.error[at])
+
+    def without(self, curve: DeviationCurve, lines: Mapping[str, float]) -> Points:
+        """What lines leave of the curve, where it is most of the variance; its error grows with what is taken away."""
+        taken = sum(
+            (avar(name, value, m=self.m, tau0=self.tau0) for name, value in lines.items()), np.zeros(len(self.m))
+        )
+        share = 1 - taken / curve.avar[self.at]
+        kept = share >= LEAST_LEFT
+        left = 0.5 * np.log(share[kept])
+        return Points(
+            self.at[kept], self.m[kept], self.tau0, self.tau[kept], self.lt[kept], self.ls[kept] + left,
+            self.delta[kept] / share[kept],
+        )  # fmt: skip
+
+    def octave_slopes(self, delta: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Slope over about an octave around each point, and its standard error."""
+        n = len(self.lt)
+        half = 0.5 * math.log(2) * 1.01
+        i = np.searchsorted(self.lt, self.lt - half)
+        j = np.searchsorted(self.lt, self.lt + half, side="right") - 1
+        alone = j <= i
+        at = np.arange(n)
+        i, j = np.where(alone, np.maximum(at - 1, 0), i), np.where(alone, np.minimum(at + 1, n - 1), j)
+        length = self.lt[j] - self.lt[i]
+        with np.errstate(divide="ignore", invalid="ignore"):  # a single point
+            return (self.ls[j] - self.ls[i]) / length, np.hypot(delta[i], delta[j]) / length
+
+    def longest(self, slope: float, rule: Rule, *, rest: bool) -> tuple[int, int] | None:
+        """First and last point of the longest region of a slope; of equal ones, that at shorter τ."""
+        delta = rule.scatter * self.delta
+        octave_slope, octave_error = self.octave_slopes(delta)
+        near = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
+        length = self.lt[None, :] - self.lt[:, None]
+        far = np.cumsum(~near)
+        error = np.hypot(delta[:, None], delta[None, :])
+        possible = (length > math.log(rule.span) - 1e-9) & (error <= (rule.rest if rest else rule.slope_error) * length)
+        possible &= (far[None, :] == far[:, None]) & near[:, None]
+        i, j = np.nonzero(possible)
+        for k in np.lexsort((i, -np.round(length[i, j], 9))):
+            first, last = int(i[k]), int(j[k])
+            fitted = self.slope(first, last, rule.tolerance)
+            allowed = rule.tolerance + (error[first, last] / length[first, last] if rest else 0.0)
+            if (
+                abs(fitted - slope) <= allowed
+                and self.straight(first, last, rule.tolerance, delta)
+                and self.on_line(first, last, slope, rule.tolerance, delta)
+            ):
+                return first, last
+        return None
+
+    def slope(self, i: int, j: int, tolerance: float) -> float:
+        """Slope of the line fitted to a region."""
+        weights = 1 / (self.delta[i : j + 1] ** 2 + (tolerance / 5) ** 2)
+        lt, ls = self.lt[i : j + 1], self.ls[i : j + 1]
+        from_mean = lt - float(weights @ lt) / float(weights.sum())
+        return float((weights * from_mean) @ ls) / float((weights * from_mean) @ from_mean)
+
+    def straight(self, i: int, j: int, tolerance: float, delta: NDArray[np.float64]) -> bool:
+        """Whether the slopes of the two halves of a region agree."""
+        lt, ls = self.lt, self.ls
+        k = int(np.argmin(np.abs(lt[i : j + 1] - (lt[i] + lt[j]) / 2))) + i
+        if not i < k < j:
+            return True
+        first, second = lt[k] - lt[i], lt[j] - lt[k]
+        change = (ls[j] - ls[k]) / second - (ls[k] - ls[i]) / first
+        error = math.hypot(delta[i] / first, delta[k] * (1 / first + 1 / second), delta[j] / second)
+        return bool(abs(change) <= 2 * tolerance + error)
+
+    def height(self, i: int, j: int, slope: float, tolerance: float) -> float:
+        """Log σ at τ = 1 s of the line of a given slope fitted to a region."""
+        weights = 1 / (self.delta[i : j + 1] ** 2 + (tolerance / 5) ** 2)
+        return float(np.average(self.ls[i : j + 1] - slope * self.lt[i : j + 1], weights=weights))
+
+    def on_line(self, i: int, j: int, slope: float, tolerance: float, delta: NDArray[np.float64]) -> bool:
+        """Whether every point lies on the line within its error and the tolerance in log σ."""
+        off = self.ls[i : j + 1] - slope * self.lt[i : j + 1] - self.height(i, j, slope, tolerance)
+        return bool((np.abs(off) <= tolerance + _SIGMAS * delta[i : j + 1]).all())
+
+    def bend(self, first: float, last: float, height: float, term: Term) -> str | None:
+        """Reason against a region, in s, if the curve lies below its line before or after it."""
+        if term.name == "random_walk":
+            return None  # white noise stays white after a filter
+        below = height + term.slope * self.lt - self.ls > _SIGMAS * self.delta + _BEND
+        below &= self.delta <= _BEND_ERROR
+        if below[self.tau < first].any():
+            return "the curve rises into it (filter, line or correlated noise)"
+        if below[self.tau > last].any():
+            return "the curve falls below it later (filter, line or correlated noise)"
+        return None
+
+    def gain(self, first: float, last: float, term: Term) -> float:
+        """How much better all terms explain a region, in s, than all but this one, which also follow a crossing of two
+        lines. The variances of the region and of a factor of 8 on either side are fitted by both, with weights from δ (at
+        least 2 %): the reduction of the squared errors per octave of points.
+        """
+        near = (self.tau >= 0.999 * first / 8) & (self.tau <= 1.001 * last * 8)
+        ls = self.ls[near]
+        m, variance = self.m[near], np.exp(2 * (ls - ls[0]))  # the unit does not matter
+        weight = 1 / (2 * variance * np.hypot(self.delta[near], _SMALLEST_ERROR))
+        columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
+        others = [column for name, column in columns.items() if name != term.name]
+        per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[near][-1] - self.lt[near][0])
+        less = _misfit(others, weight * variance) - _misfit(list(columns.values()), weight * variance)
+        return float(less / per_octave)
+
+
+def _misfit(columns: list[NDArray[np.float64]], target: NDArray[np.float64]) -> float:
+    """Smallest sum of squares of ``target`` minus a non-negative combination of the columns."""
+    design = np.stack(columns, axis=1)
+    rest = target - design @ non_negative(design, target)
+    return float(rest @ rest)

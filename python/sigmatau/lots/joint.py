@@ -1,0 +1,248 @@
+"""The joint fit of several analysed records, as a result like that of one record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
+from typing import Any
+
+import numpy as np
+
+from sigmatau.analysed import Analysis
+from sigmatau.errors import DataError, OptionError
+from sigmatau.estimators.allan import Curves, DeviationCurve
+from sigmatau.findings.finding import Finding, Findings, by_severity
+from sigmatau.findings.kinds.joint import RunDiffers, RunLeftOut, RunsDiffer
+from sigmatau.findings.kinds.values import CoarseResolution
+from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of
+from sigmatau.fitting.joint_fit import ALPHA, JointChannel, JointFit
+from sigmatau.fitting.noise_fit import Fits, NoiseFit
+from sigmatau.fitting.overview import overview
+from sigmatau.fitting.read_off import read_off
+from sigmatau.fitting.rounding import allowing_for_rounding
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS
+from sigmatau.quality.samples.resolution import rounded
+from sigmatau.record.record import Provenance, Record
+from sigmatau.record.used import only_used
+from sigmatau.results import ByChannel, Printed, duration_text
+
+_LEAST = 2  # runs
+
+
+@frozen(eq=False)
+class AnalysedRun:
+    """What an analysed record contributes to joint fits."""
+
+    name: str
+    analysis: Analysis
+    runs: Mapping[str, Run]  # by channel
+    findings: tuple[Finding, ...]  # of channels that cannot be used
+
+
+@frozen(eq=False)
+class JointAnalysis(Printed):
+    """Several analysed records with their joint fit.
+
+    Attributes
+    ----------
+    analysis : Analysis
+        Its fits are those of all runs; its curves are means of the variances of the runs, weighted by their pairs. Its
+        findings are those of the joint fit; `records` have their own.
+    joint : JointFit
+    records : mapping of str to Analysis
+        The analyses of the single records, by name.
+    """
+
+    analysis: Analysis
+    joint: JointFit
+    records: Mapping[str, Analysis] = field(repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The stable JSON form of an analysis, with a ``joint`` in each channel."""
+        result = self.analysis.to_dict()
+        for channel, one in self.joint.items():
+            result["channels"][channel]["joint"] = one.to_dict()
+        return result
+
+    def headline(self) -> str:
+        """The records in a line."""
+        curves = list(self.analysis.curves.values())
+        rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
+        together = duration_text(max(sum(one.fit.runs) for one in self.joint.values()))
+        runs = max(len(one.runs) for one in self.joint.values())
+        axes = f"{len(curves)} {'channel' if len(curves) == 1 else 'channels'} at {' and '.join(rates)} Hz"
+        return f"joint fit of {runs} runs: {axes}, {together} together"
+
+    def overview(self, *, width: int = 80, legend: bool = True) -> str:
+        """The table of an analysis, and how much the runs differ."""
+        table = overview(self.analysis.fits, self.analysis.findings, width=width, legend=legend)
+        return "\n".join([self.headline(), table, *self.spread_lines()])
+
+    def spread_lines(self) -> list[str]:
+        """Coefficients that differ from run to run, a line a term."""
+        lines = []
+        terms = dict.fromkeys(name for one in self.joint.values() for name in one.spreads)
+        for term in terms:
+            shown = {
+                channel: one.spreads[term].relative
+                for channel, one in self.joint.items()
+                if term in one.spreads and one.spreads[term].p_value < ALPHA
+            }
+            if shown:
+                sizes = ", ".join(f"{channel} {100 * size:.2g} %" for channel, size in shown.items())
+                lines.append(f"{TERMS[term].label('signal')} differs from run to run by {sizes}")
+        return lines
+
+    def __repr__(self) -> str:
+        return self.overview()
+
+
+def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRun:
+    """What an analysed record contributes to joint fits: its samples without what the analysis left out, summarised.
+
+    Raises
+    ------
+    DataError
+        If the record has no fit.
+    """
+    fits = {channel: fit for channel, fit in analysis.fits.items() if fit.method == "likelihood"}
+    if not fits:
+        raise DataError(f"{name}: {_why_not(analysis)}, and is not in the joint fit")
+    used = only_used(record, {channel: analysis.used[channel] for channel in fits})
+    thermometers = tuple(stream for stream in record.streams if stream.quantity == "temperature")
+    kept = {stream.name for stream in used.streams}
+    used = replace(used, streams=(*used.streams, *(stream for stream in thermometers if stream.name not in kept)))
+    runs: dict[str, Run] = {}
+    findings = []
+    for channel in analysis.curves:
+        try:
+            if channel not in fits:
+                raise DataError("too few samples")
+            runs[channel] = run_of(used, channel, name=name, fit=fits[channel])
+        except DataError as error:
+            reason = str(error).partition(": ")[2] or str(error)
+            details = RunLeftOut(run=name, reason=reason)
+            findings.append(Finding(details=details, severity="warning", channels=(channel,)))
+    return AnalysedRun(name=name, analysis=analysis, runs=runs, findings=tuple(findings))
+
+
+def _why_not(analysis: Analysis) -> str:
+    moving = analysis.rest is not None and analysis.rest.verdict == "not_at_rest"
+    return "the sensor is not at rest" if moving else "it has too few samples"
+
+
+def fit_analysed(
+    records: Sequence[AnalysedRun],
+    *,
+    over: Over = "runs",
+    common: Sequence[str] = COMMON,
+    terms: Sequence[str] | None = None,
+) -> JointAnalysis:
+    """The joint fit of analysed records; see `sigmatau.fit_jointly` for the options.
+
+    Raises
+    ------
+    OptionError
+        If there are fewer than two runs of every channel.
+    DataError
+        For runs with different rates or units, or the same samples twice.
+    """
+    findings = [finding for record in records for finding in record.findings]
+    pools: dict[str, list[tuple[Run, Analysis]]] = {}
+    for record in records:
+        for channel, run in record.runs.items():
+            if over == "axes":
+                named = channel if len(records) == 1 else f"{record.name} {channel}"
+                pools.setdefault(run.stream.name, []).append((replace(run, name=named), record.analysis))
+            else:
+                pools.setdefault(channel, []).append((run, record.analysis))
+    joints: dict[str, JointChannel] = {}
+    curves: dict[str, DeviationCurve] = {}
+    for pool, members in pools.items():
+        if len(members) < _LEAST:
+            details = RunLeftOut(run=members[0][0].name, reason="the only run with this channel")
+            findings.append(Finding(details=details, severity="warning", channels=(pool,)))
+            continue
+        joint = join([run for run, _ in members], pool, common=common, terms=terms)
+        joint = replace(joint, fit=_rounded(joint.fit, members))
+        joints[pool] = joint
+        curves[pool] = _pooled([one.curves[run.channel] for run, one in members], joint.fit)
+        findings += _findings(joint)
+    if not joints:
+        what = "axes of a sensor" if over == "axes" else "logs with the same channel"
+        raise OptionError(f"{{option}} needs at least two {what} that can be used", option="joint")
+    names = [record.name for record in records]
+    source = Provenance(
+        path=names[0] if len(names) == 1 else f"{names[0]} … {names[-1]} ({len(names)} logs)",
+        format="joint",
+        rows=sum(record.analysis.source.rows for record in records),
+        conversions=(f"joint fit of {len(names)} records: {', '.join(names)}",),
+    )
+    analysis = Analysis(
+        source=source,
+        findings=Findings(by_severity(findings)),
+        curves=Curves(curves),
+        fits=Fits({channel: one.fit for channel, one in joints.items()}),
+        read_off=ByChannel({channel: read_off(curve) for channel, curve in curves.items()}),
+        grids={},
+    )
+    by_name = {record.name: record.analysis for record in records}
+    return JointAnalysis(analysis=analysis, joint=JointFit(joints), records=by_name)
+
+
+def _findings(joint: JointChannel) -> list[Finding]:
+    found = [
+        Finding(
+            details=RunsDiffer(runs=len(joint.runs), term=term, p_value=p_value),
+            severity="warning",
+            channels=(joint.channel,),
+        )
+        for term, p_value in joint.homogeneity.items()
+        if p_value < ALPHA
+    ]
+    for run in joint.runs:
+        if not run.belongs:
+            term = run.cause if run.cause in TERMS else None
+            details = RunDiffers(
+                run=run.name, runs=len(joint.runs), term=term, factor=run.factor if term else None, p_value=run.p_value
+            )
+            found.append(Finding(details=details, severity="warning", channels=(joint.channel,), size=run.factor))
+    return found
+
+
+def _rounded(fitted: NoiseFit, members: Sequence[tuple[Run, Analysis]]) -> NoiseFit:
+    """The fit with intervals that hold for any mean between two steps of coarse samples, of the coarsest run."""
+    steps = [
+        finding.details
+        for run, analysis in members
+        for finding in analysis.findings
+        if finding.channel == run.channel and rounded(finding) and isinstance(finding.details, CoarseResolution)
+    ]
+    if not steps:
+        return fitted
+    coarsest = max(steps, key=lambda one: one.step / one.noise)
+    return allowing_for_rounding(fitted, step=coarsest.step, noise=coarsest.noise)
+
+
+def _pooled(curves: Sequence[DeviationCurve], fitted: NoiseFit) -> DeviationCurve:
+    """The mean of the variances of the runs at the averaging times of the longest one, weighted by their pairs."""
+    longest = max(curves, key=lambda curve: curve.n)
+    total, pairs, ramps = (np.zeros(len(longest.m)) for _ in range(3))
+    for curve in curves:
+        _, here, there = np.intersect1d(longest.m, curve.m, return_indices=True)
+        weights = curve.n_pairs[there].astype(float)
+        total[here] += weights * curve.avar[there]
+        ramps[here] += weights * curve.ramp[there]
+        pairs[here] += weights
+    alone = fitted.degrees_of_freedom(m=longest.m)
+    edf = None if alone is None else alone * pairs / longest.n_pairs
+    return replace(
+        longest,
+        channel=fitted.channel,
+        avar=total / pairs,
+        ramp=ramps / pairs,
+        n_pairs=pairs.astype(np.int64),
+        edf=edf,
+        missing=sum(curve.missing for curve in curves),
+    )

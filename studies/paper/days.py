@@ -1,0 +1,152 @@
+"""Seven days of the three units, and the logs of Fig. 12: simulated, analysed and read off; docs/paper/days.json."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import sigmatau as st
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.read_off import Coefficient
+from sigmatau.noise.terms import TERMS
+from studies.paper.decoding import longest_time
+from studies.paper.figures import fig_12_logs, fig_12_sensor
+from studies.paper.tables import HOURS, NAMES, PRINTED, RATES, TABLES, Cell, day_model, model
+from studies.runner import run, seed_of
+
+__all__ = ["FIG_12", "FILE", "NAVIGATION", "again", "analysed_day", "cell_name", "load", "results", "save"]
+
+FILE = Path(__file__).resolve().parents[2] / "docs" / "paper" / "days.json"
+_DIGITS = 10  # significant, of the numbers in the file
+
+Found = dict[str, Any]
+
+
+def cell_name(unit: str, day: int) -> str:
+    """Name of a unit's day, from which its seed follows."""
+    return f"paper {unit} day {day}"
+
+
+def analysed_day(seed: int, unit: str, day: int, hours: float = HOURS) -> dict[str, dict[str, Found]]:
+    """By channel and term: what the fit says (value, low, high, or upper limit), and what is read off, by the rules of
+    `sigmatau.read_off` and with lines laid by hand where the authors laid theirs.
+    """
+    record = st.simulate(day_model(unit, day), duration=hours * 3600, rate=RATES[unit], rng=seed)
+    analysis = st.analyze(record, threads=1)
+    found: dict[str, dict[str, Found]] = {}
+    cells = [cell for cell in PRINTED if cell.unit == unit]
+    by_rule = {channel: st.read_off(curve) for channel, curve in analysis.curves.items()}
+    laid = {channel: _laid(unit, curve) for channel, curve in analysis.curves.items()}
+    for cell in cells:
+        fitted = analysis.fits[cell.channel][cell.term]
+        read = by_rule[cell.channel].get(cell.term)
+        found.setdefault(cell.channel, {})[cell.term] = {
+            "value": _rounded(fitted.value if fitted.observed else None),
+            "low": _rounded(fitted.low if fitted.observed else None),
+            "high": _rounded(fitted.high if fitted.observed else fitted.upper_limit),
+            "read": _numbers(read),
+            "laid": _numbers(laid[cell.channel].get(cell.term)),
+        }
+    return found
+
+
+def hand_range(cell: Cell) -> tuple[float, float]:
+    """Averaging times through which a line is laid by hand: to the time that the printed error stands for, from the
+    shortest one, or, for the term at longer times, from where the lines of the printed coefficients cross. [s]
+    """
+    pair = {other.term: other for other in PRINTED if (other.unit, other.channel) == (cell.unit, cell.channel)}
+    first, second = sorted(pair.values(), key=lambda one: TERMS[one.term].slope)
+    if cell.term == first.term:
+        return 1 / RATES[cell.unit], longest_time(cell)
+    heights = [_log_height(one) for one in (first, second)]
+    slopes = [TERMS[one.term].slope for one in (first, second)]
+    return math.exp((heights[0] - heights[1]) / (slopes[1] - slopes[0])), longest_time(cell)
+
+
+def _log_height(cell: Cell) -> float:
+    """Logarithm of the line of a cell at τ = 1 s, in SI."""
+    term = TERMS[cell.term]
+    level = math.log(TABLES[cell.unit][cell.channel, cell.term][0] * cell.si_factor * term.level)
+    return level if term.read_at is None else level - term.slope * math.log(term.read_at)
+
+
+def _laid(unit: str, curve: DeviationCurve) -> Mapping[str, Coefficient]:
+    longest = float(curve.tau[-1])
+    ranges = {c.term: hand_range(c) for c in PRINTED if (c.unit, c.channel) == (unit, curve.channel)}
+    kept = {term: (low, min(high, longest)) for term, (low, high) in ranges.items() if low < longest / 2}
+    return st.read_off(curve, rules={}, **kept)
+
+
+def _numbers(read: Coefficient | None) -> list[float | None] | None:
+    """Value, error by eq. (26), and the range of averaging times, for a file."""
+    return None if read is None else [_rounded(x) for x in (read.value, read.error, read.tau_min, read.tau_max)]
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.{_DIGITS}g}")
+
+
+FIG_12 = "paper figure 12"
+NAVIGATION = "paper random walk of the CIMU"
+_RECORDS, _PARTS = 100, 10
+
+
+def sampling(_seed: int) -> dict[str, list[float | None]]:
+    """Random walk and its interval over that of the sensor, by the rate of the log; the seed is that of the figure."""
+    true = fig_12_sensor().channels["gyro_x"]["random_walk"]
+    found = {}
+    for rate, record in fig_12_logs().items():
+        walk = st.analyze(record, threads=1).fits["gyro_x"]["random_walk"]
+        found[str(rate)] = [_rounded(x / true) for x in (walk.value, walk.low, walk.high) if x is not None]
+    return found
+
+
+def navigation(seed: int) -> list[int]:
+    """Intervals of the CIMU's gyros' random walk in more records: their number, too low, too high."""
+    rng = np.random.default_rng(seed)
+    gyros = model("cimu").of([f"gyro_{axis}" for axis in "xyz"])
+    low = high = total = 0
+    for _ in range(_RECORDS // _PARTS):
+        fits = st.analyze(st.simulate(gyros, duration=3600 * HOURS, rate=RATES["cimu"], rng=rng), threads=1).fits
+        for channel, fitted in fits.items():
+            walk, true = fitted["random_walk"], gyros.channels[channel]["random_walk"]
+            total += 1
+            upper = walk.high if walk.observed else walk.upper_limit
+            low += upper is not None and upper < true
+            high += walk.low is not None and walk.low > true
+    return [total, low, high]
+
+
+def results() -> dict[str, Any]:
+    """All days of all units, by `cell_name`, and the other cells; computed as far as they are not in the cache."""
+    cells: dict[str, tuple[Any, tuple[Any, ...]]] = {
+        cell_name(unit, day): (analysed_day, (unit, day)) for unit in NAMES for day in range(1, 8)
+    }
+    cells |= {f"{NAVIGATION} {k}": (navigation, ()) for k in range(_PARTS)}
+    cells[FIG_12] = (sampling, ())
+    found = run("paper", cells, settings=repr((HOURS, RATES, _RECORDS, _PARTS, "fit, rules, hand")))
+    parts = [found.pop(f"{NAVIGATION} {k}") for k in range(_PARTS)]
+    return found | {NAVIGATION: [sum(column) for column in zip(*parts, strict=True)]}
+
+
+def load() -> Mapping[str, Any]:
+    """What docs/paper/days.json holds."""
+    found: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
+    return found
+
+
+def save(found: Mapping[str, Any]) -> None:
+    """Write docs/paper/days.json."""
+    FILE.parent.mkdir(exist_ok=True)
+    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(day)}" for name, day in found.items())
+    FILE.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
+
+
+def again(unit: str, day: int) -> dict[str, dict[str, Found]]:
+    """One day anew, with the same seed."""
+    return analysed_day(seed_of(cell_name(unit, day)), unit, day)

@@ -1,0 +1,112 @@
+"""Where the paper's ± come from: eq. (26) at one cluster size per cell, rounded or not, to the printed digit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal
+
+from sigmatau.noise.uncertainty import percentage_error
+from studies.paper.tables import PRINTED, RATES, Cell
+
+__all__ = [
+    "DECODED",
+    "Decoded",
+    "decoded",
+    "half_octaves",
+    "longest_time",
+    "reproducing_times",
+    "to_digits",
+    "undecoded",
+]
+
+_TENTH_OF_A_PERCENT = 3  # digits of a δ that is rounded to 0.1 % before it is multiplied
+
+
+@dataclass(frozen=True, slots=True)
+class Decoded:
+    """A cluster size that gives the printed error of a cell."""
+
+    size: int  # samples
+    rounded: bool  # whether δ is rounded to 0.1 % first
+
+
+def _of(size: int, *, rounded: bool = False) -> Decoded:
+    return Decoded(size, rounded)
+
+
+# By unit, channel and term. 2^10.5 = 1448 shows that the curve had half octaves.
+DECODED: Mapping[tuple[str, str, str], Decoded] = {
+    ("cimu", "gyro_x", "quantization"): _of(2**14, rounded=True),
+    ("cimu", "gyro_y", "quantization"): _of(2**12),
+    ("cimu", "gyro_z", "quantization"): _of(2**11, rounded=True),
+    ("cimu", "accel_x", "quantization"): _of(2**14, rounded=True),
+    ("cimu", "accel_y", "quantization"): _of(2**14, rounded=True),
+    **{("cimu", f"gyro_{axis}", "random_walk"): _of(2**18) for axis in "xyz"},
+    **{("cimu", f"accel_{axis}", "rate_ramp"): _of(2**18) for axis in "xy"},
+    ("hg1700", "gyro_x", "quantization"): _of(2**8),
+    ("hg1700", "accel_x", "quantization"): _of(1448),
+    ("hg1700", "accel_y", "quantization"): _of(2**12),
+    ("hg1700", "accel_z", "quantization"): _of(2**10),
+    ("hg1700", "gyro_x", "random_walk"): _of(2**17),
+    **{("hg1700", f"accel_{axis}", "rate_random_walk"): _of(2**17) for axis in "xyz"},
+    ("motionpak2", "gyro_x", "random_walk"): _of(2**8),
+    ("motionpak2", "gyro_z", "random_walk"): _of(2**8),
+    **{("motionpak2", f"accel_{axis}", "random_walk"): _of(2**2) for axis in "xyz"},
+    ("motionpak2", "accel_x", "bias_instability"): _of(2**7),
+    ("motionpak2", "accel_y", "bias_instability"): _of(2**9),
+    ("motionpak2", "accel_z", "bias_instability"): _of(2**9),
+}
+
+
+def decoded(cell: Cell) -> tuple[Decoded, float, str] | None:
+    """How the printed error of a cell comes about: the cluster size, δ, and the error to the printed digit."""
+    found = DECODED.get((cell.unit, cell.channel, cell.term))
+    if found is None:
+        return None
+    delta = float(percentage_error(cell.samples, found.size)[0])
+    used = round(delta, _TENTH_OF_A_PERCENT) if found.rounded else delta
+    return found, delta, to_digits(cell.value * used, cell.decimals)
+
+
+def undecoded() -> Iterator[Cell]:
+    """Cells whose error no cluster size of a half octave gives, see `reproducing_times`."""
+    return (cell for cell in PRINTED if (cell.unit, cell.channel, cell.term) not in DECODED)
+
+
+def to_digits(value: float, decimals: int) -> str:
+    """A value to so many decimals, halves away from 0."""
+    return str(Decimal(repr(value)).quantize(Decimal(1).scaleb(-decimals), rounding=ROUND_HALF_UP))
+
+
+def reproducing_times(cell: Cell) -> tuple[float, float]:
+    """Averaging times between which eq. (26), not rounded, gives the printed error. [s]"""
+    half = 0.5 * 10.0**-cell.decimals
+    low, high = (
+        1 / (1 + 0.5 / ((cell.error + sign * half) / cell.value) ** 2) * cell.samples / RATES[cell.unit]
+        for sign in (-1, 1)
+    )
+    return low, high
+
+
+def longest_time(cell: Cell) -> float:
+    """Longest averaging time through which the authors laid a line, by the printed error. [s]"""
+    found = DECODED.get((cell.unit, cell.channel, cell.term))
+    if found is not None:
+        return found.size / RATES[cell.unit]
+    low, high = reproducing_times(cell)
+    return math.sqrt(low * high)
+
+
+def half_octaves(cell: Cell) -> list[Decoded]:
+    """Cluster sizes 2^(k/2) below half the record that give the printed error of a cell, with δ rounded or not."""
+    found = []
+    for k in range(2 * int(math.log2(cell.samples / 2)) + 1):
+        size = round(2 ** (k / 2))
+        delta = float(percentage_error(cell.samples, size)[0])
+        for rounded in (False, True):
+            error = cell.value * (round(delta, _TENTH_OF_A_PERCENT) if rounded else delta)
+            if Decimal(to_digits(error, cell.decimals)) == Decimal(cell.printed_error):
+                found.append(Decoded(size, rounded))
+    return found

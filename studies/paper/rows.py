@@ -1,0 +1,373 @@
+"""The tables of docs/paper, made from the printed numbers and the seven simulated days."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sigmatau.lots.repeatability import JUDGEMENTS, RandomEffects, random_effects
+from sigmatau.noise.terms import TERMS, aliasing_inflation
+from sigmatau.units import to_si
+from studies.paper.days import FIG_12, NAVIGATION, Found, cell_name
+from studies.paper.decoding import decoded, half_octaves, reproducing_times, undecoded
+from studies.paper.tables import DAYS, NAMES, PRINTED, RATES, STD, TITLES, Cell, truth
+
+__all__ = ["LEAST_INSIDE", "TABLES_OF", "Counted", "covered", "laid_within", "std_rows", "table"]
+
+Days = Mapping[str, Any]
+"""What docs/paper/days.json holds."""
+
+LEAST_INSIDE = 0.91
+"""Share of the cells whose 95 % interval must contain the simulated value: 0.95 less 3 standard errors of 238 cells."""
+
+ALL_DAYS = range(1, 8)
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """How many of how many."""
+
+    good: int
+    total: int
+
+    def __str__(self) -> str:
+        return f"{self.good} of {self.total}"
+
+
+def found_of(days: Days, cell: Cell, day: int) -> Found:
+    found: Found = days[cell_name(cell.unit, day)][cell.channel][cell.term]
+    return found
+
+
+def inside(found: Found, true: float) -> bool:
+    """Whether the interval, or the range below the upper limit, has the true value; in SI."""
+    return bool((found["low"] is None or found["low"] <= true) and true <= found["high"])
+
+
+def covered(days: Days, cells: Iterable[Cell] = PRINTED, on: Iterable[int] = ALL_DAYS) -> Counted:
+    """Days and coefficients whose 95 % interval has the simulated value."""
+    hits = [inside(found_of(days, c, day), truth(c, day) * c.si_factor) for c in cells for day in on]
+    return Counted(sum(hits), len(hits))
+
+
+def laid_within(days: Days, cell: Cell, on: Iterable[int] = ALL_DAYS) -> Counted:
+    """Days on which the line that is laid by hand gives the simulated value within the paper's own ±."""
+    hits = []
+    for day in on:
+        laid = found_of(days, cell, day)["laid"]
+        hits.append(laid is not None and abs(laid[0] / cell.si_factor - truth(cell, day)) <= cell.error)
+    return Counted(sum(hits), len(hits))
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table of Markdown."""
+    head = list(head)
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def decimals(spread: float) -> int:
+    """Decimals that show a spread with two significant digits, at most 8."""
+    return min(max(1 - math.floor(math.log10(spread)), 0), 8) if spread > 0 else 8
+
+
+def fit_text(found: Found, cell: Cell) -> str:
+    """``"0.972 [0.970, 0.975]"`` in the printed unit, or ``"below 0.12"``."""
+    high = found["high"] / cell.si_factor
+    if found["value"] is None:
+        return f"below {high:.2g}"
+    value, low = found["value"] / cell.si_factor, found["low"] / cell.si_factor
+    d = decimals((high - low) / 2)
+    return f"{value:.{d}f} [{low:.{d}f}, {high:.{d}f}]"
+
+
+def read_text(read: list[float] | None, cell: Cell) -> str:
+    """``"0.973 ± 0.074"`` in the printed unit; a dash if no line was laid."""
+    if read is None:
+        return "–"
+    value, error = read[0] / cell.si_factor, read[1] / cell.si_factor
+    d = decimals(error)
+    return f"{value:.{d}f} ± {error:.{d}f}"
+
+
+def name_of(cell: Cell) -> str:
+    sensor, axis = cell.channel.split("_")
+    return f"{sensor} {axis.upper()}, {TERMS[cell.term].label('angular_rate' if sensor == 'gyro' else 'acceleration')}"
+
+
+def unit_text(cell: Cell) -> str:
+    return cell.printed_unit.replace("sqrt(h)", "√h").replace("h^(3/2)", "h^1.5").replace("h^2", "h²")
+
+
+def unit_table(days: Days, unit: str) -> str:
+    """Tables II, IV and V: printed, and what is recovered on day 1."""
+    head = (
+        "coefficient",
+        "unit as printed",
+        "the paper",
+        "fit, 95 % interval",
+        "read off by the rules",
+        "line by hand",
+        "its τ [s]",
+    )
+    rows = []
+    for cell in (cell for cell in PRINTED if cell.unit == unit):
+        found = found_of(days, cell, 1)
+        laid = found["laid"]
+        span = "–" if laid is None else f"{laid[2]:.3g} … {laid[3]:.4g}"
+        rows.append(
+            (
+                name_of(cell),
+                unit_text(cell),
+                f"{cell.printed} ± {cell.printed_error}",
+                fit_text(found, cell) + ("" if inside(found, truth(cell, 1) * cell.si_factor) else ", misses"),
+                read_text(found["read"], cell),
+                read_text(laid, cell),
+                span,
+            )
+        )
+    return table(head, rows)
+
+
+def plus_minus_table() -> str:
+    """Every ± of Tables II, IV and V with the cluster size behind it."""
+    head = ("table", "coefficient", "value", "printed ±", "n", "τ [s]", "δ, eq. (26)", "rounded first", "value · δ")
+    rows: list[tuple[str, ...]] = []
+    for cell in PRINTED:
+        found = decoded(cell)
+        start = (TITLES[cell.unit], name_of(cell), cell.printed, cell.printed_error)
+        if found is None:
+            rows.append((*start, "–", "–", "–", "–", "not explained"))
+            continue
+        size, delta, text = found
+        power = math.log2(size.size)
+        n = f"2^{power:.0f}" if power == round(power) else f"2^{power:.1f} = {size.size}"
+        rounded = f"to {round(100 * delta, 1):g} %" if size.rounded else "no"
+        rows.append((*start, n, f"{size.size / RATES[cell.unit]:.6g}", f"{100 * delta:.3g} %", rounded, text))
+    explained = [cell for cell in PRINTED if decoded(cell)]
+    agreeing = sum(found[2] == cell.printed_error for cell in explained if (found := decoded(cell)) is not None)
+    assert all(not half_octaves(cell) for cell in undecoded())
+    return (
+        f"{agreeing} of {len(PRINTED)} printed errors are eq. (26) at a cluster size of whole or half octaves, to the "
+        f"printed digit.\n\n{table(head, rows)}"
+    )
+
+
+def unexplained_table() -> str:
+    """The ± that no cluster size of half octaves gives."""
+    head = ("table", "coefficient", "printed", "τ that would give it [s]", "n there")
+    rows = []
+    for cell in undecoded():
+        low, high = reproducing_times(cell)
+        sizes = range(math.ceil(low * RATES[cell.unit]), math.floor(high * RATES[cell.unit]) + 1)
+        n = f"{sizes[0]} … {sizes[-1]}" if len(sizes) > 1 else f"{sizes[0]}" if sizes else "no whole number"
+        printed = f"{cell.printed} ± {cell.printed_error}"
+        rows.append((TITLES[cell.unit], name_of(cell), printed, f"{low:.4g} … {high:.4g}", n))
+    return table(head, rows)
+
+
+def days_table(days: Days, unit: str) -> str:
+    """Tables I and III: the day's coefficient, and what is recovered."""
+    head = ("axis", "day", "printed, simulated", "fit, 95 % interval", "contains it", "line by hand")
+    rows = []
+    for cell in (cell for cell in PRINTED if cell.unit == unit and cell.channel in DAYS[unit]):
+        if cell.term != "quantization":
+            continue
+        for day in ALL_DAYS:
+            found, true = found_of(days, cell, day), truth(cell, day)
+            laid = found["laid"][0] / cell.si_factor
+            contains = "yes" if inside(found, true * cell.si_factor) else "**no**"
+            axis = cell.channel[-1].upper() if day == 1 else ""
+            rows.append((axis, f"{day}", f"{true:.3f}", fit_text(found, cell), contains, f"{laid:.4f}"))
+    return table(head, rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Standard deviations of seven days of a gyro. [arcsec]"""
+
+    unit: str
+    channel: str
+    printed: str
+    used: float  # of the printed values, which are simulated; ddof = 1
+    ddof_0: float
+    fits: float
+    laid: float  # of the lines by hand
+
+
+def std_rows(days: Days, on: Iterable[int] = ALL_DAYS) -> list[Spread]:
+    """The columns of Tables I and III."""
+    rows = []
+    on = list(on)
+    arcsec = to_si(1, "arcsec")
+    for unit, axes in DAYS.items():
+        for channel, values in axes.items():
+            found = [days[cell_name(unit, day)][channel]["quantization"] for day in on]
+            used = [values[day - 1] for day in on]
+            fits = [one["value"] / arcsec for one in found]
+            laid = [one["laid"][0] / arcsec for one in found]
+            spreads = [float(np.std(x, ddof=ddof)) for x, ddof in ((used, 1), (used, 0), (fits, 1), (laid, 1))]
+            rows.append(Spread(unit, channel, STD[unit][channel], *spreads))
+    return rows
+
+
+LAST_DIGIT = 0.001
+"""Of the printed STD rows. [arcsec]"""
+
+
+def std_table(days: Days) -> str:
+    """The STD rows of Tables I and III."""
+    head = (
+        "unit",
+        "axis",
+        "printed STD",
+        "of the printed values, ddof = 1",
+        "ddof = 0",
+        "of the fits",
+        "of the lines by hand",
+    )
+    rows = std_rows(days)
+    lines = [
+        (NAMES[r.unit], r.channel[-1].upper(), r.printed, *(f"{x:.4f}" for x in (r.used, r.ddof_0, r.fits, r.laid)))
+        for r in rows
+    ]
+    fits = sum(abs(r.fits - r.used) <= LAST_DIGIT for r in rows)
+    hand = sum(abs(r.laid - r.used) <= LAST_DIGIT for r in rows)
+    text = (
+        f"The standard deviation of the fits is within one last digit ({LAST_DIGIT:g} arcsec) of that of the simulated "
+        f"values in {fits} of {len(rows)} columns, that of the lines by hand in {hand}."
+    )
+    return f"{table(head, lines)}\n\n{text}"
+
+
+def coverage_table(days: Days) -> str:
+    """Cells whose interval has the simulated value, by unit and term, and the gate."""
+    rows = []
+    for unit in NAMES:
+        kinds = dict.fromkeys((c.channel.split("_")[0], c.term) for c in PRINTED if c.unit == unit)
+        for sensor, term in kinds:
+            cells = [c for c in PRINTED if (c.unit, c.term) == (unit, term) and c.channel.startswith(sensor)]
+            good = covered(days, cells)
+            values = [found_of(days, c, day)["value"] for c in cells for day in ALL_DAYS]
+            limits = sum(value is None for value in values)
+            laid = [laid_within(days, c) for c in cells]
+            within = Counted(sum(c.good for c in laid), sum(c.total for c in laid))
+            label = TERMS[term].label("angular_rate" if sensor == "gyro" else "acceleration")
+            rows.append((NAMES[unit], f"{sensor}, {label}", str(good), f"{limits}", str(within)))
+    every = covered(days)
+    share = every.good / every.total
+    verdict = "met" if share >= LEAST_INSIDE else "NOT met"
+    hand = [laid_within(days, cell) for cell in PRINTED]
+    always = sum(one.good == one.total for one in hand)
+    head = (
+        "unit",
+        "coefficient",
+        "95 % interval contains the day's value",
+        "of them upper limits",
+        "line by hand within the paper's ±",
+    )
+    return (
+        f"{table(head, rows)}\n\n"
+        f"All: **{every}** intervals ({100 * share:.1f} %) contain the value that was simulated on the day. "
+        f"Gate: at least {100 * LEAST_INSIDE:.0f} %, {verdict}.\n\n"
+        f"Lines by hand: within the paper's own ± in {sum(one.good for one in hand)} of {sum(one.total for one in hand)} "
+        f"cells; on all seven days for {always} of {len(hand)} coefficients."
+    )
+
+
+def aliasing_table(days: Days) -> str:
+    """Fig. 12 in numbers."""
+    head = ("rate [Hz]", "rate over 30 Hz", "N grows by, first order", "second order", "fitted N over the sensor's")
+    rows, hits = [], 0
+    for text, (value, low, high) in days[FIG_12].items():
+        rate = float(text)
+        laws = (f"{aliasing_inflation(rate=rate, bandwidth=30, order=order):.3f}" for order in (1, 2))
+        rows.append((text, f"{rate / 30:.3g}", *laws, f"{value:.3f} [{low:.3f}, {high:.3f}]"))
+        hits += low <= aliasing_inflation(rate=rate, bandwidth=30) <= high
+    return f"{table(head, rows)}\n\n{hits} of {len(rows)} intervals contain the value for the first order."
+
+
+def repeated(days: Days, unit: str, channel: str) -> dict[str, RandomEffects]:
+    """Seven days of the quantization noise of a gyro: printed values with the paper's ±, and with the error of the
+    coefficient and of the rounding to 0.001; the fits with theirs.
+    """
+    printed = np.array(DAYS[unit][channel])
+    cell = next(c for c in PRINTED if (c.unit, c.channel, c.term) == (unit, channel, "quantization"))
+    rounding = 0.001 / math.sqrt(12)
+    exact = np.hypot(printed / math.sqrt(2 * cell.samples), rounding)
+    found = [found_of(days, cell, day) for day in ALL_DAYS]
+    fits = np.array([one["value"] for one in found]) / cell.si_factor
+    errors = np.array([one["high"] - one["low"] for one in found]) / cell.si_factor / 2 / 1.96
+    return {
+        "printed, the paper's ±": random_effects(printed, np.full(7, cell.error)),
+        "printed, error of Q": random_effects(printed, exact),
+        "recovered, error of the fit": random_effects(fits, errors),
+    }
+
+
+_SMALLEST_P = 1e-300
+
+
+def random_effects_table(days: Days) -> str:
+    """What `random_effects` says of Tables I and III, beside the paper's rule."""
+    head = (
+        "unit",
+        "axis",
+        "values and errors",
+        "error",
+        "homogeneity",
+        "between days",
+        "next day",
+        "test",
+        "paper's rule",
+    )
+    rows = []
+    for unit, axes in DAYS.items():
+        for channel in axes:
+            for k, (what, effects) in enumerate(repeated(days, unit, channel).items()):
+                assert effects.error is not None
+                assert effects.p_value is not None
+                p = f"p = {effects.p_value:.2g}" if effects.p_value > _SMALLEST_P else f"p < {_SMALLEST_P:.0e}"
+                sizes = (effects.tau, effects.tau_low, effects.tau_high)
+                tau, low, high = (f"{100 * (x or 0):.2f}" for x in sizes)
+                rule = "repeatable" if effects.accepted_by_paper() else "not"
+                first = (NAMES[unit], channel[-1].upper()) if k == 0 else ("", "")
+                spread = f"{tau} [{low}, {high}] %"
+                next_day = f"±{100 * (effects.next_error or 0):.1f} %"
+                judgement = JUDGEMENTS[effects.judgement].partition(":")[0].format(run=(effects.outlier or 0) + 1)
+                rows.append((*first, what, f"{100 * effects.error:.2f} %", p, spread, next_day, judgement, rule))
+    return table(head, rows)
+
+
+def navigation_text(days: Days) -> str:
+    """What more records say of the intervals of the CIMU's random walk."""
+    total, low, high = days[NAVIGATION]
+    inside = total - low - high
+    error = math.sqrt(0.05 * 0.95 / total)
+    return (
+        f"The intervals of the CIMU's random walk are too narrow. In {total} axes of {total // 3} more records, {inside} "
+        f"({100 * inside / total:.1f} %) contain the value, where 95 ± {100 * 1.96 * error:.1f} % is expected; {low} lie "
+        f"below it and {high} above."
+    )
+
+
+def _tables() -> Iterator[tuple[str, Callable[[Days], str]]]:
+    for unit in NAMES:
+        yield f"unit {unit}", lambda days, unit=unit: unit_table(days, unit)  # type: ignore[misc]
+    for unit in DAYS:
+        yield f"days {unit}", lambda days, unit=unit: days_table(days, unit)  # type: ignore[misc]
+    yield "std", std_table
+    yield "random effects", random_effects_table
+    yield "aliasing", aliasing_table
+    yield "navigation", navigation_text
+    yield "coverage", coverage_table
+    yield "plus-minus", lambda _: plus_minus_table()
+    yield "unexplained", lambda _: unexplained_table()
+
+
+TABLES_OF: Mapping[str, Callable[[Days], str]] = dict(_tables())
+"""Tables of the pages, by the name in their marks."""

@@ -1,0 +1,24 @@
+"""Examples of findings for `test_words`."""
+
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.joint import RunDiffers, RunLeftOut, RunsDiffer
+
+
+def differs(term, factor):
+    details = RunDiffers(run="day4.csv", runs=7, term=term, factor=factor, p_value=3.2e-5)
+    return Finding(details=details, severity="warning", channels=("gyro_x",), size=factor)
+
+
+EXAMPLES = [
+    differs("rate_random_walk", 3.127),
+    differs("bias_instability", None),
+    differs(None, None),
+    Finding(
+        details=RunsDiffer(runs=7, term="rate_random_walk", p_value=0.0023), severity="warning", channels=("gyro_x",)
+    ),
+    Finding(
+        details=RunLeftOut(run="day2.csv", reason="channel 'gyro_x' never changes"),
+        severity="warning",
+        channels=("gyro_x",),
+    ),
+]

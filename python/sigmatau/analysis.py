@@ -166,10 +166,9 @@ def analyze(
     if long == "strided" and (overlap, counting) != ("full", "standard"):
         raise OptionError("{option} 'strided' is for overlapping clusters in the standard counting", option="long")
     kept = causes_to_keep(keep)
-    options = _stated(
+    options = stated_settings(
         taus=taus, overlap=overlap, counting=counting, method=method, terms=wanted, tau_min=tau_min, long=long,
-        window=window, leave_out=leave_out, keep=keep, bandwidth=bandwidth, at_rest=at_rest,
-        read_off_at=read_off_at,
+        window=window, leave_out=leave_out, keep=keep, bandwidth=bandwidth, at_rest=at_rest, read_off_at=read_off_at,
     )  # fmt: skip
     lines = ReadOffAt(read_off_at)
     lines.check(channel for stream in record.streams for channel in stream.channels)
@@ -255,7 +254,7 @@ def analyze(
     )
 
 
-def _stated(**options: Any) -> dict[str, Any]:  # noqa: ANN401  of any kind
+def stated_settings(**options: Any) -> dict[str, Any]:  # noqa: ANN401  of any kind
     """The options that are not the default, as plain values."""
     return plain(None, **{name: value for name, value in options.items() if not _is_default(name, value)})
 
@@ -283,8 +282,11 @@ def of_curves(
     findings: Sequence[Finding] = (),
     grids: Mapping[str, str] | None = None,
     method: Method = "gls",
+    fitted_on: Mapping[str, DeviationCurve] | None = None,
 ) -> Analysis:
     """Analyse existing overlapped curves, such as those of an `Accumulator`.
+
+    `fitted_on`: by channel, the curve that is fitted in place of the one that is shown.
 
     Raises
     ------
@@ -301,7 +303,7 @@ def of_curves(
             continue
         kept[channel] = curve
         if method != "read-off":
-            fits[channel] = fit(curve)
+            fits[channel] = fit((fitted_on or {}).get(channel, curve))
             kept[channel] = _with_freedom(curve, fits[channel])
             found += fit_findings(fits[channel])
     if kept:
@@ -322,7 +324,8 @@ def _with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
     """The curve with degrees of freedom by the model; with missing samples in proportion to the pairs that are left."""
     edf = fitted.degrees_of_freedom(m=curve.m)
     if edf is not None and curve.missing:
-        edf = np.maximum(edf * curve.n_pairs / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
+        starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
+        edf = np.maximum(edf * starts / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
     return replace(curve, edf=edf)
 
 

@@ -107,6 +107,12 @@ sigmatau datasheet list
 sigmatau datasheet show ism330dhcx
 sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
     ),
+    "fleet": (
+        "Analyse many logs, or very long ones, on several processes or hosts, and add the results to a store.",
+        """\
+sigmatau fleet analyze 'logs/**' --store lab.db --workers 2
+sigmatau fleet analyze 'night/*.csv' --store lab.db --unit-from '(unit[0-9]+)' --model ICM-42688-P --method gls""",
+    ),
     "demo": (
         "Simulate two hours of a unit of the paper, analyse the log, and compare the result with the truth.",
         """sigmatau demo --output demo

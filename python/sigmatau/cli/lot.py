@@ -35,6 +35,7 @@ from sigmatau.datasheets.compare import check_options
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.lots.lot import Examined, check_choices, examine, judge_lot
 from sigmatau.lots.lot_result import Lot
 from sigmatau.lots.lot_screen import screen
@@ -267,7 +268,7 @@ def _empty(files: Sequence[Path]) -> list[Path]:
         for file in files
         if file.is_file()
         and not file.name.startswith(".")
-        and file.suffix.lower() not in batch.BESIDE
+        and file.suffix.lower() not in NOT_LOGS
         and file.stat().st_size == 0
     ]
 

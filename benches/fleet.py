@@ -250,7 +250,7 @@ def long(folder: Path, samples: int) -> dict[str, Any]:
     found = result["channels"]["gyro_x"]["curve"]
     import zarr
 
-    array = zarr.open_group(str(place), mode="r")["gyro_x"]
+    array = zarr.open_array(str(place), path="gyro_x", mode="r")
     stream = Accumulator("gyro_x", rate=2000.0, long="strided")
     begun = time.perf_counter()
     for at in range(0, samples, 10**7):

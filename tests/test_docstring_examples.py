@@ -14,7 +14,6 @@ MODULES = [
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if not name.endswith("._core")])
-def test_examples(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_examples(name):
     module = importlib.import_module(name)
     assert doctest.testmod(module, optionflags=doctest.ELLIPSIS).failed == 0

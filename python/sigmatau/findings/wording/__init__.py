@@ -18,10 +18,7 @@ if TYPE_CHECKING:
 
     from sigmatau.findings.finding import Finding
 
-SUBJECTS = (
-    *("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "joint", "exporting"),
-    "stretches",
-)
+SUBJECTS = ("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "joint", "exporting")
 """Modules of this package, one per subject."""
 
 

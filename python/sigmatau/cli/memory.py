@@ -1,4 +1,4 @@
-"""How a process that analyses many records uses memory."""
+"""How a process of the command line uses memory."""
 
 from __future__ import annotations
 

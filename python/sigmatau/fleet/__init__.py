@@ -1,1 +1,0 @@
-"""Many logs, or one very long one, on several processes or hosts; the results go into a store."""

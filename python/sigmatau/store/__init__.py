@@ -1,1 +1,0 @@
-"""Results database: units, runs, coefficients, findings and curves, on SQLite or PostgreSQL."""

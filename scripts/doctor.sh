@@ -92,18 +92,27 @@ if ((${#missing[@]})) && command -v apt-get >/dev/null; then
     fi
 fi
 
-# Of use, but not needed: without valgrind no instructions are counted, without chromium no page is opened. CI fails then.
+# Of use, but not needed: without valgrind no instructions are counted, without chromium no page is opened, without PostgreSQL
+# the store is tested on SQLite alone. CI fails then. PostgreSQL keeps initdb off the path; its Debian package starts a server
+# of its own unless it is told not to.
+has_postgresql() { command -v initdb >/dev/null || compgen -G "/usr/lib/postgresql/*/bin/initdb" >/dev/null; }
+
 useful=()
 if [[ $what == test ]]; then
     for program in valgrind chromium; do command -v $program >/dev/null || useful+=("$program"); done
+    has_postgresql || useful+=(postgresql)
 fi
 if ((${#useful[@]})) && command -v apt-get >/dev/null && ((EUID == 0)); then
     export DEBIAN_FRONTEND=noninteractive
     [[ $(candidate chromium) == *[0-9]* ]] || quietly "doctor: apt-get update" apt-get update || true
     for program in "${useful[@]}"; do
         [[ $(candidate "$program") == *[0-9]* ]] || continue
+        if [[ $program == postgresql && ! -e /etc/postgresql-common/createcluster.conf ]]; then
+            mkdir -p /etc/postgresql-common
+            echo "create_main_cluster = false" >/etc/postgresql-common/createcluster.conf
+        fi
         quietly "doctor: apt-get install $program" apt-get install -y --no-install-recommends \
-            -o DPkg::Lock::Timeout=120 "$program" || true
+            -o DPkg::Lock::Timeout=120 -o Dpkg::Options::=--force-confold "$program" || true
     done
 fi
 

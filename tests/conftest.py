@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import uuid
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -46,3 +48,34 @@ def browser():
         made = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         yield made
         made.close()
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[str]:
+    """The URL of an empty PostgreSQL of the tests' own; `make test` installs it."""
+    from store.postgresql import programs, server
+
+    if programs() is None:
+        assert not os.environ.get("CI"), (
+            "PostgreSQL is not installed, and CI must not skip the tests of the store on it"
+        )
+        pytest.skip("no PostgreSQL: apt-get install postgresql")
+    with server() as url:
+        yield url
+
+
+@pytest.fixture(params=["sqlite", "postgres"])
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """An empty database, a file or a URL."""
+    if request.param == "sqlite":
+        return str(tmp_path / "results.db")
+    import sqlalchemy
+
+    url = request.getfixturevalue("postgres")
+    name = f"t{uuid.uuid4().hex[:12]}"
+    admin = url.replace("postgresql://", "postgresql+psycopg://") + "postgres"
+    engine = sqlalchemy.create_engine(admin, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.exec_driver_sql(f"CREATE DATABASE {name}")
+    engine.dispose()
+    return f"{url}{name}"

@@ -151,6 +151,8 @@ def _write_logs(folder):
     (folder / "shift").mkdir()
     for name, rates in (("shift/unit1.csv", y[:, :3]), ("shift/unit2.csv", z), ("other.csv", z)):
         table(name, np.column_stack([t, rates]), head)
+    for logs in ("logs", "night"):
+        shutil.copytree(folder / "shift", folder / logs)
     (folder / "units.txt").write_text("unit1\nunit2\n")
     for log, result in (("static", "result"), ("unit", "unit1"), ("other", "unit2")):
         assert main(["analyze", str(folder / f"{log}.csv"), "--json", str(folder / f"{result}.json"), "-q"]) == 0
@@ -165,6 +167,8 @@ def _write_logs(folder):
         note = ["--note", "serial number=A123", "--note", f"run=day {day}"]
         assert main(["analyze", str(log), "--json", str(folder / f"day{day}.json"), *note, "-q"]) == 0
         shutil.copy(folder / f"day{day}.json", folder / "results" / f"day{day}.json")
+    add = ["store", "add", str(folder / "results"), "--store", str(folder / "lab.db"), "--date", "2026-05-01", "-q"]
+    assert main(add) == 0
 
 
 def _typed(unit, values):

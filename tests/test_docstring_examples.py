@@ -14,6 +14,7 @@ MODULES = [
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if not name.endswith("._core")])
-def test_examples(name):
+def test_examples(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     module = importlib.import_module(name)
     assert doctest.testmod(module, optionflags=doctest.ELLIPSIS).failed == 0

@@ -42,7 +42,7 @@ def test_help_of_the_command_loads_no_numbers(argv):
         "sigmatau.cli",
         "sigmatau.cli.app",
         "sigmatau.cli.earlier",
-        "sigmatau.cli.memory",
+        "sigmatau.process",
         "sigmatau.cli.symbols",
         "sigmatau.errors",
         "sigmatau.results",

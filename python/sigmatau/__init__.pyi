@@ -47,6 +47,7 @@ from .spectrum.transfer import transfer
 from .statespace.arma import arma
 from .statespace.state_space import state_space
 from .statespace.verify import verify
+from .store.store import Store
 
 __all__ = [
     "Accumulator",
@@ -80,6 +81,7 @@ __all__ = [
     "RunComparison",
     "Sinusoid",
     "Spectrum",
+    "Store",
     "Stream",
     "Verdict",
     "__version__",

@@ -67,6 +67,18 @@ WITHOUT_CURVE = ("out_of_range", "constant_channel", "too_few_samples")
 """Codes of findings of channels without a curve."""
 
 
+_REAL = ("rate", "scale", "offset", "taus", "tau_min")
+
+
+def _as_typed(name: str, value: Any) -> Any:  # noqa: ANN401  of any option
+    """An option as the command line has it, so that 100 and 100.0 are the same."""
+    if name not in _REAL or isinstance(value, str):
+        return value
+    if isinstance(value, Mapping):
+        return {key: float(of) for key, of in value.items()}
+    return [float(of) for of in value] if isinstance(value, Sequence) else float(value)
+
+
 @frozen(eq=False)
 class Analysis(Tabular):
     """Result of `analyze`.
@@ -98,6 +110,8 @@ class Analysis(Tabular):
         between them are missing, or were left out. Empty for curves alone. [s]
     means : mapping of str to ChannelMean
         Mean of each channel, with its error where the noise averages out. Empty for curves alone.
+    options : mapping
+        Settings of `analyze` that are not the default and matter for the numbers, as plain values.
     notes : mapping of str to str
         What the user says of the record: serial number, run, temperature …
     """
@@ -114,6 +128,7 @@ class Analysis(Tabular):
     rate_source: str = ""
     used: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     means: Mapping[str, ChannelMean] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
@@ -122,6 +137,7 @@ class Analysis(Tabular):
             "schema": SCHEMA,
             "sigmatau": __version__,
             "source": self.source.to_dict(),
+            **self._options_to_dict(),
             **({"notes": dict(self.notes)} if self.notes else {}),
             **({} if self.rest is None else {"rest": self.rest.to_dict()}),
             "findings": [finding.to_dict() for finding in self.findings],
@@ -140,6 +156,16 @@ class Analysis(Tabular):
                 for channel, curve in self.curves.items()
             },
         }
+
+    def _options_to_dict(self) -> dict[str, Any]:
+        """What made the result, beside the log: the same log with the same options is the same run."""
+        stated = {"reading": dict(self.source.options), "analysis": dict(self.options)}
+        stated = {
+            of: {name: _as_typed(name, value) for name, value in options.items()}
+            for of, options in stated.items()
+            if options
+        }
+        return {"options": stated} if stated else {}
 
     def _fit_to_dict(self, channel: str) -> dict[str, Any]:
         if channel not in self.fits:

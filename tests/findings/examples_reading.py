@@ -55,6 +55,7 @@ EXAMPLES = [
     error(kinds.PartMissing, part="b_2.db3", number=2, of=3),
     error(kinds.PartMissing, part="b_2.db3", number=2, of=3, reason="is empty"),
     info(kinds.PartMissing, number=2, of=3, alone=True),
+    error(kinds.MissingChunks, array="imu/gyro_x", count=2, of=100, first=30000),
     error(kinds.SkippedMessages, count=3, place=Place("byte", 112), kept=997),
     error(
         kinds.SkippedMessages, count=50, unit="lines", place=Place("line", 51), example="has a wrong checksum", kept=950

@@ -25,7 +25,7 @@ def test_the_commands_in_their_order(tmp_path, monkeypatch, capsys):
     (tmp_path / "units.txt").write_text("".join(f"unit{k:02}\n" for k in range(1, 41)))
     monkeypatch.chdir(tmp_path)
     commands = re.findall(r"^(sigmatau .*?) +# exit code (\d)$", PAGE, flags=re.MULTILINE)
-    assert len(commands) == 6
+    assert len(commands) == 9
     (shown,) = re.findall(r"^```text\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
     for line, code in commands:
         assert main(shlex.split(line)[1:]) == int(code), line

@@ -130,6 +130,42 @@ impl Accumulator {
         }
     }
 
+    /// All that was received so far, in words of 64 bits, for [`Accumulator::restored`].
+    #[must_use]
+    pub fn state(&self) -> Vec<u64> {
+        match &self.store {
+            Store::Kept { rate, .. } => rate.iter().map(|y| y.to_bits()).collect(),
+            Store::Level(level) => {
+                let mut words = Vec::new();
+                level.write(&mut words);
+                words
+            }
+        }
+    }
+
+    /// The accumulator that has the `state` of one that was made with the same arguments; it goes on bit for bit as that
+    /// one.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Accumulator::new`], and [`Error::Length`] for words that are no such state.
+    pub fn restored(m: &[usize], long: Long, start: u64, state: &[u64]) -> Result<Self, Error> {
+        let mut found = Self::new(m, long, start)?;
+        let mut words = state.iter().copied();
+        let whole = match &mut found.store {
+            Store::Kept { rate, .. } => {
+                *rate = words.by_ref().map(f64::from_bits).collect();
+                first_unusable(rate).is_none()
+            }
+            Store::Level(level) => level.read(&mut words).is_some(),
+        };
+        let rest = words.count();
+        if whole && rest == 0 {
+            return Ok(found);
+        }
+        Err(Error::Length { expected: state.len() - rest, got: state.len() })
+    }
+
     /// The Allan variances of all that was received so far, for the sizes that leave a pair, increasing.
     ///
     /// # Errors

@@ -21,6 +21,23 @@ impl Accumulator {
         stream::Accumulator::new(&sizes(&m)?, long, start).map(Self).map_err(|error| value_error(&error))
     }
 
+    #[staticmethod]
+    fn restored(
+        m: PyReadonlyArray1<'_, i64>,
+        strided: bool,
+        start: u64,
+        state: PyReadonlyArray1<'_, u64>,
+    ) -> PyResult<Self> {
+        let long = if strided { Long::Strided } else { Long::Exact };
+        stream::Accumulator::restored(&sizes(&m)?, long, start, state.as_slice()?)
+            .map(Self)
+            .map_err(|error| value_error(&error))
+    }
+
+    fn state<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        self.0.state().into_pyarray(py)
+    }
+
     #[getter]
     fn start(&self) -> u64 {
         self.0.start()

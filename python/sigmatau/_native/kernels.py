@@ -38,11 +38,19 @@ class Accumulator:
         Of the channel, for errors.
     """
 
-    __slots__ = ("_sums", "name")
+    __slots__ = ("_made", "_sums", "name")
 
     def __init__(self, m: NDArray[np.int64], *, strided: bool, start: int, name: str) -> None:
         self.name = name
-        self._sums = _core.Accumulator(np.ascontiguousarray(m, dtype=np.int64), strided, start)
+        self._made = (np.ascontiguousarray(m, dtype=np.int64), strided, start)
+        self._sums = _core.Accumulator(*self._made)
+
+    def __getstate__(self) -> tuple[object, ...]:
+        return self.name, self._made, self._sums.state()
+
+    def __setstate__(self, state: tuple[str, tuple[NDArray[np.int64], bool, int], NDArray[np.uint64]]) -> None:
+        self.name, self._made, sums = state
+        self._sums = _core.Accumulator.restored(*self._made, sums)
 
     @property
     def samples(self) -> int:
@@ -65,7 +73,7 @@ class Accumulator:
     def copy(self) -> Accumulator:
         """An accumulator with the same sums."""
         twin = object.__new__(Accumulator)
-        twin.name, twin._sums = self.name, self._sums.copy()
+        twin.name, twin._made, twin._sums = self.name, self._made, self._sums.copy()
         return twin
 
     def snapshot(

@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 
-from sigmatau.cli.memory import keep_freed
+from sigmatau.process import keep_freed
 
 _UNUSED_HINT = " Separate several values of one option by commas (gyro=…,accel=…); run the command once for each file."
 

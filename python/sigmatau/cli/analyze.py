@@ -22,8 +22,6 @@ from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
     Reading,
-    averaging_times,
-    bandwidths,
     check_folder,
     check_output,
     check_style,
@@ -41,7 +39,8 @@ from sigmatau.cli.options import (
     write_json,
     write_result,
 )
-from sigmatau.cli.ranges import lines_by_hand, read_off_ranges
+from sigmatau.cli.ranges import lines_by_hand
+from sigmatau.cli.settings import Settings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
@@ -61,19 +60,7 @@ NOT_AT_REST = 5
 def analyze_command(
     *logs: Path,
     reading: Reading | None = None,
-    method: Literal["likelihood", "gls", "read-off"] = "likelihood",
-    taus: str = "half",
-    overlap: Literal["full", "none"] = "full",
-    counting: Literal["standard", "paper"] = "standard",
-    terms: str | None = None,
-    tau_min: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
-    read_off_at: Annotated[list[str] | None, Parameter(negative=())] = None,
-    long: Literal["auto", "exact", "strided"] = "auto",
-    window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
-    keep: Annotated[list[str] | None, Parameter(negative=())] = None,
-    at_rest: Annotated[bool, Parameter(negative=())] = False,
-    bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
+    settings: Settings | None = None,
     report: Path | None = None,
     note: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
@@ -98,39 +85,6 @@ def analyze_command(
     ----------
     logs
         One log; or several logs or folders of logs, which are analysed separately and summarised.
-    method
-        Fit the coefficients to the spectrum (likelihood) or to the Allan variances (gls), or only read them off the curve,
-        as in the paper (read-off).
-    taus
-        Averaging times: octave, half, quarter, eighth (of an octave), all, or a list in seconds, 0.1,1,10.
-    overlap
-        Average overlapping clusters (full), or disjoint clusters only (none).
-    counting
-        Number of terms for N rates: N+1-2n (standard), or N-2n as in the paper's eq. (6) (paper).
-    terms
-        Noise terms that may be present: random_walk,bias_instability. Default: all five. A term that is left out is taken as
-        absent; if it is not, the others are wrong.
-    tau_min
-        Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
-    read_off_at
-        Averaging times between which a line is read off: random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for
-        one, gyro.random_walk=… for a sensor (ms, s, min, h, d); may be repeated. Default: by rules.
-    long
-        Pairs of clusters longer than 4096 samples: all (exact), or every 64th or fewer, in bounded memory (strided). auto is
-        strided if the record does not fit in memory, and exact otherwise; a finding reports strided.
-    window
-        Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
-    leave_out
-        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log.
-    keep
-        Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes (with
-        commas between), or all. Default: none; they are treated as missing.
-    at_rest
-        Analyse motion, such as that of a turntable or a shaker, as noise. Default: a log that is partly at rest is cut to
-        its longest part at rest, and one that is not at rest gets no coefficients (exit code 5).
-    bandwidth
-        Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then
-        reports the random walk that aliasing adds.
     report
         Write one page with curves, coefficients, findings and what was done: .html opens offline, .pdf is to print; for
         several logs, a folder for one .html each.
@@ -171,41 +125,28 @@ def analyze_command(
     """
     if not logs:
         raise OptionError("name a log, several logs, or a folder of logs", option="log")
-    averaging = averaging_times(taus)
-    settings: dict[str, Any] = {
-        "taus": averaging,
-        "overlap": overlap,
-        "counting": counting,
-        "method": method,
-        "terms": None if terms is None else [name.strip() for name in terms.split(",")],
-        "tau_min": tau_min,
-        "read_off_at": read_off_ranges(read_off_at or []),
-        "long": long,
-        "window": window,
-        "leave_out": leave_out or None,
-        "keep": keep or (),
-        "at_rest": at_rest,
-        "bandwidth": bandwidths(bandwidth or []),
+    chosen: dict[str, Any] = {
+        **(settings or Settings()).arguments(),
         "stability": stability is not None,
         "notes": _notes(note or [], report, json),
         "threads": threads,
     }
-    exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=method)
+    exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=chosen["method"])
     check_style(style, plot or overlay, stability)
     check_output(overlay, FIGURE_ENDINGS, "overlay")
     outputs = Outputs(
-        report=report, notes=settings["notes"], plot=plot, stability=stability, json=json, csv=csv, style=style
+        report=report, notes=chosen["notes"], plot=plot, stability=stability, json=json, csv=csv, style=style
     )
     if common is not None and not (joint or joint_axes):
         raise OptionError("--common needs --joint", option="common")
     if joint or joint_axes:
         from sigmatau.cli.joint import joint_command, refuse, terms_of
 
-        refuse(outputs, method, jobs=jobs, overlay=overlay, read_off_at=read_off_at)
+        refuse(outputs, chosen["method"], jobs=jobs, overlay=overlay, read_off_at=chosen["read_off_at"])
         return joint_command(
             logs,
             reading,
-            settings,
+            chosen,
             outputs,
             exports,
             over="axes" if joint_axes else "runs",
@@ -221,13 +162,13 @@ def analyze_command(
     if len(logs) == 1 and not meant_as_several:
         if overlay is not None:
             raise OptionError("--overlay takes several logs; for one log: --plot", option="overlay")
-        return _one(logs[0], reading, settings, outputs, exports, verbose=verbose, quiet=quiet)
+        return _one(logs[0], reading, chosen, outputs, exports, verbose=verbose, quiet=quiet)
     if exports.files:
         raise OptionError(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
             option="export",
         )
-    return _many(logs, reading, settings, outputs, overlay=overlay, jobs=jobs, verbose=verbose, quiet=quiet)
+    return _many(logs, reading, chosen, outputs, overlay=overlay, jobs=jobs, verbose=verbose, quiet=quiet)
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:

@@ -90,7 +90,8 @@ sigmatau watch growing.csv --idle 60 --json last.json""",
         """\
 sigmatau compare day1.json day2.json day3.json --plot forest.png
 sigmatau compare results --table --csv repeatability.csv
-sigmatau compare table1.csv""",
+sigmatau compare table1.csv
+sigmatau compare --store lab.db --unit "A*\"""",
     ),
     "lot": (
         "Judge a lot of units against a specification and each other; exit code 3 if a unit fails, 4 if one is not judged.",
@@ -106,6 +107,12 @@ sigmatau datasheet list
 sigmatau datasheet show ism330dhcx
 sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
     ),
+    "fleet": (
+        "Analyse many logs, or very long ones, on several processes or hosts, and add the results to a store.",
+        """\
+sigmatau fleet analyze 'logs/**' --store lab.db --workers 2
+sigmatau fleet analyze 'night/*.csv' --store lab.db --unit-from '(unit[0-9]+)' --model ICM-42688-P --method gls""",
+    ),
     "demo": (
         "Simulate two hours of a unit of the paper, analyse the log, and compare the result with the truth.",
         """sigmatau demo --output demo
@@ -113,7 +120,41 @@ sigmatau demo --unit motionpak2 --output mems""",
     ),
 }
 
-EXAMPLES = {name: examples for name, (_, examples) in _COMMANDS.items()}
+# The same for the parts of `store`.
+_STORE = {
+    "add": (
+        "Add results of analyze to a store, each once.",
+        """\
+sigmatau store add results --store lab.db --unit A123 --model tactical --date 2026-05-01
+sigmatau store add results --store lab.db --unit-from folder --temperature 25""",
+    ),
+    "list": (
+        "List the units or the runs of a store.",
+        """\
+sigmatau store list --store lab.db
+sigmatau store list runs --store lab.db --unit "A*" --since 2026-01-01 --json""",
+    ),
+    "show": (
+        "Show the latest result of a unit, with intervals.",
+        "sigmatau store show A123 --store lab.db",
+    ),
+    "trend": (
+        "Follow a coefficient over time: median, spread and drift.",
+        """\
+sigmatau store trend --store lab.db --term random_walk --by month
+sigmatau store trend --store lab.db --term bias_instability --channel gyro_x --by quarter --json trend.json""",
+    ),
+    "export": (
+        "Export a table of a store to Parquet or CSV.",
+        """\
+sigmatau store export --store lab.db -o coefficients.parquet
+sigmatau store export --store lab.db --what runs -o runs.csv""",
+    ),
+}
+
+EXAMPLES = {
+    name: examples for name, (_, examples) in (_COMMANDS | {f"store {name}": of for name, of in _STORE.items()}).items()
+}
 """Command lines of the help pages, which the tests run."""
 
 app = App(
@@ -133,3 +174,14 @@ for _name, (_summary, _examples) in _COMMANDS.items():
         help_epilogue=f"Examples:\n\n```\n{_examples}\n```\n\n{_EXIT_CODES}",
         help_format="markdown",
     )
+
+_store = App(name="store", help="Keep results in a database: SQLite file or PostgreSQL.", help_epilogue=_EXIT_CODES)
+for _name, (_summary, _examples) in _STORE.items():
+    _store.command(
+        f"sigmatau.cli.store:{_name}_command",
+        name=_name,
+        help=_summary,
+        help_epilogue=f"Examples:\n\n```\n{_examples}\n```\n\n{_EXIT_CODES}",
+        help_format="markdown",
+    )
+app.command(_store)

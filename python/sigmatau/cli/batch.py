@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 from sigmatau.analysed import Analysis
 from sigmatau.cli.earlier import is_result
-from sigmatau.cli.memory import keep_freed
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.fitting.overview import trust
 from sigmatau.io.read.formats.split import files_of
+from sigmatau.io.read.registry import NOT_LOGS
+from sigmatau.process import keep_freed
 from sigmatau.quality.clocks import Mark, marks_of
 from sigmatau.results import duration_text
 
@@ -25,12 +26,6 @@ if TYPE_CHECKING:
     from multiprocessing.context import SpawnContext
     from multiprocessing.process import BaseProcess
 
-
-BESIDE = (
-    *(".json", ".toml", ".yaml", ".yml", ".md", ".rst", ".ini", ".cfg", ".py", ".sh", ".m"),
-    *(".png", ".svg", ".pdf", ".html", ".jpg", ".jpeg", ".gif", ".mp4", ".mov", ".doc", ".docx", ".odt"),
-)
-"""Extensions of files in folders of logs that are not logs."""
 _PICTURES = (b"\xff\xd8\xff", b"\x89PNG", b"GIF8", b"%PDF")
 _TABLES = (".csv", ".tsv", ".dat", ".gz")  # a table without rows is a failed log, not a note
 _HEAD = 1 << 16  # bytes that decide whether a file is a log
@@ -107,7 +102,7 @@ def _may_be_a_log(file: Path) -> bool:
     """Whether a file found in a folder is read: not if it is empty, a picture, a text without numbers, or a result."""
     if file.is_dir():
         return True
-    if file.suffix.lower() in BESIDE:
+    if file.suffix.lower() in NOT_LOGS:
         return False
     try:
         with file.open("rb") as stream:

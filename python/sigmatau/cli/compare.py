@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -22,7 +23,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
-from sigmatau.lots.comparison import RunComparison, compare_runs
+from sigmatau.lots.comparison import By, RunComparison, compare_runs
 from sigmatau.lots.comparison_text import overview, tables, unused_lines
 from sigmatau.results import csv_text
 
@@ -41,6 +42,8 @@ def compare_command(
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     csv: Path | None = None,
     jobs: int | None = None,
+    store: str | None = None,
+    unit: Annotated[list[str] | None, Parameter(negative=())] = None,
     datasheet: Annotated[str | None, Parameter(show=False)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -70,6 +73,11 @@ def compare_command(
         Write one row for each group, channel and term as CSV in SI units.
     jobs
         Number of processes that read many files (default: all cores).
+    store
+        Compare the runs of this store in place of results: a SQLite file or postgresql://USER@HOST/NAME, see sigmatau
+        store. Lines and filters (the clocks) are not compared.
+    unit
+        With --store, serial number; A* stands for all that begin with A. May be repeated.
     quiet
         Print only errors on standard error.
     """
@@ -77,7 +85,11 @@ def compare_command(
         raise OptionError(
             f"--datasheet is an option of sigmatau lot now: sigmatau lot RESULTS --spec {datasheet}", option="datasheet"
         )
-    if not results:
+    if store is not None and results:
+        raise OptionError("give results, or --store, not both", option="store")
+    if unit and store is None:
+        raise OptionError("--unit needs --store; results are chosen by name", option="unit")
+    if not results and store is None:
         raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
@@ -91,7 +103,11 @@ def compare_command(
     _refuse_inside(results, file, csv)
     expect(plot, file)
     with working("reading results", quiet=quiet):
-        comparison = compare_runs(results, by=by, level=level, jobs=jobs)
+        comparison = (
+            compare_runs(results, by=by, level=level, jobs=jobs)
+            if store is None
+            else _of_store(store, unit or [], by, level)
+        )
     if csv is not None:
         with atomic(csv) as temporary:
             temporary.write_text(csv_text(comparison.columns()), encoding="utf-8")
@@ -101,6 +117,14 @@ def compare_command(
     text = f"{overview(comparison)}\n\n{tables(comparison)}" if table else overview(comparison)
     write_result(text, comparison.to_dict() if json is not None else None, json)
     return _tell_unused(comparison, quiet=quiet)
+
+
+def _of_store(place: str, units: Sequence[str], by: By, level: float) -> RunComparison:
+    from sigmatau.cli.store import opened
+    from sigmatau.store.choosing import Chosen
+
+    with opened(place) as store:
+        return store.compare(Chosen(units=tuple(units)), by=by, level=level)
 
 
 def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:

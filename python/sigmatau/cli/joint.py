@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,7 +46,7 @@ def terms_of(text: str | None) -> tuple[str, ...]:
 
 
 def refuse(
-    outputs: Outputs, method: str, *, jobs: int | None, overlay: Path | None, read_off_at: Sequence[str] | None
+    outputs: Outputs, method: str, *, jobs: int | None, overlay: Path | None, read_off_at: Mapping[str, Any]
 ) -> None:
     """Raise `OptionError` for an option that a joint fit does not have."""
     if method != "likelihood":

@@ -35,6 +35,7 @@ from sigmatau.datasheets.compare import check_options
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.lots.lot import Examined, check_choices, examine, judge_lot
 from sigmatau.lots.lot_result import Lot
 from sigmatau.lots.lot_screen import screen
@@ -62,6 +63,8 @@ def lot_command(
     fail_on: Literal["warning"] | None = None,
     accept: Annotated[list[str] | None, Parameter(negative=())] = None,
     jobs: int | None = None,
+    store: str | None = None,
+    serial: Annotated[list[str] | None, Parameter(negative=())] = None,
     json: Annotated[bool, Parameter(negative=())] = False,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
@@ -102,6 +105,11 @@ def lot_command(
         Codes of findings and remarks that do not keep a unit from passing: spectral_line,short_record.
     jobs
         Number of logs to analyse in parallel (default: the number of cores, at most 4).
+    store
+        Judge the latest result of each unit of this store in place of logs: a SQLite file or postgresql://USER@HOST/NAME,
+        see sigmatau store.
+    serial
+        With --store, serial number; A* stands for all that begin with A. May be repeated.
     json
         Print the lot as JSON.
     verbose
@@ -109,7 +117,13 @@ def lot_command(
     quiet
         Print only errors on standard error.
     """
-    if not units:
+    if store is not None and units:
+        raise OptionError("give logs or results, or --store, not both", option="store")
+    if serial and store is None:
+        raise OptionError("--serial needs --store; units are chosen by their files", option="serial")
+    if store is not None and results is not None:
+        raise OptionError("--results keeps the results of logs; the store has its own", option="results")
+    if not units and store is None:
         raise OptionError("name the logs or results of the units, or a folder of them", option="units")
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
@@ -120,21 +134,28 @@ def lot_command(
     expected = None if expect is None else _expected(expect)
     options: dict[str, Any] = {"level": level, "factor": factor, "sided": sided, "bias": bias}
     outputs = _outputs(output or [])
-    logs, files = _gather(units, expecting=expected is not None, quiet=quiet)
-    for path in outputs:
-        for place in (*logs, *files):
-            refuse_same(place, output=path)
-    expect_files(*outputs)
-    names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
-    names |= {file: names[file].removesuffix(".json") for file in files}
-    if len({*names.values()}) < len(names):
+    logs: list[Path] = []
+    files: list[Path] = []
+    if store is not None:
+        expect_files(*outputs)
+        found = _stored(store, serial or [], sheet, options)
+        order = [*found]
+    else:
+        logs, files = _gather(units, expecting=expected is not None, quiet=quiet)
+        for path in outputs:
+            for place in (*logs, *files):
+                refuse_same(place, output=path)
+        expect_files(*outputs)
         names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
-    if results is not None:
-        _prepare(results, {names[log] for log in logs}, quiet=quiet)
-    found = _analysed(logs, names, reading, sheet, options, results, jobs=jobs, quiet=quiet)
-    for file in files:
-        found[names[file]] = examine(file, sheet, name=names[file], **options)
-    order = [names[place] for place in (*logs, *files)]
+        names |= {file: names[file].removesuffix(".json") for file in files}
+        if len({*names.values()}) < len(names):
+            names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
+        if results is not None:
+            _prepare(results, {names[log] for log in logs}, quiet=quiet)
+        found = _analysed(logs, names, reading, sheet, options, results, jobs=jobs, quiet=quiet)
+        for file in files:
+            found[names[file]] = examine(file, sheet, name=names[file], **options)
+        order = [names[place] for place in (*logs, *files)]
     lot = judge_lot(
         {name: found[name] for name in order},
         sheet,
@@ -149,6 +170,20 @@ def lot_command(
             lot_report(lot, path, command=command_line())
     sys.stdout.write(json_text(lot.to_dict()) if json else f"{_text(lot, verbose=verbose)}\n")
     return lot.exit_code
+
+
+def _stored(
+    place: str, units: Sequence[str], sheet: Datasheet | None, options: Mapping[str, Any]
+) -> dict[str, Examined]:
+    """The units of a store, in the order of production."""
+    from sigmatau.cli.store import opened
+    from sigmatau.store.choosing import Chosen
+
+    with opened(place) as store:
+        latest = store.units_latest(Chosen(units=tuple(units)))
+    if not latest:
+        raise DataError(f"{place}: the store has no unit of this kind")
+    return {name: examine(result, sheet, name=name, **options) for name, result in latest.items()}
 
 
 def _text(lot: Lot, *, verbose: bool) -> str:
@@ -233,7 +268,7 @@ def _empty(files: Sequence[Path]) -> list[Path]:
         for file in files
         if file.is_file()
         and not file.name.startswith(".")
-        and file.suffix.lower() not in batch.BESIDE
+        and file.suffix.lower() not in NOT_LOGS
         and file.stat().st_size == 0
     ]
 

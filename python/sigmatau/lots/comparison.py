@@ -306,11 +306,20 @@ def compare_runs(
     >>> compared["gyro_x", "random_walk"].judgement
     'repeatable'
     """
+    _check_options(by, level)
+    table = table_of(results, names, units, jobs)
+    return compare_table(replace(table, runs=with_places(without_copies(table))), by=by, level=level)
+
+
+def _check_options(by: str, level: float) -> None:
     check_level(level)
     if by not in ("unit", "run", "axis"):
         raise OptionError(f"{{option}} must be unit, run or axis, not {by!r}", option="by")
-    table = table_of(results, names, units, jobs)
-    table = replace(table, runs=with_places(without_copies(table)))
+
+
+def compare_table(table: RunTable, *, by: By = "unit", level: float = 0.95) -> RunComparison:
+    """`compare_runs` of rows that are there, such as those of a `Store`: units are named, and no log is there twice."""
+    _check_options(by, level)
     usable = np.array([not run.problem for run in table.runs], dtype=bool)
     if not usable.any():
         reasons = [f"{run.place or run.name}: {run.problem}" for run in table.runs]

@@ -86,29 +86,29 @@ def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Strea
     )
 
 
-class FileRows:
-    """Rows of one size in a file, open as long as one of its columns is in use.
+class Rows:
+    """Rows of one size that are read when they are needed, from a file or another storage.
 
     Parameters
     ----------
-    path : Path
     dtype : dtype
         Of a row.
     count : int
         Number of rows.
-    offset : int
-        Where the first one begins. [bytes]
     """
 
-    def __init__(self, path: Path, dtype: np.dtype[Any], count: int, offset: int) -> None:
-        self.path, self.dtype, self.count, self.offset = path, dtype, count, offset
-        self._handle = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
-        self._lock = threading.Lock()
+    def __init__(self, dtype: np.dtype[Any], count: int) -> None:
+        self.dtype, self.count = dtype, count
         self._last: tuple[int, int, int, NDArray[Any]] | None = None
 
-    def __del__(self) -> None:
-        if hasattr(self, "_handle"):
-            os.close(self._handle)
+    @property
+    def step(self) -> int:
+        """Rows that are stored together."""
+        return 1
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        """Rows, which are not kept; called by several threads."""
+        raise NotImplementedError
 
     def column(self, field: str | None = None, part: int | None = None) -> NDArray[Any]:
         """A column: a field of a row, or its part of a given number. It is a `FileColumn`, which acts as an array does."""
@@ -140,6 +140,31 @@ class FileRows:
             self._last = start, stop, step, found
         return found
 
+
+class FileRows(Rows):
+    """Rows of one size in a file, open as long as one of its columns is in use.
+
+    Parameters
+    ----------
+    path : Path
+    dtype : dtype
+        Of a row.
+    count : int
+        Number of rows.
+    offset : int
+        Where the first one begins. [bytes]
+    """
+
+    def __init__(self, path: Path, dtype: np.dtype[Any], count: int, offset: int) -> None:
+        super().__init__(dtype, count)
+        self.path, self.offset = path, offset
+        self._handle = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        self._lock = threading.Lock()
+
+    def __del__(self) -> None:
+        if hasattr(self, "_handle"):
+            os.close(self._handle)
+
     def read(self, start: int, stop: int) -> NDArray[Any]:
         """Rows, which are not kept."""
         size = self.dtype.itemsize
@@ -169,13 +194,18 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
 
     __slots__ = ("_field", "_part", "_rows", "_start", "_stop")
 
-    def __init__(self, rows: FileRows, field: str | None, part: int | None, start: int, stop: int) -> None:
+    def __init__(self, rows: Rows, field: str | None, part: int | None, start: int, stop: int) -> None:
         self._rows, self._field, self._part, self._start, self._stop = rows, field, part, start, stop
 
     @property
     def key(self) -> tuple[object, ...]:
         """What tells it from any other column, as long as it is in use."""
         return id(self._rows), self._field, self._part, self._start, self._stop
+
+    @property
+    def step(self) -> int:
+        """Rows that are stored together."""
+        return self._rows.step
 
     @property
     def dtype(self) -> np.dtype[Any]:

@@ -89,6 +89,8 @@ class Provenance:
         Descriptions of conversions and choices.
     ignored : tuple of str
         Columns of the file that are not in the record.
+    options : mapping
+        Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values.
     """
 
     path: str | None = None
@@ -97,6 +99,7 @@ class Provenance:
     rows: int = 0
     conversions: tuple[str, ...] = ()
     ignored: tuple[str, ...] = ()
+    options: Mapping[str, Any] = field(default_factory=dict, compare=False)
     checksum: Checksum | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -10,6 +10,8 @@ use crate::error::Error;
 use crate::phase::{LONGEST_BLOCK, Phase, sum_in_lanes};
 use crate::squares::Squares;
 
+mod state;
+
 /// Largest cluster of a stage, in its samples.
 pub const LARGEST: usize = 4096;
 

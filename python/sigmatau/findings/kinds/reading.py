@@ -80,6 +80,16 @@ class BytesNotRead(InFile, code="bytes_not_read"):
 
 
 @frozen
+class MissingChunks(InFile, code="missing_chunks"):
+    """Chunks of an array that are not stored. Their samples are missing."""
+
+    array: str
+    count: int
+    of: int
+    first: int  # first row of the first of them
+
+
+@frozen
 class SkippedLines(InFile, code="skipped_lines"):
     """Lines of a text table that are left out: rows behind a comment mark, a last line without a line end, or all
     lines from a header on that names other columns.

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
     from sigmatau.findings.finding import Finding
 
-SUBJECTS = ("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "joint", "exporting")
+SUBJECTS = (
+    *("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "joint", "exporting"),
+    "stretches",
+)
 """Modules of this package, one per subject."""
 
 

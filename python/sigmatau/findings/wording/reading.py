@@ -89,6 +89,11 @@ def _bytes_not_read(finding: Finding, it: kinds.BytesNotRead) -> Words:
     return Words(f"{_number(it.bytes, 'bytes')} {where} not read", "Split the file there if another log was appended")
 
 
+def _missing_chunks(finding: Finding, it: kinds.MissingChunks) -> Words:
+    what = f"{_number(it.count, 'chunks')} of {it.of} of array {it.array} not stored"
+    return Words(f"{what}, the first at row {it.first}; samples missing", _AGAIN)
+
+
 def _skipped_lines(finding: Finding, it: kinds.SkippedLines) -> Words:
     if it.what == "last":
         return Words("the last line has no line end, so its last number may be truncated; line skipped")
@@ -166,6 +171,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
         (kinds.Damaged, _damaged),
         (kinds.GravityOnGyro, _gravity_on_gyro),
         (kinds.LoggerDropouts, _dropouts),
+        (kinds.MissingChunks, _missing_chunks),
         (kinds.NeverWritten, _never_written),
         (kinds.PartMissing, _part_missing),
         (kinds.SkippedLines, _skipped_lines),

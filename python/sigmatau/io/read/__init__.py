@@ -20,7 +20,7 @@ from sigmatau.io.read import assemble
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import Options, stated_options
 from sigmatau.io.read.registry import reader_of
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.record.record import Record
@@ -46,14 +46,14 @@ def read(
 
     The format is detected from the content: text tables (comma, semicolon, tab or spaces; with or without a header; also
     ``.gz``, or several in a zip archive), VectorNav lines, NovAtel RAWIMU, MCAP, ROS 1 and 2 bags, PX4 and ArduPilot flight
-    logs, MATLAB, HDF5, Parquet, Arrow, TDMS, ``.npy`` and ``.npz``. Raw binary files need `layout`. Columns are recognised
-    by common names, units are taken from the file, and the rate from the time stamps. Nothing is guessed: if the file does
-    not state it, an option must.
+    logs, MATLAB, HDF5, Zarr, Parquet, Arrow, TDMS, ``.npy`` and ``.npz``. Raw binary files need `layout`. Columns are
+    recognised by common names, units are taken from the file, and the rate from the time stamps. Nothing is guessed: if the
+    file does not state it, an option must.
 
     Parameters
     ----------
     path : str or path
-        The file, or the folder of a ROS 2 bag, whose parts are joined.
+        The file; or the folder of a ROS 2 bag, whose parts are joined; or the folder or URL of a Zarr store.
     rate : float, optional
         Sampling rate, if the file has no time column or its time stamps are wrong. [Hz]
     unit : mapping, optional
@@ -98,25 +98,36 @@ def read(
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
+    stated = stated_options(
+        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic, layout=layout
+    )
     with opened(path, layout, max_expansion) as (file, tables):
-        return assemble.assemble(choose_tables(tables, options.topic), file, options)
+        record = assemble.assemble(choose_tables(tables, options.topic), file, options)
+    source = record.provenance if file is not None else replace(record.provenance, path=os.fsdecode(path))
+    return replace(record, provenance=replace(source, options=stated))
 
 
 @contextlib.contextmanager
 def opened(
     path: str | os.PathLike[str], layout: str | None = None, max_expansion: float | None = None
-) -> Iterator[tuple[Path, Sequence[Table]]]:
-    """A file and its tables; errors are prefixed with the name of the file."""
+) -> Iterator[tuple[Path | None, Sequence[Table]]]:
+    """A file (None for a URL) and its tables; errors are prefixed with the name of the file."""
     if max_expansion is not None and not (isinstance(max_expansion, int | float) and max_expansion >= 1):
         raise OptionError(f"{{option}} must be a number, 1 or more, not {max_expansion!r}", option="max_expansion")
     with expansion_limit(max_expansion):
         yield from _opened(os.fsdecode(path), layout)
 
 
-def _opened(name: str, layout: str | None) -> Iterator[tuple[Path, Sequence[Table]]]:
+def _opened(name: str, layout: str | None) -> Iterator[tuple[Path | None, Sequence[Table]]]:
     tables: Sequence[Table] = ()
     try:
+        if "://" in name:
+            yield None, _of_zarr(name, layout)
+            return
         file = Path(name)
+        if "\0" not in name and split.zarr_head(file):
+            yield file, (tables := _of_zarr(name, layout))
+            return
         files = () if "\0" in name else split.files_of(file)
         if len(files) > 1:
             tables = split.joined(file, files, _tables)
@@ -144,6 +155,14 @@ def _opened(name: str, layout: str | None) -> Iterator[tuple[Path, Sequence[Tabl
 def _tables(file: Path) -> Sequence[Table]:
     head = _head(_regular(os.fsdecode(file)))
     return reader_of(head, file).read(file, head)
+
+
+def _of_zarr(place: str, layout: str | None) -> Sequence[Table]:
+    if layout is not None:
+        raise OptionError("{option} is for raw binary files, and this is a Zarr store", option="layout")
+    from sigmatau.io.read.formats import zarr_store
+
+    return zarr_store.read(place)
 
 
 def _raw(file: Path, layout: str) -> Sequence[Table]:

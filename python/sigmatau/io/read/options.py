@@ -11,6 +11,7 @@ import numpy as np
 
 from sigmatau.errors import OptionError
 from sigmatau.record.streams import InputKind, check_kind, check_rate
+from sigmatau.results import plain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +50,13 @@ class Options:
         )
 
 
+def stated_options(**options: object) -> dict[str, object]:
+    """Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values."""
+    chosen = {name: value for name, value in options.items() if value and name in _MATTER}
+    return plain(None, **{name: value for name, value in chosen.items() if (name, value) != ("input", "rate")})
+
+
+_MATTER = ("rate", "unit", "channels", "input", "scale", "offset", "topic", "layout")
 _EXAMPLES = {
     "unit": '{"gyro": "deg/s"}',
     "channels": '{"gyro_x": 2}',

@@ -16,6 +16,12 @@ from typing import cast
 from sigmatau.errors import DataError
 from sigmatau.io.read.table import FORMATS, Format, Head
 
+NOT_LOGS = (
+    *(".json", ".toml", ".yaml", ".yml", ".md", ".rst", ".ini", ".cfg", ".py", ".sh", ".m"),
+    *(".png", ".svg", ".pdf", ".html", ".jpg", ".jpeg", ".gif", ".mp4", ".mov", ".doc", ".docx", ".odt"),
+)
+"""Endings of files in folders of logs that are not logs."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Format:

@@ -1,4 +1,4 @@
-"""Folders of ROS 2 bags: ``metadata.yaml`` lists the files of a recording in their order."""
+"""Folders that are one log: Zarr stores, and ROS 2 bags, whose ``metadata.yaml`` lists the files of a recording in order."""
 
 from __future__ import annotations
 
@@ -18,11 +18,21 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read.table import Loaded, Table
 
 METADATA = "metadata.yaml"
+_ZARR = ("zarr.json", ".zgroup", ".zarray", ".zmetadata")
 _FILES = re.compile(r"relative_file_paths:[ \t]*\n((?:[ \t]*-[^\n]*(?:\n|$))+)")
 
 
+def zarr_head(folder: Path) -> Path | None:
+    """The file that describes a Zarr store; None if the folder is not one."""
+    return next((folder / mark for mark in _ZARR if (folder / mark).is_file()), None)
+
+
 def files_of(folder: Path) -> tuple[Path, ...]:
-    """The files of a bag in the order in which they were recorded; none if the folder is not a bag."""
+    """The files of a bag in the order in which they were recorded, or the file that describes a Zarr store; none if the
+    folder is not one log.
+    """
+    if (head := zarr_head(folder)) is not None:
+        return (head,)
     try:
         text = (folder / METADATA).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):

@@ -1,4 +1,4 @@
-"""How a process of the command line uses memory."""
+"""How a process that analyses many records uses memory."""
 
 from __future__ import annotations
 

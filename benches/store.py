@@ -1,0 +1,110 @@
+"""Time of a store: 5000 units × 7 days × 6 axes × 5 terms into it, and their repeatability out of it.
+
+``python -m benches.store`` makes the results in a temporary folder (1.7 GB for 35 000 files) and prints the times, on SQLite
+and, if PostgreSQL is installed, on a server of its own. ``--memory`` adds results that are in memory, in one process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from benches.comparison import DAYS, results, write
+
+ROOT = Path(__file__).parent.parent
+
+
+def main() -> None:
+    """Make the results, add them, compare them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--units", type=int, default=5000)
+    parser.add_argument("--folder", type=Path, help="where the results are made, and kept")
+    parser.add_argument("--memory", action="store_true")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary, contextlib.ExitStack() as stack:
+        folder = arguments.folder or Path(temporary)
+        files = folder / "json"
+        if not arguments.memory and not files.exists():
+            files.mkdir(parents=True)
+            write(files, "json", arguments.units)
+        places = {"SQLite": str(Path(temporary) / "lab.db")}
+        if url := stack.enter_context(_postgresql()):
+            places["PostgreSQL"] = url + "postgres"
+        for name, place in places.items():
+            add = ("store", "add", str(files), "--store", place, "-q")
+            added = _memory(place, arguments.units) if arguments.memory else _command(*add)
+            again = "" if arguments.memory else f", the same again in {_command(*add)}"
+            compared = ", ".join(_repeatability(place) for _ in range(3))
+            print(
+                f"{name}: {arguments.units * DAYS} runs added in {added}{again}; load {os.getloadavg()[0]:.1f}",
+                flush=True,
+            )
+            print(f"{name}: repeatability {compared}; as a command {_command('compare', '--store', place)}", flush=True)
+
+
+def _command(*words: str) -> str:
+    """Seconds, and seconds of CPU of all processes of the command: on a busy machine only these mean something."""
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    subprocess.run([sys.executable, "-m", "sigmatau", *words], check=True, stdout=subprocess.DEVNULL)
+    seconds, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return f"{seconds:.1f} s (CPU {cpu:.1f} s)"
+
+
+def _repeatability(place: str) -> str:
+    """Query and statistics, without the start of the program: seconds, and seconds of CPU."""
+    from sigmatau.store.store import Store
+
+    with Store(place) as store:
+        start, cpu = time.perf_counter(), time.process_time()
+        store.compare()
+        return f"{time.perf_counter() - start:.2f} s (CPU {time.process_time() - cpu:.2f} s)"
+
+
+def _memory(place: str, units: int) -> str:
+    """Results as `analyze` returns them, in one process; without the time to make them."""
+    import copy
+
+    from sigmatau.store.rows import Entry
+    from sigmatau.store.store import Store
+
+    made = results()
+    spent, count = 0.0, 0
+    with Store(place) as store:
+        while count < units * DAYS:
+            batch: list[Entry] = []
+            for k in range(count, min(count + 1000, units * DAYS)):
+                one: dict[str, Any] = copy.copy(made[k % len(made)])
+                one["source"] = {**one["source"], "path": f"{k // DAYS}/{k % DAYS}.csv", "sha256": f"{k:064x}"}
+                batch.append(Entry(result=one, unit=f"unit{k // DAYS:05}"))
+            start = time.perf_counter()
+            store.add(batch)
+            spent += time.perf_counter() - start
+            count += len(batch)
+    return f"{spent:.1f} s"
+
+
+@contextlib.contextmanager
+def _postgresql() -> Iterator[str]:
+    """The server of the tests; nothing if PostgreSQL is not installed."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from store.postgresql import programs, server  # type: ignore[import-not-found]
+
+    if programs() is None:
+        yield ""
+        return
+    with server() as url:
+        yield url
+
+
+if __name__ == "__main__":
+    main()

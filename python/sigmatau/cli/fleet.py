@@ -1,0 +1,255 @@
+"""``sigmatau fleet``: many logs, or very long ones, on several processes or hosts; the results go into a store."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from sigmatau.cli.options import Reading, say
+from sigmatau.cli.settings import Settings
+from sigmatau.errors import DataError, OptionError
+from sigmatau.results import duration_text
+
+if TYPE_CHECKING:
+    from sigmatau.fleet.stored import Stored
+    from sigmatau.fleet.tasks import Outcome
+
+NOT_AT_REST = 5
+_BATCH = 200  # results of a transaction
+_BATCH_SECONDS = 5.0  # after which fewer are committed too
+_LISTED = 10  # errors that are printed
+_REPORT = 30.0  # between lines of progress that are not on a terminal [s]
+
+
+def fleet_command(
+    action: Literal["analyze"],
+    /,
+    *logs: str,
+    store: str | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    memory: float | None = None,
+    unit_from: str | None = None,
+    model: str = "",
+    date: str | None = None,
+    temperature: float | None = None,
+    retry_failed: Annotated[bool, Parameter(negative=())] = False,
+    reading: Reading | None = None,
+    settings: Settings | None = None,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+) -> int:
+    """Analyse many logs, or very long ones, on several processes or hosts, and add the results to a store.
+
+    Logs that are in the store, unchanged and with the same options, are not analysed again: after an interruption the same
+    command goes on. A log that cannot be used is a row in the store that says why.
+
+    Parameters
+    ----------
+    action
+        analyze.
+    logs
+        Logs, folders, patterns in quotes ('logs/**/*.csv') and URLs (s3://bucket/logs). A Zarr store too large for a worker
+        is summed in stretches by several.
+    store
+        SQLite file, or postgresql://USER@HOST/NAME. Default: the environment variable SIGMATAU_STORE.
+    workers
+        Number of processes of this host (default: one for each core).
+    scheduler
+        Address of a running Dask scheduler, tcp://host:8786; its workers then do the work.
+    memory
+        Memory of each process of this host in GB (default: its share of the host's). Larger records are divided.
+    unit_from
+        What names the unit: a regular expression for the path of a log, whose first group is the unit, '(SN[0-9]+)'.
+        Default: the folder of the log.
+    model
+        Sensor model of the units.
+    date
+        Beginning of the records, 2026-05-01T12:00 (UTC), or name: the first date in the path of a log.
+    temperature
+        Temperature of the records in degC.
+    retry_failed
+        Analyse logs again that failed before.
+    quiet
+        Print only errors and the last line.
+    """
+    place = store or os.environ.get("SIGMATAU_STORE")
+    if not place:
+        raise OptionError("--store is missing: a SQLite file, or postgresql://USER@HOST/NAME", option="store")
+    if workers is not None and workers < 1:
+        raise OptionError(f"--workers {workers}: must be a number of processes, at least 1", option="workers")
+    if scheduler is not None and (workers is not None or memory is not None):
+        raise OptionError(
+            "--scheduler has its own workers: leave out --workers and --memory, or --scheduler", option="scheduler"
+        )
+    if memory is not None and not 0.1 <= memory <= 1e5:
+        raise OptionError(f"--memory {memory:g}: must be a number of GB, at least 0.1", option="memory")
+
+    from sigmatau.analysis import stated_settings
+    from sigmatau.fleet.logs import find
+    from sigmatau.fleet.run import cluster, run_fleet
+    from sigmatau.fleet.stored import Stored
+    from sigmatau.fleet.tasks import Job
+    from sigmatau.io.read.options import stated_options
+    from sigmatau.store.connect import engine_of
+    from sigmatau.store.naming import Naming
+
+    how, chosen = (reading or Reading()).options(), (settings or Settings()).arguments()
+    _check(how, chosen)
+    stated = {"reading": stated_options(**how), "analysis": stated_settings(**chosen)}
+    options = {of: values for of, values in stated.items() if values}
+    naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
+    naming.check()
+    found = find(logs)
+    for log in found:  # a name that is missing is an error now, and not of each log later
+        naming.entry({"source": {"path": log.place}}, Path(log.place))
+    stored = Stored(engine_of(place), options)
+    wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
+    before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
+    if before:
+        say(f"of {len(found)} logs {before}", quiet=quiet)
+    tally = _Tally(stored, len(wanted))
+    if wanted:
+        job = Job(reading=how, settings=chosen, options=options, naming=naming)
+        gigabyte = None if memory is None else memory * 1e9
+        try:
+            with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client, _progress(
+                len(wanted), quiet=quiet
+            ) as show:  # fmt: skip
+
+                def done(outcomes: Sequence[Outcome]) -> None:
+                    tally.take(outcomes)
+                    show(tally.finished)
+
+                try:
+                    run_fleet(client, wanted, job, done=done)
+                finally:
+                    tally.write()
+        except DataError as error:
+            if not tally.finished:
+                raise
+            raise DataError(
+                f"{error}; {tally.written} of {len(wanted)} logs are in the store, and the same command goes on with the"
+                " others"
+            ) from None
+    for line in tally.errors[:_LISTED]:
+        sys.stderr.write(f"sigmatau: {line}\n")
+    if len(tally.errors) > _LISTED:
+        say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
+    sys.stdout.write(f"{tally.summary(before)}\n")
+    if tally.codes[2] and tally.finished == len(tally.errors):
+        return 2  # otherwise the options are right, and some of the files are of another kind
+    return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
+
+
+def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
+    """Raise `OptionError` for what is wrong whatever the log, before it is sent to the workers."""
+    from sigmatau.fitting.arguments import wanted_terms
+    from sigmatau.io.read.options import Options
+    from sigmatau.quality.selection.exclusion import causes_to_keep
+
+    Options.check(**{key: value for key, value in how.items() if key not in ("layout", "max_expansion")})
+    causes_to_keep(chosen["keep"])
+    if chosen["terms"] is not None:
+        wanted_terms(chosen["terms"])
+
+
+def _before(known: int, failed: int) -> str:
+    """Logs that are not analysed again, in words; empty for none."""
+    if not known:
+        return ""
+    return f"{known} were in the store{f' ({failed} of them failed)' if failed else ''}"
+
+
+class _Tally:
+    """Outcomes on their way to the store."""
+
+    def __init__(self, stored: Stored, total: int) -> None:
+        self._stored, self.total = stored, total
+        self._waiting: list[Outcome] = []
+        self._since = time.monotonic()
+        self.finished = 0
+        self.written = 0
+        self.codes: Counter[int] = Counter()
+        self.errors: list[str] = []
+
+    def take(self, outcomes: Sequence[Outcome]) -> None:
+        """Keep outcomes, and write them if they are many, or old."""
+        if not self._waiting:
+            self._since = time.monotonic()
+        self._waiting += outcomes
+        self.finished += len(outcomes)
+        for one in outcomes:
+            self.codes[one.code] += 1
+            if one.error:
+                self.errors.append(one.error)
+        if len(self._waiting) >= _BATCH or (self._waiting and time.monotonic() - self._since > _BATCH_SECONDS):
+            self.write()
+
+    def write(self) -> None:
+        """Write what waits, in one transaction; what is written stays whatever happens."""
+        if self._waiting:
+            waiting, self._waiting = self._waiting, []
+            self._stored.add([one.rows for one in waiting])
+            self._stored.settle([one.log for one in waiting])
+            self.written += len(waiting)
+
+    def summary(self, before: str) -> str:
+        """One line: how many logs by outcome."""
+        failed, moving, damaged = len(self.errors), self.codes[NOT_AT_REST], self.codes[4]
+        texts = [f"{self.finished - failed} of {self.total} logs analysed"]
+        texts += [f"{moving} not at rest"] if moving else []
+        texts += [f"{damaged} damaged and read in part"] if damaged else []
+        texts += [f"{failed} failed"] if failed else []
+        texts += [before] if before else []
+        return ", ".join(texts)
+
+
+@contextmanager
+def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+    """Show logs done, rate and remaining time: on a terminal a bar, otherwise a line now and then."""
+    begun = time.monotonic()
+    if quiet:
+        yield lambda _: None
+        return
+    if not sys.stderr.isatty():
+        last = begun
+
+        def tell(done: int) -> None:
+            nonlocal last
+            now = time.monotonic()
+            if now - last > _REPORT:
+                last = now
+                say(f"{done} of {total} logs, {_rate(done, total, now - begun)}")
+
+        yield tell
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[rate]}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(f"{total} logs", total=total, rate="")
+
+        def draw(done: int) -> None:
+            progress.update(
+                task,
+                completed=done,
+                description=f"{done} of {total} logs",
+                rate=_rate(done, total, time.monotonic() - begun),
+            )
+
+        yield draw
+
+
+def _rate(done: int, total: int, seconds: float) -> str:
+    if not done or seconds <= 0:
+        return ""
+    return f"{done / seconds:.3g} logs/s, {duration_text((total - done) * seconds / done)} left"

@@ -1,0 +1,327 @@
+"""``sigmatau store``: add results to a database, list and show them, follow them over time, export them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from sigmatau.cli.options import check_output, json_text, say, working, write_result
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.atomic import atomic
+from sigmatau.results import csv_text, printable
+
+if TYPE_CHECKING:
+    from sigmatau.store.choosing import Chosen, Table
+    from sigmatau.store.store import Store
+
+VARIABLE = "SIGMATAU_STORE"
+"""Environment variable with the default of --store."""
+
+_MOST_PROBLEMS = 10  # files that are named on the screen
+_STATES = ("fitted", "not_fitted", "not_at_rest", "failed")
+_SHOWN = {
+    "units": ("unit", "model", "runs", "fitted", "not_at_rest", "failed", "first", "last"),
+    "runs": ("unit", "run", "recorded", "temperature", "duration", "state", "revision", "message"),
+}
+
+Place = Annotated[str | None, Parameter(name="--store")]
+Json = Annotated[Path | None, Parameter(name="--json", allow_leading_hyphen=True)]
+Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """Which runs of a store.
+
+    Parameters
+    ----------
+    unit
+        Serial number; A* stands for all that begin with A. May be repeated.
+    model
+        Sensor model.
+    since
+        Only records from this time on, 2026-05-01 or 2026-05-01T12:00 (UTC).
+    until
+        Only records before this time.
+    state
+        Only runs in this state: fitted, not_fitted, not_at_rest, failed. May be repeated.
+    """
+
+    unit: Annotated[list[str] | None, Parameter(negative=())] = None
+    model: str | None = None
+    since: str | None = None
+    until: str | None = None
+    state: Annotated[list[Literal["fitted", "not_fitted", "not_at_rest", "failed"]] | None, Parameter(negative=())] = (
+        None
+    )
+
+    def chosen(self, *, history: bool = False) -> Chosen:
+        """The same for a `Store`."""
+        from sigmatau.store.choosing import Chosen
+
+        return Chosen(
+            units=tuple(self.unit or ()),
+            model=self.model,
+            states=tuple(self.state or ()),
+            since=_time(self.since, "since"),
+            until=_time(self.until, "until"),
+            history=history,
+        )
+
+
+def opened(place: str | None, *, create: bool = False) -> Store:
+    """The store of ``--store``, or of the environment."""
+    place = place or os.environ.get(VARIABLE)
+    if not place:
+        raise OptionError(
+            f"--store is missing: a file, or postgresql://USER@HOST/NAME; or set ${VARIABLE}", option="store"
+        )
+    from sigmatau.store.store import Store
+
+    return Store(place, create=create)
+
+
+def _time(text: str | None, option: str) -> datetime | None:
+    if text is None:
+        return None
+    try:
+        return datetime.fromisoformat(text.strip())
+    except ValueError:
+        raise OptionError(
+            f"--{option} {text}: must be a date like 2026-05-01 or 2026-05-01T12:00", option=option
+        ) from None
+
+
+def add_command(
+    *results: Path,
+    store: Place = None,
+    unit: str | None = None,
+    unit_from: str | None = None,
+    model: str | None = None,
+    date: str | None = None,
+    temperature: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
+    jobs: int | None = None,
+    quiet: Quiet = False,
+) -> int:
+    """Add results of analyze to a store. The same log with the same options is added once; another result of it is a
+    new revision.
+
+    A file that is not a result is named on standard error, the others are added, and the exit code is 1.
+
+    Parameters
+    ----------
+    results
+        JSON files of analyze, or folders of them.
+    store
+        SQLite file, which is created if it does not exist, or postgresql://USER@HOST/NAME. Default: $SIGMATAU_STORE.
+    unit
+        Serial number for all results. Default: the note "serial number" of analyze, or the folder if there are several.
+    unit_from
+        Where the serial number is: folder (of the JSON), log-folder (of the log), or a regular expression for the path of
+        the log, whose group is the serial number: 'SN([0-9]+)'.
+    model
+        Sensor model.
+    date
+        Beginning of the records, 2026-05-01T12:00 (UTC, or with a time zone); or name: the date in the name of each log.
+        Default: the note "date".
+    temperature
+        Temperature in °C. Default: the note "temperature".
+    jobs
+        Number of processes that read many files (default: all cores).
+    quiet
+        Print only errors on standard error.
+    """
+    if not results:
+        raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
+    if jobs is not None and jobs < 1:
+        raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
+    from sigmatau.store.from_files import gather, processes
+    from sigmatau.store.naming import Naming
+
+    naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=temperature)
+    naming.check()
+    files = gather(results)
+    if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
+        naming = Naming(folders=True, model=model or "", date=date, temperature=temperature)
+    with opened(store, create=True) as opened_store, working("adding results", quiet=quiet) as done:
+        found = opened_store.add_files(
+            files, naming, jobs=jobs or processes(), done=lambda count: done(count / len(files))
+        )
+    unnamed = [problem for problem in found.problems if problem.unit_unknown]
+    for problem in found.problems[:_MOST_PROBLEMS]:
+        sys.stderr.write(f"sigmatau: {printable(f'{problem.file}: {problem.reason}')}\n")
+    if len(found.problems) > _MOST_PROBLEMS:
+        say(f"{len(found.problems) - _MOST_PROBLEMS} more files were not added")
+    added = found.added
+    counts = [(added.new, "new"), (added.revised, "revised"), (added.known, "already there")]
+    text = ", ".join(f"{count} {what}" for count, what in counts if count or what == "new")
+    say(f"{text}{f', {len(found.problems)} not added' if found.problems else ''}", quiet=quiet)
+    return 2 if unnamed and len(unnamed) == len(found.problems) else 1 if found.problems else 0
+
+
+def list_command(
+    what: Literal["units", "runs"] = "units",
+    /,
+    *,
+    store: Place = None,
+    choice: Choice | None = None,
+    history: Annotated[bool, Parameter(negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """List the units or the runs of a store.
+
+    Parameters
+    ----------
+    what
+        units (default) or runs.
+    store
+        SQLite file or URL. Default: $SIGMATAU_STORE.
+    history
+        Also list results that later ones of the same log and options have replaced.
+    json
+        Print JSON.
+    """
+    chosen = (choice or Choice()).chosen(history=history)
+    with opened(store) as opened_store:
+        table = opened_store.units(chosen) if what == "units" else opened_store.runs(chosen)
+    if json:
+        sys.stdout.write(json_text(table.to_dict()))
+    elif not len(table):
+        say(f"no {what} of this kind in the store")
+    else:
+        sys.stdout.write(f"{table.shown(_SHOWN[what])!r}\n")
+    return 0
+
+
+def show_command(
+    unit: str,
+    /,
+    *,
+    store: Place = None,
+    run: str | None = None,
+    json: Json = None,
+) -> int:
+    """Show the latest result of a unit: all coefficients with intervals, and findings.
+
+    Parameters
+    ----------
+    unit
+        Serial number.
+    store
+        SQLite file or URL. Default: $SIGMATAU_STORE.
+    run
+        Name of the run. Default: the latest with coefficients, otherwise the latest.
+    json
+        Write the result as JSON, as analyze wrote it; - writes it to standard output.
+    """
+    check_output(None if str(json) == "-" else json, (), "json")
+    with opened(store) as opened_store:
+        row, result = opened_store.latest(unit, run=run)
+        findings = opened_store.findings(row["id"])
+    from sigmatau.store.text import result_text
+
+    write_result(result_text(row, result), result if json is not None else None, json)
+    for severity, message in findings:
+        say(f"{severity}: {message}")
+    return 0
+
+
+def trend_command(
+    *,
+    store: Place = None,
+    term: str = "random_walk",
+    channel: Annotated[list[str] | None, Parameter(negative=())] = None,
+    by: Literal["day", "week", "month", "quarter", "year"] = "month",
+    level: float = 0.95,
+    choice: Choice | None = None,
+    json: Json = None,
+) -> int:
+    """Follow a coefficient over time: median and spread by period, drift from unit to unit and within units.
+
+    Parameters
+    ----------
+    store
+        SQLite file or URL. Default: $SIGMATAU_STORE.
+    term
+        quantization, random_walk, bias_instability, rate_random_walk, rate_ramp, or mean.
+    channel
+        Channel, gyro_x; may be repeated. Default: all.
+    by
+        Length of a period.
+    level
+        Confidence level of intervals and tests.
+    json
+        Write the trend as JSON; - writes it to standard output.
+    """
+    check_output(None if str(json) == "-" else json, (), "json")
+    chosen = (choice or Choice()).chosen()
+    with opened(store) as opened_store:
+        found = opened_store.trend(term, channels=tuple(channel or ()), by=by, chosen=chosen, level=level)
+    write_result(repr(found), found.to_dict() if json is not None else None, json)
+    return 0
+
+
+def export_command(
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    store: Place = None,
+    what: Literal["coefficients", "runs", "units"] = "coefficients",
+    term: str | None = None,
+    choice: Choice | None = None,
+    history: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Export a table of a store to Parquet or CSV, in SI units.
+
+    Parameters
+    ----------
+    output
+        File to write: .parquet or .csv.
+    store
+        SQLite file or URL. Default: $SIGMATAU_STORE.
+    what
+        coefficients (a row for each run, channel and term), runs or units.
+    term
+        Only this term.
+    history
+        Also export results that later ones of the same log and options have replaced.
+    """
+    check_output(output, (".parquet", ".csv"), "output")
+    chosen = (choice or Choice()).chosen(history=history)
+    if term is not None and what != "coefficients":
+        raise OptionError("--term is of coefficients; leave it out, or give --what coefficients", option="term")
+    with opened(store) as opened_store:
+        if what == "coefficients":
+            table = opened_store.coefficients(chosen, term=term)
+        else:
+            table = opened_store.units(chosen) if what == "units" else opened_store.runs(chosen)
+    if not len(table):
+        raise DataError(f"the store has no {what} of this kind; nothing is written")
+    _write(table, output)
+    say(f"written: {output} ({len(table)} rows)")
+    return 0
+
+
+def _write(table: Table, output: Path) -> None:
+    if output.suffix == ".csv":
+        with atomic(output) as temporary:
+            temporary.write_text(csv_text(table.to_dict()), encoding="utf-8")
+        return
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as parquet
+    except ImportError:
+        raise ImportError("writing .parquet needs pyarrow: pip install 'sigmatau[parquet]'; or write .csv") from None
+    columns = table.columns()
+    kinds = {key: pa.timestamp("us", tz="UTC") for key in ("recorded", "first", "last") if key in columns}
+    arrays = {key: pa.array(of) for key, of in columns.items() if key not in kinds}
+    for key, kind in kinds.items():
+        arrays[key] = pa.array([None if x is None else x.replace(tzinfo=UTC) for x in columns[key]], kind)
+    with atomic(output) as temporary:
+        parquet.write_table(pa.table({key: arrays[key] for key in columns}), temporary)

@@ -1,0 +1,24 @@
+"""Kinds of findings about records that are summed in stretches, by several processes."""
+
+from __future__ import annotations
+
+from sigmatau.findings.finding import Details
+from sigmatau.frozen import frozen
+
+
+@frozen
+class InStretches(Details, code="in_stretches"):
+    """A record that was too large for one process: its curve is complete, and its samples were not checked."""
+
+    stretches: int
+    samples: int
+
+
+@frozen
+class PairsAcrossGaps(Details, code="pairs_across_gaps"):
+    """Missing samples of a record in stretches: pairs of clusters across a gap are left out."""
+
+    missing: int  # samples
+    samples: int
+    longest: float  # averaging time that the curve reaches [s]
+    fitted: float  # up to which the fit uses it: at least 9 of 10 pairs are left [s]; 0 without a fit

@@ -1,0 +1,160 @@
+"""The logs of a fleet: files and objects by pattern, with what tells whether they have changed."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path, PurePath
+from typing import Any
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
+
+
+@frozen
+class Log:
+    """A log, as a worker finds it again."""
+
+    place: str  # path or URL
+    size: int | None  # bytes; None if the storage does not say
+    changed: str  # time of its last change, or its tag, as text
+
+    @property
+    def version(self) -> str:
+        """Equal for the same content: size and last change."""
+        return f"{self.size}/{self.changed}"
+
+
+def find(patterns: Iterable[str]) -> list[Log]:
+    """The logs of paths, patterns (``logs/**/*.csv``) and URLs (``s3://bucket/night*``), each once, by name.
+
+    Parameters
+    ----------
+    patterns : iterable of str
+        A folder stands for all that is below it. Zarr stores and ROS 2 bags are folders that are one log.
+
+    Raises
+    ------
+    DataError
+        For a pattern without a log, or a place that cannot be listed.
+    OptionError
+        Without a pattern.
+    ImportError
+        For a URL without fsspec or the package of its protocol.
+    """
+    found: dict[str, Log] = {}
+    given = list(patterns)
+    if not given:
+        raise OptionError("name logs, patterns such as 'logs/**', or URLs", option="logs")
+    for pattern in given:
+        logs = list(_remote(pattern) if "://" in pattern else _local(pattern))
+        if not logs:
+            raise DataError(f"{pattern}: no log there")
+        found.update((log.place, log) for log in logs)
+    return [found[place] for place in sorted(found)]
+
+
+def _local(pattern: str) -> Iterator[Log]:
+    from sigmatau.io.read.registry import NOT_LOGS
+
+    several = glob.has_magic(pattern)
+    inside: dict[Path, bool] = {}  # by folder, whether it is in one that is a log
+    for name in sorted(glob.glob(pattern, recursive=True)) if several else [pattern]:  # noqa: PTH207  of any root
+        path = Path(name)
+        if several and (path.suffix.lower() in NOT_LOGS or _within(path.parent, inside)):
+            continue
+        if path.is_dir():
+            if _is_one_log(path):
+                yield _folder(path)
+            elif not several:
+                yield from _local(os.path.join(glob.escape(name), "**"))  # noqa: PTH118  Path drops the **
+            continue
+        try:
+            state = path.stat()
+        except OSError as error:
+            raise DataError(f"{path}: {error.strerror or error}") from None
+        if state.st_size or not several:
+            yield Log(place=str(path), size=state.st_size, changed=str(state.st_mtime_ns))
+
+
+def _folder(path: Path) -> Log:
+    """A folder that is a log: the sum of its files, and a checksum of their names, sizes and times."""
+    size, told = 0, hashlib.sha256()
+    for at, folders, files in os.walk(path):
+        folders.sort()
+        for name in sorted(files):
+            state = (Path(at) / name).stat()
+            size += state.st_size
+            told.update(f"{at}/{name}\0{state.st_size}\0{state.st_mtime_ns}\n".encode(errors="surrogateescape"))
+    return Log(place=str(path), size=size, changed=told.hexdigest()[:32])
+
+
+def _is_one_log(path: Path) -> bool:
+    """Whether a folder is a log: a Zarr store, or a ROS 2 bag."""
+    from sigmatau.io.read.formats.split import files_of
+
+    return bool(files_of(path))
+
+
+def _within(folder: Path, known: dict[Path, bool]) -> bool:
+    """Whether a folder is a log, or is in one."""
+    if folder not in known:
+        above = folder.parent != folder and _within(folder.parent, known)
+        known[folder] = above or _is_one_log(folder)
+    return known[folder]
+
+
+def _remote(pattern: str) -> Iterator[Log]:
+    try:
+        import fsspec
+    except ImportError:
+        raise ImportError("a URL needs fsspec: pip install 'sigmatau[cluster]'") from None
+    from sigmatau.io.read.registry import NOT_LOGS
+
+    try:
+        system, path = fsspec.core.url_to_fs(pattern)
+        several = glob.has_magic(path)
+        places = system.glob(path, detail=True) if several else {path: system.info(path)}
+        if not several and places[path].get("type") == "directory" and not _zarr_name(path):
+            places, several = system.find(path, detail=True), True
+        stores: set[str] = set()
+        for name, entry in sorted(places.items()):
+            inside = next((part for part in _above(name) if _zarr_name(part)), None)
+            if inside is not None:
+                if inside not in stores:
+                    stores.add(inside)
+                    yield _remote_folder(system, inside)
+            elif entry.get("type") != "directory" and not (several and PurePath(name).suffix.lower() in NOT_LOGS):
+                place = system.unstrip_protocol(name)
+                yield Log(place=place, size=entry.get("size"), changed=_tag(entry))
+    except (OSError, ValueError, ImportError) as error:
+        raise DataError(f"{pattern}: {str(error) or type(error).__name__}") from None
+
+
+def _zarr_name(name: str) -> bool:
+    return name.rstrip("/").endswith(".zarr")
+
+
+def _above(name: str) -> Iterator[str]:
+    """``a``, ``a/b`` and ``a/b/c`` of ``a/b/c``."""
+    parts = name.rstrip("/").split("/")
+    return ("/".join(parts[: k + 1]) for k in range(len(parts)))
+
+
+def _remote_folder(system: Any, path: str) -> Log:  # noqa: ANN401
+    entries: Mapping[str, Mapping[str, Any]] = system.find(path, detail=True)
+    told = hashlib.sha256()
+    for name, entry in sorted(entries.items()):
+        told.update(f"{name}\0{entry.get('size')}\0{_tag(entry)}\n".encode())
+    size = sum(entry.get("size") or 0 for entry in entries.values())
+    return Log(place=system.unstrip_protocol(path), size=size, changed=told.hexdigest()[:32])
+
+
+def _tag(entry: Mapping[str, Any]) -> str:
+    """What an object's storage says of its version."""
+    for key in ("ETag", "etag", "LastModified", "last_modified", "mtime", "created"):
+        if entry.get(key) is not None:
+            return str(entry[key])
+    return ""

@@ -1,0 +1,195 @@
+"""A record too large for one process: stretches of it are summed by several, and the sums are merged.
+
+The stretches depend on the record alone, and are merged in their order: the digits of a result do not depend on the number
+of workers, nor on which of them end.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.estimators.accumulator import Accumulator, strided_sizes
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.estimators.deviation_kinds import cluster_sizes
+from sigmatau.estimators.gapped import GappedSums
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.stretches import InStretches, PairsAcrossGaps
+from sigmatau.frozen import frozen
+from sigmatau.record.on_disk import FileColumn
+from sigmatau.record.record import Provenance
+from sigmatau.record.streams import Stream, grid_text
+
+if TYPE_CHECKING:
+    from sigmatau.io.read.stretches import Unread
+
+_VALUES = 1 << 25  # of a stretch, over all channels: about a second of a worker
+_PIECE = 1 << 16  # samples that are read at a time
+_COMPLETE = 0.9  # least share of pairs that gaps leave of a size that is fitted: intervals then change by 5 %
+_OTHERS = {
+    "window": None, "leave_out": None, "keep": (), "bandwidth": None, "at_rest": False, "stability": False,
+    "overlap": "full", "counting": "standard", "terms": None, "tau_min": None, "taus": "half", "read_off_at": None,
+}  # fmt: skip
+"""Settings of `analyze` that need the samples, or are not those of a fit of curves, with their defaults."""
+
+
+@frozen
+class Plan:
+    """How a record is divided."""
+
+    place: str
+    samples: int
+    stretches: tuple[tuple[int, int], ...]  # first sample, and the one after the last
+    source: Provenance
+    findings: tuple[Finding, ...]
+    grids: Mapping[str, str]
+
+
+def too_large(place: str, reading: Mapping[str, Any], memory: int) -> bool:
+    """Whether the analysis of a log with columns that stay in it needs more than so many bytes."""
+    try:
+        streams = _unread(place, reading).streams
+    except (DataError, OptionError):  # the analysis says why
+        return False
+    return sum(s.grid.n * len(s.channels) for s in streams) * _BYTES > memory
+
+
+_BYTES = 48  # of memory that the analysis of a sample needs at most
+
+
+def plan(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) -> Plan:
+    """Divide a record.
+
+    Raises
+    ------
+    OptionError
+        For settings that need all samples in one process.
+    DataError
+        For a log that cannot be read in stretches.
+    """
+    for name, default in _OTHERS.items():
+        value = settings.get(name, default)
+        if value != default and (value or default):
+            raise OptionError(
+                f"{{option}} needs the whole record in a worker, and {place} is too large; give the workers more memory",
+                option=name,
+            )
+    found = _unread(place, reading)
+    channels = sum(len(stream.channels) for stream in found.streams)
+    n, steps = found.streams[0].grid.n, {_step(stream) for stream in found.streams}
+    step = max(steps)
+    length = max(_VALUES // channels // step, 1) * step
+    return Plan(
+        place=place,
+        samples=n,
+        stretches=tuple((at, min(at + length, n)) for at in range(0, n, length)),
+        source=found.source,
+        findings=found.findings,
+        grids={stream.name: grid_text(stream) for stream in found.streams},
+    )
+
+
+def sums(place: str, reading: Mapping[str, Any], start: int, stop: int) -> dict[str, GappedSums]:
+    """The sums of a stretch, by channel."""
+    found: dict[str, GappedSums] = {}
+    for stream in _unread(place, reading).streams:
+        sizes = strided_sizes(cluster_sizes("half", n=stream.grid.n, tau0=stream.grid.tau0))
+        for channel in stream.channels:
+            new = functools.partial(_accumulator, channel, stream.quantity, stream.unit, stream.grid.tau0, sizes)
+            found[channel] = GappedSums(new, start)
+        for at in range(start, stop, _PIECE):
+            for k, channel in enumerate(stream.channels):
+                found[channel].push(stream.samples.read(k, at, min(at + _PIECE, stop)))
+    return found
+
+
+def result(plan: Plan, found: Mapping[str, GappedSums], *, method: str) -> dict[str, Any]:
+    """The result of the sums of all stretches, as plain values.
+
+    Raises
+    ------
+    DataError
+        If no channel has a curve.
+    """
+    from sigmatau.analysis import of_curves
+
+    findings = [*plan.findings]
+    findings.append(
+        Finding(details=InStretches(stretches=len(plan.stretches), samples=plan.samples), severity="warning")
+    )
+    curves: dict[str, DeviationCurve] = {}
+    fitted: dict[str, DeviationCurve] = {}
+    for channel, one in found.items():
+        try:
+            curve = one.snapshot()
+        except RecordTooShortError as error:
+            raise DataError(f"{channel}: {error}") from None
+        curves[channel] = curve
+        if curve.missing:
+            fitted[channel] = as_complete(curve)
+            told = PairsAcrossGaps(
+                missing=curve.missing,
+                samples=curve.n,
+                longest=float(curve.tau[-1]),
+                fitted=0.0 if method == "read-off" else float(fitted[channel].tau.max(initial=0.0)),
+            )
+            findings.append(Finding(details=told, severity="warning", channels=(channel,)))
+    analysis = of_curves(
+        curves,
+        source=plan.source,
+        findings=findings,
+        grids=plan.grids,
+        method="read-off" if method == "read-off" else "gls",
+        fitted_on=fitted,
+    )
+    return analysis.to_dict()
+
+
+def as_complete(curve: DeviationCurve) -> DeviationCurve:
+    """The part of a curve of a record with gaps that a complete record has, of the length that leaves as many pairs.
+
+    Sizes that keep 9 of 10 pairs or more; if there are none, the curve without any size.
+    """
+    starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
+    share = starts / np.maximum(curve.n + 1 - 2 * curve.m, 1)
+    few = np.flatnonzero(share < _COMPLETE)
+    sizes = curve.m[: few[0]] if few.size else curve.m
+    if not sizes.size:
+        return replace(curve.at(curve.m[:1]), missing=curve.missing)
+    kept = curve.at(sizes)
+    complete = int((starts[: len(sizes)] + 2 * sizes - 1).min())
+    return replace(kept, n=min(complete, curve.n), missing=0)
+
+
+def _unread(place: str, reading: Mapping[str, Any]) -> Unread:
+    from sigmatau.io.read.stretches import unread
+
+    return unread(place, **reading)
+
+
+def _step(stream: Stream) -> int:
+    """Samples that are stored together."""
+    columns: list[object] = [*stream.samples.raw]
+    return max((column.step for column in columns if isinstance(column, FileColumn)), default=1)
+
+
+def _accumulator(
+    channel: str, quantity: str, unit: str, tau0: float, sizes: np.ndarray[Any, np.dtype[np.int64]], start: int
+) -> Accumulator:
+    made = Accumulator(channel, rate=1 / tau0, taus=sizes * tau0, long="strided", start=start)
+    made._quantities, made._units, made.tau0 = [quantity], [unit], tau0
+    return made
+
+
+def merged(parts: Sequence[dict[str, GappedSums]]) -> dict[str, GappedSums]:
+    """Sums of consecutive stretches; the first is changed."""
+    first, *others = parts
+    for later in others:
+        for channel, one in later.items():
+            first[channel].merge(one)
+    return first

@@ -1,0 +1,174 @@
+"""What a worker does: logs in, rows for the store out. A log that cannot be used gives a row that says why."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import gc
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.fleet.logs import Log
+from sigmatau.frozen import frozen
+
+if TYPE_CHECKING:
+    from sigmatau.fleet.stretches import Plan
+    from sigmatau.store.naming import Naming
+    from sigmatau.store.rows import Rows
+
+_THREADS = "threads"  # the setting of `analyze` that a worker sets itself: it has one core
+
+
+@frozen
+class Job:
+    """What all logs of a fleet have in common.
+
+    Attributes
+    ----------
+    reading, settings : mapping
+        Options of `sigmatau.read` and `sigmatau.analyze`.
+    options : mapping
+        Those that are not the defaults, in the form of results.
+    naming : Naming
+        How the store calls the results.
+    """
+
+    reading: Mapping[str, Any]
+    settings: Mapping[str, Any]
+    options: Mapping[str, Any]
+    naming: Naming
+
+
+@frozen
+class Outcome:
+    """A log that is finished."""
+
+    log: Log
+    code: int  # exit code for this log alone
+    rows: Rows
+    error: str = ""  # why there is no result
+
+
+def analyse(logs: Sequence[Log], job: Job) -> tuple[list[Outcome], float]:
+    """The outcomes of logs, in their order, and the time that they took. [s]"""
+    prepare_process()
+    begun = time.perf_counter()
+    found = [_analysed(log, job) for log in logs]
+    gc.collect()  # the samples of these logs must not stay beside those of the next
+    return found, time.perf_counter() - begun
+
+
+def divided(log: Log, job: Job, memory: int) -> Plan | None:
+    """How a record is divided that is too large for so many bytes of memory; None if it is analysed as a whole.
+
+    Raises
+    ------
+    DataError, OptionError
+        For a log that is too large and cannot be divided.
+    """
+    from sigmatau.fleet import stretches
+
+    prepare_process()
+    if not stretches.too_large(log.place, job.reading, memory):
+        return None
+    return stretches.plan(log.place, job.reading, job.settings)
+
+
+def combined(log: Log, plan: Plan, sums: Mapping[str, Any], job: Job) -> Outcome:
+    """The outcome of a record whose stretches were summed."""
+    from sigmatau.fleet import stretches
+
+    def result() -> tuple[dict[str, Any], int]:
+        found = stretches.result(plan, sums, method=job.settings.get("method", "likelihood"))
+        lost = any(one["severity"] == "error" and not one["channels"] for one in found["findings"])
+        return found, 4 if lost else 0
+
+    return _outcome(log, job, result)
+
+
+def failed(log: Log, job: Job, message: str, *, code: int = 1) -> Outcome:
+    """The outcome of a log that has no result."""
+    from sigmatau.analysed import failed_result
+
+    return _entered(log, job, failed_result(log.place, message, exit_code=code), code, message)
+
+
+def _analysed(log: Log, job: Job) -> Outcome:
+    def result() -> tuple[dict[str, Any], int]:
+        from sigmatau.analysis import analyze
+        from sigmatau.errors import DataError, OptionError
+        from sigmatau.findings.finding import exit_code
+        from sigmatau.io.read import read
+
+        with near(log.place) as path:
+            try:
+                analysis = analyze(read(path, **job.reading), **{**job.settings, _THREADS: 1})
+            except (DataError, OptionError) as error:
+                error.source = error.source.replace(str(path), log.place)  # of the copy
+                raise
+            return analysis.to_dict(), exit_code(analysis.findings)
+
+    return _outcome(log, job, result)
+
+
+def _outcome(log: Log, job: Job, result: Any) -> Outcome:  # noqa: ANN401  a function
+    """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
+    from sigmatau.errors import DataError, OptionError
+
+    try:
+        found, code = result()
+        found["source"]["path"] = log.place
+        return _entered(log, job, found, code)
+    except OptionError as error:
+        return failed(log, job, _about(log, error.for_command_line()), code=2)
+    except (DataError, ImportError) as error:
+        return failed(log, job, _about(log, str(error)))
+    except MemoryError:
+        return failed(log, job, _about(log, "not enough memory for this record"))
+    except Exception as error:  # a defect of the program must not end the other logs
+        return failed(log, job, _about(log, f"{type(error).__name__}: {error}"))
+
+
+def _about(log: Log, message: str) -> str:
+    return message if log.place in message else f"{log.place}: {message}"
+
+
+def _entered(log: Log, job: Job, result: dict[str, Any], code: int, error: str = "") -> Outcome:
+    from sigmatau.store.rows import rows_of
+
+    result["options"] = dict(job.options)
+    entry = replace(job.naming.entry(result, Path(log.place)), file_version=log.version)
+    return Outcome(log=log, code=code, rows=rows_of(entry), error=error)
+
+
+@functools.cache
+def prepare_process() -> None:
+    """Settings of a process that analyses log after log, once."""
+    from sigmatau.process import keep_freed
+
+    keep_freed()
+    gc.freeze()
+
+
+@contextlib.contextmanager
+def near(place: str) -> Iterator[str | Path]:
+    """A file for the reader: an object is copied to this host; a Zarr store is read where it is."""
+    if "://" not in place or place.rstrip("/").endswith(".zarr"):
+        yield place
+        return
+    import fsspec
+
+    from sigmatau.errors import DataError
+
+    with tempfile.TemporaryDirectory(prefix="sigmatau-") as folder:
+        system, path = fsspec.core.url_to_fs(place)
+        copy = Path(folder) / Path(path).name
+        try:
+            system.get(path, str(copy))
+        except OSError as error:
+            raise DataError(f"{place}: cannot be copied: {error}") from None
+        yield copy

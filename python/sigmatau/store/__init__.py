@@ -1,0 +1,1 @@
+"""Results database: units, runs, coefficients, findings and curves, on SQLite or PostgreSQL."""

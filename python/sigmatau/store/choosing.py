@@ -1,0 +1,85 @@
+"""Which runs of a store, and tables of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.frozen import frozen
+from sigmatau.results import Tabular, lines_text
+from sigmatau.store.rows import in_utc
+from sigmatau.store.text import aligned, cell
+
+if TYPE_CHECKING:
+    from sqlalchemy import ColumnElement
+
+
+@frozen
+class Chosen:
+    """Which runs: all that are current, or those of units, of a sensor model, of a state, or of a time."""
+
+    units: tuple[str, ...] = ()  # names; with a * any that begin or end so
+    model: str | None = None
+    states: tuple[str, ...] = ()
+    since: datetime | None = None  # UTC
+    until: datetime | None = None
+    pattern: bool = True  # whether * in the name of a unit stands for any text
+    history: bool = False  # whether results that were replaced are chosen too
+
+
+@frozen(kw_only=False)
+class Table(Tabular):
+    """Rows of a store."""
+
+    content: Mapping[str, list[Any]]
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The table by column; see `Tabular.columns`."""
+        return dict(self.content)
+
+    def __len__(self) -> int:
+        return len(next(iter(self.content.values()), ()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """By column; times as ISO 8601 in UTC."""
+        return {
+            key: [f"{x.isoformat()}Z" if isinstance(x, datetime) else x for x in of] for key, of in self.content.items()
+        }
+
+    def shown(self, names: Sequence[str]) -> Table:
+        """Some of the columns."""
+        return Table({name: self.content[name] for name in names})
+
+    def __repr__(self) -> str:
+        rows = zip(*self.content.values(), strict=True)
+        return lines_text(aligned([tuple(self.content), *(tuple(map(cell, row)) for row in rows)]))
+
+
+def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
+    """The same in SQL, for a query of runs with their units and sensor models."""
+    from sqlalchemy import or_
+
+    from sigmatau.store.tables import model, run, unit
+
+    one = chosen or Chosen()
+    found: list[ColumnElement[bool]] = [] if one.history else [run.c.current]
+    if one.units:
+        exact = [name for name in one.units if "*" not in name or not one.pattern]
+        alike = (unit.c.name.like(_like(name), escape="\\") for name in one.units if name not in exact)
+        found.append(or_(unit.c.name.in_(exact), *alike))
+    if one.model is not None:
+        found.append(model.c.name == one.model)
+    if one.states:
+        found.append(run.c.state.in_(one.states))
+    if one.since is not None:
+        found.append(run.c.recorded >= in_utc(one.since))
+    if one.until is not None:
+        found.append(run.c.recorded < in_utc(one.until))
+    return found
+
+
+def _like(name: str) -> str:
+    for special in ("\\", "%", "_"):
+        name = name.replace(special, "\\" + special)
+    return name.replace("*", "%")

@@ -1,0 +1,196 @@
+"""Connections to a store: a SQLite file, or PostgreSQL by URL; its schema is brought up to date when it is opened."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from sigmatau.errors import DataError, OptionError
+
+if TYPE_CHECKING:
+    from alembic.config import Config
+    from sqlalchemy import URL, Engine
+    from sqlalchemy.engine import Connection
+
+_BUSY = 60  # seconds that a writer of SQLite waits for another
+_PRAGMAS = (
+    "journal_mode=WAL",  # readers beside a writer
+    "synchronous=NORMAL",  # a crash of the system may undo the last transactions, and damages nothing
+    "foreign_keys=ON",
+    "cache_size=-65536",  # [KiB] the index of identities is read in no order
+    "wal_autocheckpoint=8000",  # pages, 32 MiB: pages that several transactions change are written once
+)
+_LOCK = 7_264_830  # of PostgreSQL: one process migrates
+_SQLITE = b"SQLite format 3\0"
+_TABLES = "alembic_version"
+
+
+def engine_of(place: str | Path, *, create: bool = True) -> Engine:
+    """An engine with the newest schema.
+
+    Parameters
+    ----------
+    place : str or Path
+        A file, or a URL, ``postgresql://user@host/name``.
+    create : bool
+        Whether a file that is not there is made.
+
+    Raises
+    ------
+    OptionError
+        For a URL of another database.
+    DataError
+        For a place that is not a store, or cannot be reached.
+    ImportError
+        If the database libraries are not installed.
+    """
+    try:
+        import alembic  # noqa: F401
+        import orjson  # noqa: F401
+        import sqlalchemy
+    except ImportError:
+        raise ImportError("a store needs SQLAlchemy, Alembic and orjson: pip install 'sigmatau[store]'") from None
+    url = _url(place, create=create)
+    try:
+        engine = sqlalchemy.create_engine(url, **_arguments(url))
+    except ImportError:
+        raise ImportError("a store on PostgreSQL needs psycopg: pip install 'sigmatau[postgresql]'") from None
+    if engine.dialect.name == "sqlite":
+        _prepare_sqlite(engine, to_read="mode" in url.query)
+    try:
+        _up_to_date(engine, place)
+    except sqlalchemy.exc.SQLAlchemyError as error:
+        engine.dispose()
+        raise DataError(f"{_shown(place)}: {reason(error)}") from None
+    except DataError:
+        engine.dispose()
+        raise
+    return engine
+
+
+def reason(error: BaseException) -> str:
+    """The first line of what a database says."""
+    cause = getattr(error, "orig", None) or error
+    return str(cause).strip().partition("\n")[0] or type(cause).__name__
+
+
+def _url(place: str | Path, *, create: bool) -> URL:
+    from sqlalchemy import make_url
+
+    text = str(place)
+    scheme = re.match(r"([a-z+0-9]+)://", text)
+    if scheme is None:
+        return _sqlite_url(_file(Path(place), create=create))
+    if scheme[1] in ("postgresql", "postgres", "postgresql+psycopg"):
+        return make_url("postgresql+psycopg://" + text.partition("://")[2])
+    if scheme[1] == "sqlite":
+        return _sqlite_url(_file(Path(text.partition(":///")[2]), create=create))
+    raise OptionError(
+        f"{_shown(place)}: a store is a file, or postgresql://USER@HOST/NAME; {scheme[1]} is not supported",
+        option="store",
+    )
+
+
+def _sqlite_url(path: Path) -> URL:
+    """A file that cannot be written is opened to read; without other writers its log need not be there."""
+    from sqlalchemy import URL
+
+    name = str(path)
+    if not path.exists() or (_writable(path) and _writable(path.absolute().parent)):
+        return URL.create("sqlite", database=name)
+    log = path.with_name(f"{path.name}-wal")
+    query = {"mode": "ro", "uri": "true"}
+    if not (log.exists() and log.stat().st_size):
+        query["immutable"] = "1"
+    return URL.create("sqlite", database=f"file:{quote(name)}", query=query)
+
+
+def _writable(path: Path) -> bool:
+    return os.access(path, os.W_OK, effective_ids=os.access in os.supports_effective_ids)
+
+
+def _file(path: Path, *, create: bool) -> Path:
+    if path.is_dir():
+        raise DataError(f"{path}: is a directory; give the name of a file")
+    if not path.exists():
+        if not create:
+            raise DataError(f"{path}: there is no such store; sigmatau store add RESULTS --store {path} makes one")
+        if not path.absolute().parent.is_dir():
+            raise DataError(f"{path}: there is no directory {path.parent}")
+        return path
+    try:
+        with path.open("rb") as file:
+            head = file.read(len(_SQLITE))
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror or error}") from None
+    if head and head != _SQLITE:
+        raise DataError(f"{path}: is not a store; give the name of a new file")
+    return path
+
+
+def _shown(place: str | Path) -> str:
+    """The place without a password."""
+    return re.sub(r"(://[^:/@]*):[^@]*@", r"\1:…@", str(place))
+
+
+def _arguments(url: URL) -> dict[str, Any]:
+    if url.get_backend_name() == "sqlite":
+        return {"connect_args": {"timeout": _BUSY}}
+    return {"pool_pre_ping": True, "connect_args": {"connect_timeout": 10}}
+
+
+def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
+    """Several readers beside a writer; a transaction that writes waits at its beginning, not at its first change."""
+    from sqlalchemy import event
+
+    @event.listens_for(engine, "connect")
+    def connected(connection: Any, _: object) -> None:  # noqa: ANN401
+        connection.isolation_level = None  # transactions begin below
+        for pragma in () if to_read else _PRAGMAS:
+            connection.execute(f"PRAGMA {pragma}")
+
+    @event.listens_for(engine, "begin")
+    def begun(connection: Connection) -> None:
+        writes = connection.get_execution_options().get("writes", False)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _up_to_date(engine: Engine, place: str | Path) -> None:
+    from alembic import command
+    from alembic.migration import MigrationContext
+    from alembic.script import ScriptDirectory
+    from sqlalchemy import inspect, text
+
+    config = configuration()
+    newest = ScriptDirectory.from_config(config).get_current_head()
+    with engine.connect() as connection:
+        found = MigrationContext.configure(connection).get_current_revision()
+        tables = inspect(connection).get_table_names() if found is None else []
+    if found == newest:
+        return
+    if tables and _TABLES not in tables:
+        raise DataError(
+            f"{_shown(place)}: has other tables ({', '.join(sorted(tables)[:3])} …); give an empty database"
+        )
+    with engine.connect().execution_options(writes=True) as connection, connection.begin():
+        if engine.dialect.name == "postgresql":
+            connection.execute(text(f"SELECT pg_advisory_xact_lock({_LOCK})"))
+        found = MigrationContext.configure(connection).get_current_revision()
+        known = {one.revision for one in ScriptDirectory.from_config(config).walk_revisions()}
+        if found is not None and found not in known:
+            raise DataError(f"{_shown(place)}: is of a newer version of sigmatau; update sigmatau")
+        if found != newest:
+            config.attributes["connection"] = connection
+            command.upgrade(config, "head")
+
+
+def configuration() -> Config:
+    """Of Alembic, whose scripts are in this package."""
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+    return config

@@ -1,0 +1,165 @@
+"""JSON files of results into a store: some processes read and pack them, this one writes."""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
+from sigmatau.store.ingest import BATCH, Added, add_rows
+from sigmatau.store.naming import Naming, UnknownUnitError
+from sigmatau.store.rows import Rows, rows_of
+
+if TYPE_CHECKING:
+    from sqlalchemy import Engine
+
+_FEW = 400  # files that this process reads in less time than others take to start
+_AHEAD = 3  # batches a process that are read before they are written
+
+
+@frozen
+class Problem:
+    """A file that was not added."""
+
+    file: Path
+    reason: str
+    unit_unknown: bool = False
+
+
+@frozen
+class FilesAdded:
+    """What `add_files` did."""
+
+    added: Added = Added()
+    problems: tuple[Problem, ...] = ()
+
+
+def gather(places: Sequence[Path]) -> list[Path]:
+    """The files; those of a folder and its subfolders sorted by name. Raises `DataError` for a folder without JSON."""
+    found: dict[Path, None] = {}
+    for place in places:
+        if not place.is_dir():
+            found[place] = None
+            continue
+        inside = sorted(file for file in place.rglob("*") if file.suffix.lower() == ".json" and file.is_file())
+        if not inside:
+            raise DataError(f"{place}: no result in this folder; sigmatau analyze LOGS --json {place} writes them")
+        found |= dict.fromkeys(inside)
+    return list(found)
+
+
+def add_files(
+    engine: Engine,
+    files: Sequence[Path],
+    naming: Naming,
+    *,
+    jobs: int = 1,
+    done: Callable[[int], None] = lambda _: None,
+) -> FilesAdded:
+    """Add the results of files. A file that is none is a problem, and the others are added.
+
+    Parameters
+    ----------
+    engine : sqlalchemy.Engine
+    files : sequence of Path
+    naming : Naming
+    jobs : int
+        Processes that read files. This process writes.
+    done : callable
+        Gets the number of files so far.
+    """
+    batches = [files[at : at + BATCH] for at in range(0, len(files), BATCH)]
+    total, problems, count = Added(), [], 0
+    found = _read_all(batches, naming, jobs if len(files) > _FEW else 1)
+    with _without_collection():
+        for batch, (rows, wrong) in zip(batches, found, strict=True):
+            problems += wrong
+            if rows:
+                total += add_rows(engine, rows)
+            count += len(batch)
+            done(count)
+    return FilesAdded(added=total, problems=tuple(problems))
+
+
+_Read = tuple[list[Rows], list[Problem]]
+
+
+def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> Iterator[_Read]:
+    """The batches in their order, some of them ahead."""
+    read = partial(_read, naming=naming)
+    if jobs < 2:
+        yield from map(read, batches)
+        return
+    # Not forked: a fork would share the connections of the store.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(jobs, len(batches)), mp_context=context, initializer=_prepare_process) as pool:
+        waiting: deque[Future[_Read]] = deque()
+        try:
+            for batch in batches:
+                waiting.append(pool.submit(read, batch))
+                if len(waiting) > _AHEAD * jobs:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _prepare_process() -> None:
+    """Ctrl-C reaches all processes of the terminal; the first one ends the others. JSON has no cycles to search for."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.disable()
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Rows have no cycles, and the search for them takes a tenth of the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _read(files: Sequence[Path], naming: Naming) -> _Read:
+    rows, problems = [], []
+    for file in files:
+        try:
+            rows.append(_rows_of(file, naming))
+        except DataError as error:
+            unknown = isinstance(error, UnknownUnitError)
+            problems.append(Problem(file=file, reason=str(error), unit_unknown=unknown))
+    return rows, problems
+
+
+def _rows_of(file: Path, naming: Naming) -> Rows:
+    import orjson
+
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise DataError(error.strerror or str(error)) from None
+    try:
+        content = orjson.loads(data.removeprefix(b"\xef\xbb\xbf"))
+    except orjson.JSONDecodeError as error:
+        raise DataError(f"not JSON: {error}" if data.strip() else "is empty") from None
+    if not isinstance(content, dict) or not isinstance(content.get("channels"), dict):
+        raise DataError("not a result of sigmatau analyze")
+    return rows_of(naming.entry(content, file))
+
+
+def processes() -> int:
+    """Processes that read files by default: one a core."""
+    return os.cpu_count() or 1

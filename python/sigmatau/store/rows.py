@@ -1,0 +1,240 @@
+"""A result as rows of a store: all that can be computed without the database, in another process too."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import struct
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import PurePath
+from typing import Any, Literal
+
+from sigmatau._native.distributions import normal_quantile
+from sigmatau.errors import DataError
+from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS
+from sigmatau.store.packing import NUMBERS, Packed, pack
+
+_SCHEMAS = (1, 2)
+_MEAN = "mean"
+_LEVEL = 0.95  # of the interval of a mean
+_MOST_LETTERS = {"unit": 400, "model": 200, "run": 400, "channel": 100}
+_NUMBERS = struct.Struct("<ii5d")
+assert _NUMBERS.size == NUMBERS.itemsize
+
+State = Literal["fitted", "not_fitted", "not_at_rest", "failed"]
+
+
+@frozen
+class Entry:
+    """A result with what is known of its unit and its run.
+
+    Attributes
+    ----------
+    result : mapping
+        `Analysis.to_dict()`, or the content of the JSON of ``sigmatau analyze``.
+    unit : str
+        Serial number.
+    model : str
+        Sensor model, or empty: then the one that the unit has stays.
+    name : str
+        Name of the run. Default: the name of its log.
+    recorded : datetime or None
+        Beginning of the record; without a time zone, UTC.
+    temperature : float or None
+        [degC]
+    file_version : str
+        Version of the log, such as its size and change time: tells whether it changed without reading it.
+    """
+
+    result: Mapping[str, Any]
+    unit: str
+    model: str = ""
+    name: str = ""
+    recorded: datetime | None = None
+    temperature: float | None = None
+    file_version: str = ""
+
+
+Label = tuple[str, str, str, str, str]
+"""Channel, quantity, term, unit of the coefficient, unit of the channel."""
+
+Term = tuple[bool | None, float | None, float | None, float | None, float | None, float | None]
+"""Observed, value, low, high, upper limit, level."""
+
+
+@frozen
+class Rows:
+    """A result in its stored form, without the keys that the database gives."""
+
+    unit: str
+    model: str
+    identity: str
+    run: Mapping[str, Any]
+    channels: tuple[tuple[Any, ...], ...]
+    labels: tuple[Label, ...]
+    terms: tuple[Term, ...]  # one a label
+    numbers: bytes  # the same as `NUMBERS`, with positions in `labels`
+    findings: tuple[tuple[str, str, str, str], ...]
+    packed: Packed
+
+
+def options_key(options: Mapping[str, Any]) -> str:
+    """Checksum of the options that made a result, its key ``"options"``; without any, that of the default settings."""
+    return hashlib.sha256(_canonical(options).encode()).hexdigest()
+
+
+def _canonical(value: object) -> str:
+    """JSON that is the same for the same options: 100 and 100.0, whatever the order of keys."""
+
+    def plain(one: object) -> object:
+        if isinstance(one, Mapping):
+            return {str(key): plain(of) for key, of in one.items()}
+        if isinstance(one, list | tuple):
+            return [plain(of) for of in one]
+        return float(one) if isinstance(one, int) and not isinstance(one, bool) else one
+
+    return json.dumps(plain(value), sort_keys=True)
+
+
+def rows_of(entry: Entry) -> Rows:
+    """The rows of a result.
+
+    Raises
+    ------
+    DataError
+        If the result is none, or is damaged.
+    """
+    result = entry.result
+    if not isinstance(result, Mapping) or not isinstance(result.get("channels"), Mapping) or "source" not in result:
+        raise DataError("not a result of sigmatau analyze")
+    if result.get("schema", 1) not in _SCHEMAS:
+        raise DataError(f"schema {result['schema']!r:.20} is of a newer version of sigmatau; update sigmatau")
+    try:
+        return _rows(entry)
+    except DataError:
+        raise
+    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError, struct.error) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise DataError(f"not a result of sigmatau analyze, or damaged: {what:.100}") from None
+
+
+def _rows(entry: Entry) -> Rows:
+    result = entry.result
+    source = result["source"]
+    options = result.get("options", {})
+    unit = _name(entry.unit, "unit")
+    packed = pack(result)
+    made_with = _canonical([options, source.get("conversions", [])])
+    # Of a record without a file, each result that differs is a run of its own.
+    path = source.get("path")
+    log = source.get("sha256") or (
+        f"{unit}/{path}" if path else f"{unit}/{entry.name}/{entry.recorded}/{packed.digest}"
+    )
+    channels: list[tuple[Any, ...]] = []
+    labels: list[Label] = []
+    terms, numbers = [], []
+    for name, channel in result["channels"].items():
+        fitted = channel.get("fit") or {}
+        quantity, of = channel["quantity"], channel["curve"]["unit"]
+        channels.append((
+            _name(name, "channel"), quantity, of, float(channel["sample_rate_hz"]), int(channel["samples"]),
+            fitted.get("verdict", ""), channel.get("trust", ""), fitted.get("p_value"),
+        ))  # fmt: skip
+        fits = fitted.get("verdict") in QUANTIFIED
+        for term, found, si in _terms(channel, fitted):
+            numbers.append(_NUMBERS.pack(len(labels), fits, *[math.nan if x is None else x for x in found[1:]]))
+            labels.append((name, quantity, term, si, of))
+            terms.append(found)
+    findings = [
+        (*(_text(one.get(key, "")) for key in ("code", "severity")), _text(" ".join(one.get("channels") or ())),
+         _text(one.get("message", "")))
+        for one in result.get("findings", ())
+    ]  # fmt: skip
+    run = _run(entry, source, channels) | {"digest": packed.digest, "options_key": options_key(options)}
+    return Rows(
+        unit=unit,
+        model=_name(entry.model, "model", needed=False),
+        identity=hashlib.sha256(_utf8(f"{unit}\n{log}\n{made_with}")).hexdigest(),
+        run=run,
+        channels=tuple(channels),
+        labels=tuple(labels),
+        terms=tuple(terms),
+        numbers=b"".join(numbers),
+        findings=tuple(findings),  # type: ignore[arg-type]
+        packed=packed,
+    )
+
+
+def _terms(channel: Mapping[str, Any], fitted: Mapping[str, Any]) -> list[tuple[str, Term, str]]:
+    """Term, row and unit of what a channel has."""
+    found: list[tuple[str, Term, str]] = []
+    for name, term in (fitted.get("terms") or {}).items():
+        if name in TERMS:
+            get = term.get
+            row = (term["observed"], get("value"), get("low"), get("high"), get("upper_limit"), term["level"])
+            found.append((name, row, term["unit"]))
+    if mean := channel.get("mean"):
+        value, error = mean["value"], mean.get("error")
+        half = None if error is None else _QUANTILE * error
+        interval = (None, None, None) if half is None else (value - half, value + half, _LEVEL)
+        found.append((_MEAN, (None, value, interval[0], interval[1], None, interval[2]), mean["unit"]))
+    return found
+
+
+_QUANTILE = float(normal_quantile((1 + _LEVEL) / 2))
+
+
+def _run(entry: Entry, source: Mapping[str, Any], channels: list[tuple[Any, ...]]) -> dict[str, Any]:
+    result = entry.result
+    path = _text(source.get("path") or "")
+    return {
+        "name": _name(entry.name or PurePath(path).name or entry.unit, "run"),
+        "path": path,
+        "sha256": source.get("sha256"),
+        "recorded": None if entry.recorded is None else in_utc(entry.recorded),
+        "temperature": entry.temperature,
+        "duration": max((samples / rate for *_, rate, samples, _, _, _ in channels), default=None),
+        "state": _state(result),
+        "message": _text((result.get("error") or {}).get("message", "")),
+        "version": _text(result.get("sigmatau", ""))[:40],
+        "file_version": _text(entry.file_version)[:200],
+    }
+
+
+def in_utc(time: datetime) -> datetime:
+    """A time as a store keeps it: UTC, without a time zone. One without a zone is UTC."""
+    return time if time.tzinfo is None else time.astimezone(UTC).replace(tzinfo=None)
+
+
+def _state(result: Mapping[str, Any]) -> State:
+    if result.get("error"):
+        return "failed"
+    if any("fit" in channel for channel in result["channels"].values()):
+        return "fitted"
+    return "not_at_rest" if (result.get("rest") or {}).get("verdict") == "not_at_rest" else "not_fitted"
+
+
+def _name(text: str, of: str, *, needed: bool = True) -> str:
+    """A name as the database takes it; raises `DataError` if it is empty or too long."""
+    found = _text(text).strip()
+    if needed and not found:
+        raise DataError(f"the name of the {of} is empty")
+    if len(found) > _MOST_LETTERS[of]:
+        raise DataError(
+            f"the name of the {of} has {len(found)} characters, more than {_MOST_LETTERS[of]}: {found:.30}…"
+        )
+    return found
+
+
+def _text(value: object) -> str:
+    """Text without what databases refuse: null characters, and bytes of file names that are not UTF-8."""
+    text = str(value)
+    return text if text.isascii() and "\0" not in text else _utf8(text.replace("\0", "\\0")).decode()
+
+
+def _utf8(text: str) -> bytes:
+    return text.encode("utf-8", "backslashreplace")

@@ -1,0 +1,364 @@
+"""`Store`: results of many units and runs, kept, found again and followed over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import compress
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.store.choosing import Chosen, Table, conditions
+from sigmatau.store.ingest import BATCH, Added
+from sigmatau.store.rows import Entry
+
+if TYPE_CHECKING:
+    from sqlalchemy import ColumnElement, Select
+    from sqlalchemy.engine import Connection
+
+    from sigmatau.analysed import Analysis
+    from sigmatau.lots.comparison import By, RunComparison
+    from sigmatau.store.from_files import FilesAdded
+    from sigmatau.store.naming import Naming
+    from sigmatau.store.trend import Period, Trend
+
+_READ = 100  # results that are read at a time
+
+
+class Store:
+    """A database of results.
+
+    Parameters
+    ----------
+    place : str or Path
+        A SQLite file, or the URL of a PostgreSQL database, ``postgresql://USER@HOST/NAME``.
+    create : bool
+        Whether a file that is not there is made.
+
+    Raises
+    ------
+    OptionError
+        For a URL of another database.
+    DataError
+        For a place that is not a store, or cannot be reached.
+    ImportError
+        Without SQLAlchemy and Alembic.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.analyze(st.simulate(model, duration=600, rate=20, rng=day)) for day in range(3)]
+    >>> with st.Store("lab.db") as store:
+    ...     added = [store.add(day, unit="A1") for day in days]
+    ...     print(store.compare()["gyro_x", "random_walk"].judgement)
+    repeatable
+    """
+
+    def __init__(self, place: str | Path, *, create: bool = True) -> None:
+        from sigmatau.store.connect import engine_of
+
+        self._engine = engine_of(place, create=create)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._engine.dispose()
+
+    def add(self, entries: Iterable[Entry] | Entry | Analysis, *, unit: str | None = None, batch: int = BATCH) -> Added:
+        """Add results, each once: a result that is there already is not added again, another one of the same log and
+        options is a new revision.
+
+        Parameters
+        ----------
+        entries : iterable of Entry, Entry, or Analysis
+        unit : str, optional
+            Serial number for an `Analysis`. Default: its note "serial number".
+        batch : int
+            Results of a transaction: what was committed stays if the process is killed.
+
+        Returns
+        -------
+        Added
+            How many were new, revised, or there already.
+
+        Raises
+        ------
+        DataError
+            For a result that is none, one whose unit is unknown, or a database that does not take it; earlier batches stay.
+        """
+        from sigmatau.store.ingest import add
+        from sigmatau.store.naming import Naming
+
+        if isinstance(entries, Entry):
+            entries = [entries]
+        elif not isinstance(entries, Iterable) or hasattr(entries, "to_dict"):
+            content = entries.to_dict()
+            entries = [Naming(unit=unit).entry(content, Path(str(content["source"].get("path") or "")))]
+        return add(self._engine, entries, batch=batch)
+
+    def add_files(
+        self, files: Sequence[Path], naming: Naming, *, jobs: int = 1, done: Callable[[int], None] = lambda _: None
+    ) -> FilesAdded:
+        """Add the JSON files of results; see `sigmatau.store.from_files.add_files`."""
+        from sigmatau.store.from_files import add_files
+
+        return add_files(self._engine, files, naming, jobs=jobs, done=done)
+
+    def versions(self, options_key: str) -> dict[str, str]:
+        """Logs that have a current result with these options: by path, the version of the file that was analysed."""
+        from sqlalchemy import select
+
+        from sigmatau.store.tables import run
+
+        with self._read() as connection:
+            found = connection.execute(
+                select(run.c.path, run.c.file_version)
+                .where(run.c.current, run.c.options_key == options_key)
+                .order_by(run.c.id)
+            )
+            return {row[0]: row[1] for row in found}
+
+    @contextmanager
+    def _read(self) -> Iterator[Connection]:
+        from sqlalchemy.exc import SQLAlchemyError
+
+        from sigmatau.store.connect import reason
+
+        try:
+            with self._engine.connect() as connection:
+                yield connection
+        except SQLAlchemyError as error:
+            raise DataError(f"the store cannot be read: {reason(error)}") from None
+
+    def _table(self, query: Select[Any]) -> Table:
+        with self._read() as connection:
+            found = connection.execute(query)
+            names, rows = list(found.keys()), found.all()
+        columns = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
+        return Table(dict(zip(names, columns, strict=True)))
+
+    def units(self, chosen: Chosen | None = None) -> Table:
+        """A row a unit: name, sensor model, runs by state, first and last time."""
+        from sqlalchemy import case, func, select
+
+        from sigmatau.store.tables import model, run, unit
+
+        def count(state: str) -> ColumnElement[int]:
+            return func.sum(case((run.c.state == state, 1), else_=0)).label(state)
+
+        query = (
+            select(
+                unit.c.name.label("unit"), model.c.name.label("model"), func.count().label("runs"),
+                *(count(state) for state in ("fitted", "not_at_rest", "failed")),
+                func.min(run.c.recorded).label("first"), func.max(run.c.recorded).label("last"),
+            )
+            .join_from(unit, run).outerjoin(model, unit.c.model_id == model.c.id)
+            .where(*conditions(chosen)).group_by(unit.c.name, model.c.name).order_by(unit.c.name)
+        )  # fmt: skip
+        return self._table(query)
+
+    def runs(self, chosen: Chosen | None = None) -> Table:
+        """A row a run: unit, name, time, state, and why it failed."""
+        from sqlalchemy import select
+
+        from sigmatau.store.tables import model, run, unit
+
+        query = (
+            select(
+                run.c.id, unit.c.name.label("unit"), model.c.name.label("model"), run.c.name.label("run"),
+                run.c.recorded, run.c.temperature, run.c.duration, run.c.state, run.c.revision, run.c.version,
+                run.c["message"],
+            )
+            .join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
+            .where(*conditions(chosen)).order_by(unit.c.name, run.c.recorded, run.c.id)
+        )  # fmt: skip
+        return self._table(query)
+
+    def coefficients(
+        self, chosen: Chosen | None = None, *, term: str | None = None, channels: Sequence[str] = ()
+    ) -> Table:
+        """A row a run, channel and term: value with interval, or limit, in SI."""
+        from sqlalchemy import and_, select
+
+        from sigmatau.store import tables
+
+        one, label, of, run = tables.coefficient.c, tables.label.c, tables.channel.c, tables.run.c
+        query = (
+            select(
+                tables.unit.c.name.label("unit"), tables.model.c.name.label("model"), run.name.label("run"), run.recorded,
+                run.temperature, label.channel, label.quantity, label.term, one.observed, one.value, one.low, one.high,
+                one.upper_limit, one.level, label.unit.label("si"), label.rate_unit, of.verdict, of.trust,
+            )
+            .join_from(tables.coefficient, tables.label)
+            .join(tables.channel, and_(of.run_id == one.run_id, of.name == label.channel))
+            .join(tables.run, one.run_id == run.id)
+            .join(tables.unit, run.unit_id == tables.unit.c.id)
+            .outerjoin(tables.model, tables.unit.c.model_id == tables.model.c.id)
+            .where(*conditions(chosen))
+            .order_by(tables.unit.c.name, run.recorded, run.id, label.channel, label.id)
+        )  # fmt: skip
+        if term is not None:
+            query = query.where(label.term == term)
+        if channels:
+            query = query.where(label.channel.in_(channels))
+        return self._table(query)
+
+    def trend(
+        self,
+        term: str = "random_walk",
+        *,
+        channels: Sequence[str] = (),
+        by: Period = "month",
+        chosen: Chosen | None = None,
+        level: float = 0.95,
+    ) -> Trend:
+        """Drift of a coefficient over time: median and spread by period, slopes between and within units.
+
+        Values of models that do not fit, and runs without a time, are not used.
+
+        Parameters
+        ----------
+        term : str
+            A key of `sigmatau.noise.terms.TERMS`, or ``"mean"``.
+        channels : sequence of str
+            Default: every channel.
+        by : {"day", "week", "month", "quarter", "year"}
+        chosen : Chosen, optional
+        level : float
+            Confidence level of intervals and tests.
+
+        Raises
+        ------
+        DataError
+            Without a value that has a time.
+        OptionError
+            For an unknown term or period, or a level outside 0 to 1.
+        """
+        from sigmatau.lots.runs import MEAN
+        from sigmatau.noise.terms import TERMS
+        from sigmatau.store.trend import trend_of
+
+        if term not in (*TERMS, MEAN):
+            raise OptionError(f"{{option}} must be {', '.join((*TERMS, MEAN))}, not {term!r}", option="term")
+        rows = self.coefficients(chosen, term=term, channels=channels).columns()
+        usable = [term == MEAN or verdict in QUANTIFIED for verdict in rows["verdict"]]
+        return trend_of(
+            {key: list(compress(column, usable)) for key, column in rows.items()}, term=term, by=by, level=level
+        )
+
+    def compare(self, chosen: Chosen | None = None, *, by: By = "unit", level: float = 0.95) -> RunComparison:
+        """Repeatability of every channel and term over the runs of each unit; see `sigmatau.compare_runs`.
+
+        Of the results of a log with several options, the latest is compared. The clocks of the runs are not compared.
+
+        Raises
+        ------
+        DataError
+            If no run has coefficients.
+        """
+        from sigmatau.lots.comparison import compare_table
+        from sigmatau.store.run_table import run_table
+
+        with self._read() as connection:
+            table = run_table(connection, conditions(chosen))
+        if not table.runs:
+            raise DataError("the store has no run with coefficients of this kind")
+        return compare_table(table, by=by, level=level)
+
+    def latest(self, unit: str, *, run: str | None = None) -> tuple[Mapping[str, Any], dict[str, Any]]:
+        """The latest run of a unit, as in `runs`, with its result: of those with coefficients if there are any.
+
+        Raises
+        ------
+        DataError
+            If there is no such unit, or no such run.
+        """
+        table = self.runs(Chosen(units=(unit,), pattern=False)).columns()
+        rows = [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
+        if not rows:
+            raise DataError(f"the store has no unit {unit!r}; sigmatau store list shows its units")
+        named = [row for row in rows if run in (None, row["run"])]
+        if not named:
+            raise DataError(f"unit {unit} has no run {run!r}; its runs: {', '.join(row['run'] for row in rows[:10])}")
+        row = max(named, key=_order)
+        return row, self._result(row["id"])
+
+    def units_latest(self, chosen: Chosen | None = None) -> dict[str, dict[str, Any]]:
+        """The latest result of each unit, in the order of the units' first records: a failure too, because what was measured
+        before it says nothing of the unit now. Results without a time have that of their addition.
+        """
+        from sqlalchemy import func, select
+
+        from sigmatau.store.packing import unpack
+        from sigmatau.store.tables import model, result, run, unit
+
+        time = func.coalesce(run.c.recorded, run.c.added)
+        query = (
+            select(run.c.id, unit.c.name, time).join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
+            .where(*conditions(chosen)).order_by(time, run.c.id)
+        )  # fmt: skip
+        with self._read() as connection:
+            latest = {name: key for key, name, _ in connection.execute(query)}
+            found: dict[int, dict[str, Any]] = {}
+            keys = [*latest.values()]
+            for at in range(0, len(keys), _READ):
+                asked = select(result.c.run_id, result.c.content, result.c.curves)
+                for key, *parts in connection.execute(asked.where(result.c.run_id.in_(keys[at : at + _READ]))):
+                    found[key] = unpack(*parts)
+        return {name: found[key] for name, key in latest.items()}
+
+    def findings(self, run_id: int) -> list[tuple[str, str]]:
+        """Severity and message of the findings of a run, the column `id` of `runs`."""
+        from sqlalchemy import select
+
+        from sigmatau.store.tables import finding
+
+        of = finding.c
+        with self._read() as connection:
+            found = connection.execute(select(of.severity, of["message"]).where(of.run_id == run_id).order_by(of.id))
+            return [(severity, message) for severity, message in found]
+
+    def _result(self, run_id: int) -> dict[str, Any]:
+        from sqlalchemy import select
+
+        from sigmatau.store.packing import unpack
+        from sigmatau.store.tables import result
+
+        with self._read() as connection:
+            found = connection.execute(select(result.c.content, result.c.curves).where(result.c.run_id == run_id)).one()
+        return unpack(*found)
+
+    def results(self, chosen: Chosen | None = None) -> Iterator[tuple[Mapping[str, Any], dict[str, Any]]]:
+        """Each run, as in `runs`, with its result as it was added."""
+        from sqlalchemy import select
+
+        from sigmatau.store.packing import unpack
+        from sigmatau.store.tables import result
+
+        table = self.runs(chosen).columns()
+        rows = [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
+        for at in range(0, len(rows), _READ):
+            part = rows[at : at + _READ]
+            found = select(result.c.run_id, result.c.content, result.c.curves)
+            with self._read() as connection:
+                asked = connection.execute(found.where(result.c.run_id.in_([row["id"] for row in part])))
+                contents = {key: (content, curves) for key, content, curves in asked}
+            for row in part:
+                yield row, unpack(*contents[row["id"]])
+
+
+def _order(row: Mapping[str, Any]) -> tuple[bool, str, int]:
+    """With coefficients, then by time."""
+    recorded = row["recorded"]
+    return row["state"] == "fitted", "" if recorded is None else recorded.isoformat(), row["id"]

@@ -1,0 +1,140 @@
+"""Tables of a store in words, for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.lots.runs import MEAN, SIGNED
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import lines_text, two_digits
+
+if TYPE_CHECKING:
+    from sigmatau.store.trend import ChannelTrend, Drift, InPeriod, Trend
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows of text in columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def cell(value: object) -> str:
+    """A value of a table."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, datetime):
+        return f"{value:%Y-%m-%d %H:%M}"
+    return "" if value is None else str(value)
+
+
+def usual_unit(term: str, quantity: str, rate_unit: str) -> tuple[str, float]:
+    """Unit in which a coefficient is printed, and its size in SI."""
+    if term == MEAN:
+        return display_units("bias_instability", quantity, rate_unit)[-1]
+    return display_units(term, quantity, rate_unit)[-1 if term == "bias_instability" else 0]
+
+
+def trend_text(trend: Trend) -> str:
+    """The trend of each channel: a table of periods, then the slopes."""
+    lines: list[str] = []
+    for one in trend.channels.values():
+        lines += [*_channel(trend, one), ""]
+    if trend.undated:
+        lines.append(f"{trend.undated} values without a time are not used")
+    return lines_text(lines[:-1] if not lines[-1] else lines)
+
+
+def _channel(trend: Trend, one: ChannelTrend) -> list[str]:
+    unit, size = usual_unit(trend.term, one.quantity, one.rate_unit)
+    signed = trend.term in SIGNED
+    spread = f"spread [{unit}]" if signed else "spread"
+    head = (
+        trend.by,
+        "units",
+        "runs",
+        "limits",
+        f"median [{unit}]",
+        f"{100 * trend.level:g} %",
+        spread,
+        f"{100 * trend.level:g} %",
+    )
+    rows = [head, *(_row(period, size, signed=signed) for period in one.periods)]
+    slopes = (_drift(drift, unit, size, signed=signed) for drift in one.drifts)
+    return [f"{one.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes]
+
+
+def _row(period: InPeriod, size: float, *, signed: bool) -> tuple[str, ...]:
+    factor, percent = (1 / size, "") if signed else (100.0, " %")
+    counts = (period.name, str(period.units), str(period.runs), str(period.limits))
+    if period.middle is None:
+        return (*counts, "", "", "", "")
+    middle = f"{period.middle / size:.4g}"
+    if period.low is None or period.high is None:
+        return (*counts, middle, "one unit", "", "")
+    interval = f"[{period.low / size:.4g}, {period.high / size:.4g}]"
+    if period.spread is None or period.spread_low is None or period.spread_high is None:
+        return (*counts, middle, interval, "", "")
+    low, high = two_digits(period.spread_low * factor), two_digits(period.spread_high * factor)
+    return (*counts, middle, interval, two_digits(period.spread * factor) + percent, f"[{low}, {high}]{percent}")
+
+
+_WHAT = {"production": "between units", "ageing": "within units"}
+
+
+def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
+    factor, of = (1 / size, f" {unit}") if signed else (100.0, " %")
+    said = "drifts" if drift.drifts else "no drift seen"
+    count = f"{drift.units} unit{'s' if drift.units > 1 else ''}"
+    if drift.kind == "ageing":
+        count += f", {drift.runs} runs"
+    half = (drift.high - drift.low) / 2 * factor
+    decimals = max(1 - math.floor(math.log10(half)), 0) if half > 0 else 3  # two digits of the uncertainty
+    slope, low, high = (f"{x * factor:+.{decimals}f}" for x in (drift.slope, drift.low, drift.high))
+    slope = f"{_WHAT[drift.kind]}: {slope}{of} per month [{low}, {high}]"
+    return f"{slope}, p = {two_digits(drift.p_value)}: {said} ({count})"
+
+
+def result_text(row: Mapping[str, Any], result: Mapping[str, Any]) -> str:
+    """A run in a line, and its coefficients with intervals, a row a channel and term."""
+    head = [
+        f"{row['unit']}: {row['run']}",
+        row["model"] or "",
+        "" if row["recorded"] is None else f"{cell(row['recorded'])} UTC",
+    ]
+    head += [f"{row['temperature']:g} °C"] if row["temperature"] is not None else []
+    head += [f"{row['duration']:g} s"] if row["duration"] is not None else []
+    lines = [", ".join(part for part in head if part)]
+    if row["state"] == "failed":
+        return lines_text([*lines, f"failed: {row['message']}"])
+    rows = [("channel", "term", "value", "interval", "unit", "verdict", "trust")]
+    for name, channel in result["channels"].items():
+        fitted = channel.get("fit") or {}
+        for term, one in fitted.get("terms", {}).items():
+            if term in TERMS:
+                rows.append((name, term, *_number(term, one, channel), fitted["verdict"], channel.get("trust", "")))
+    return lines_text(
+        [
+            *lines,
+            *(
+                aligned(rows)
+                if len(rows) > 1
+                else ["not at rest: no coefficients" if row["state"] == "not_at_rest" else "no fit"]
+            ),
+        ]
+    )
+
+
+def _number(term: str, one: Mapping[str, Any], channel: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Value, interval and unit."""
+    unit, size = usual_unit(term, channel["quantity"], channel["curve"]["unit"])
+    if one.get("value") is None:
+        limit = one.get("upper_limit")
+        return ("" if limit is None else f"below {limit / size:.2g}"), "", unit
+    if one.get("low") is None or one.get("high") is None:
+        return f"{one['value'] / size:.4g}", "no interval", unit
+    return f"{one['value'] / size:.4g}", f"[{one['low'] / size:.4g}, {one['high'] / size:.4g}]", unit

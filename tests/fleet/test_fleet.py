@@ -91,12 +91,13 @@ def test_a_second_run_analyses_nothing_again(undisturbed, logs, processes):
         changed.write_bytes(before)
 
 
-def test_a_worker_is_killed(undisturbed, logs, processes):
-    process = processes.fleet(logs, "--store", "a.db", "--workers", 2, pause=0.05)
+@pytest.mark.parametrize("place", ["postgres"], indirect=True)
+def test_a_worker_is_killed(undisturbed, logs, processes, place):
+    process = processes.fleet(logs, "--store", place, "--workers", 2, pause=0.05)
     processes.wait_for_reads(15)
     os.kill(int(processes.reads()[-1][0]), signal.SIGKILL)
     ended(process, code=1)
-    same(processes.folder / "a.db", undisturbed)
+    same(place, undisturbed)
 
 
 def test_the_client_is_killed(undisturbed, logs, processes):

@@ -137,6 +137,15 @@ class TestInMemory:
         with pytest.raises(OptionError, match="unit, run or axis"):
             compare_runs(days, by="day")
 
+    def test_a_term_that_no_run_shows(self, days):
+        for day in days:
+            day["channels"]["gyro_x"]["fit"]["terms"]["bias_instability"] = {
+                "observed": False, "upper_limit": 1e-4, "level": 0.95, "unit": "rad/s",
+            }  # fmt: skip
+        row = compare_runs(days)["gyro_x", "bias_instability"]
+        found = json.loads(json.dumps(row.to_dict(), allow_nan=False))
+        assert (found["k"], found["mean"]) == (0, None)
+
     def test_terms_that_some_runs_show(self, days):
         terms = days[1]["channels"]["gyro_x"]["fit"]["terms"]
         terms["bias_instability"] = {"observed": False, "upper_limit": 1e-4, "level": 0.95, "unit": "rad/s"}

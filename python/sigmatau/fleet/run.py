@@ -96,7 +96,8 @@ def run_fleet(client: Client, logs: Sequence[Log], job: Job, *, done: Callable[[
     about twice a second.
 
     If the worker of a task of several logs ends, each of its logs becomes a task. If the worker of a log ends then too, the
-    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times.
+    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times. A task whose
+    result is lost with its worker is started again.
 
     Raises
     ------
@@ -207,22 +208,38 @@ class _Run:
 
     def _finish(self, task: _Task, future: Future) -> None:
         from distributed import KilledWorker
+        from distributed.client import FutureCancelledError
 
-        if future.status in ("cancelled", "lost"):
-            raise _lost()
+        error, found, there = None, None, True
         try:
             if future.status == "error":
                 error = future.exception()
-                if isinstance(error, KilledWorker):
-                    self._killed(task)
-                else:
-                    self._failed(task, error)
-            else:
-                self._took(task, future.result())
-        except OSError:  # the connection, not the task
-            raise _lost() from None
+            elif future.status == "finished":
+                found = future.result()
+            else:  # lost or cancelled
+                there = False
+        except (OSError, FutureCancelledError):  # the connection, not the task
+            there = False
         finally:
             future.release()
+        if not there:
+            self._gone(task)
+        elif isinstance(error, KilledWorker):
+            self._killed(task)
+        elif error is not None:
+            self._failed(task, error)
+        else:
+            self._took(task, found)
+
+    def _gone(self, task: _Task) -> None:
+        """A task without an outcome: its worker ended before the result was fetched, or the scheduler is lost."""
+        if self._client.status != "running":
+            raise _lost()
+        if task.tries >= _TRIES:
+            self._killed(task)
+        else:
+            tasks = self._alone if task.kind == "alone" else self._waiting
+            tasks.append(replace(task, tries=task.tries + 1))
 
     def _took(self, task: _Task, found: Any) -> None:  # noqa: ANN401  by kind of task
         log = task.logs[0]

@@ -109,11 +109,12 @@ class RandomEffects(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, None where there is none."""
-        return plain(
+        found = plain(
             self,
             "k scale level mean low high std error q p_value p_low tau tau_low tau_high",
             "next_low next_high next_error outlier outlier_p judgement",
         )
+        return {name: None if value != value else value for name, value in found.items()}
 
     def __repr__(self) -> str:
         value, interval = interval_texts(self.mean, self.low, self.high)

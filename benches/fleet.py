@@ -1,6 +1,6 @@
 """A fleet of logs, and a record too large for one process: what the distribution costs, and that it loses nothing.
 
-    python -m benches.fleet overhead --logs 3000      # one process, then two workers: wall and CPU time
+    python -m benches.fleet overhead --logs 3000      # one process, two, and two workers: wall and CPU time
     python -m benches.fleet kill --logs 3000          # kill -9 of a worker, the scheduler and the client; ten damaged files
     python -m benches.fleet long --samples 1e9        # a Zarr record over workers of 600 MB, against the stream
     python -m benches.fleet cost                      # bytes, CPU and messages of a sample and of a log
@@ -60,8 +60,8 @@ def make_damaged(folder: Path) -> None:
         (folder / f"damaged{k}.npy").write_bytes(b"\x93NUMPY" + bytes([k]) * (50 + k))
 
 
-def one_process(logs: Path, store: Path) -> None:
-    """What a fleet does, in a loop."""
+def one_process(logs: Path, store: Path, *, share: int = 0, of: int = 1) -> None:
+    """What a fleet does, in a loop over all logs, or over every `of`-th one."""
     from sigmatau.fleet.logs import find
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Job, analyse
@@ -70,7 +70,7 @@ def one_process(logs: Path, store: Path) -> None:
 
     job = Job(reading=READING, settings={}, options={"reading": READING}, naming=Naming(folders=True))
     stored = Stored(engine_of(store), job.options)
-    found = find([str(logs)])
+    found = find([str(logs)])[share::of]
     for at in range(0, len(found), 200):
         outcomes = [one for log in found[at : at + 200] for one in analyse([log], job)[0]]
         stored.add([one.rows for one in outcomes])
@@ -108,18 +108,44 @@ def ended(process: subprocess.Popen[str], *codes: int) -> str:
 
 
 def overhead(folder: Path, count: int) -> dict[str, Any]:
-    """Two workers against one process, both from an empty store."""
+    """Two workers against one process, and against two processes that share the logs by hand; all from an empty store.
+
+    Two busy cores are slower than one that is alone, by what they share: the second comparison leaves that out.
+    """
     logs = make_logs(folder / f"logs{count}", count)
     said: dict[str, Any] = {"logs": count}
-    for name in ("one", "two"):
-        (folder / f"{name}.db").unlink(missing_ok=True)
+    for place in ("one", "half0", "half1", "two"):
+        for file in folder.glob(f"{place}.db*"):
+            file.unlink()
+
+    def loop(place: str, share: int, of: int) -> subprocess.Popen[str]:
+        words = (
+            "one",
+            "--folder",
+            folder,
+            "--logs",
+            count,
+            "--store",
+            folder / f"{place}.db",
+            "--share",
+            share,
+            "--of",
+            of,
+        )
+        return start(sys.executable, "-m", "benches.fleet", *map(str, words))
+
     with timed(said, "one process"):
-        ended(start(sys.executable, "-m", "benches.fleet", "one", "--folder", str(folder), "--logs", str(count)))
+        ended(loop("one", 0, 1))
+    with timed(said, "two processes"):
+        for process in [loop(f"half{k}", k, 2) for k in range(2)]:
+            ended(process)
     with timed(said, "two workers"):
         ended(fleet(logs, folder / "two.db", "--workers", 2))
-    one, two = said["one process"], said["two workers"]
-    said["overhead of CPU time"] = two["cpu"] / one["cpu"] - 1
-    said["overhead of wall time"] = 2 * two["wall"] / one["wall"] - 1
+    one, apart, two = said["one process"], said["two processes"], said["two workers"]
+    said["workers over one process, CPU"] = two["cpu"] / one["cpu"] - 1
+    said["workers over one process, wall"] = 2 * two["wall"] / one["wall"] - 1
+    said["workers over two processes, CPU"] = two["cpu"] / apart["cpu"] - 1
+    said["workers over two processes, wall"] = two["wall"] / apart["wall"] - 1
     said["differences"] = differences(folder / "one.db", folder / "two.db")
     return said
 
@@ -314,10 +340,14 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path("target/fleet"))
     parser.add_argument("--logs", type=int, default=3000)
     parser.add_argument("--samples", type=float, default=1e9)
+    parser.add_argument("--store", type=Path, help="of one")
+    parser.add_argument("--share", type=int, default=0, help="of the logs, for one")
+    parser.add_argument("--of", type=int, default=1, help="shares, for one")
     chosen = parser.parse_args()
     chosen.folder.mkdir(parents=True, exist_ok=True)
     if chosen.what == "one":
-        one_process(chosen.folder / f"logs{chosen.logs}", chosen.folder / "one.db")
+        store = chosen.store or chosen.folder / "one.db"
+        one_process(chosen.folder / f"logs{chosen.logs}", store, share=chosen.share, of=chosen.of)
         return
     if shutil.disk_usage(chosen.folder).free < 10e9:
         raise SystemExit("less than 10 GB are free")

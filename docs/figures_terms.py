@@ -86,7 +86,7 @@ def panels(
         "o",
         color=RECORD,
         markersize=3,
-        label=f"simulated, {DURATION / 3600:.1f} h at {RATE:g} Hz, 95 %",
+        label=f"simulated, {DURATION / 3600:.1f} h at {RATE:g} Hz, 95 % band",
     )
     left.loglog(m * TAU0, part.adev(m=m, tau0=TAU0) / DEG_H, color=BLACK, linewidth=1.6, label=formula)
     for (label, other), colour, dashes in zip(alike, OTHERS, ("--", "-."), strict=False):

@@ -127,19 +127,24 @@ INTEGRALS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("page", "density", "variance", "s", "expected", "tau0"), INTEGRALS, ids=lambda x: x if isinstance(x, str) else ""
-)
+IDS = [f"{row[0]}-{'samples' if row[5] else 'continuous'}" for row in INTEGRALS]
+
+
+@pytest.mark.parametrize(("page", "density", "variance", "s", "expected", "tau0"), INTEGRALS, ids=IDS)
 def test_formulas_are_the_integrals_of_their_densities(page, density, variance, s, expected, tau0):
     assert density in FLAT[page]
     assert variance in FLAT[page]
     assert avar_from_psd(s, TAU, tau0=tau0) == pytest.approx(np.asarray(expected), rel=1e-9)
 
 
-@pytest.mark.parametrize(("row", "s", "expected"), [(row[0], row[3], row[4]) for row in INTEGRALS if row[5]])
-def test_the_package_has_the_formulas_of_samples(row, s, expected):
+SAMPLED = {row[0]: row[3:5] for row in INTEGRALS if row[5]}
+
+
+@pytest.mark.parametrize("page", SAMPLED)
+def test_the_package_has_the_formulas_of_samples(page):
+    s, expected = SAMPLED[page]
     f = np.array([0.1, 3.0, 20.0])
-    name = row.replace("-", "_")
+    name = page.replace("-", "_")
     if name == "gauss_markov":
         model = st.ChannelModel(gauss_markov=(st.GaussMarkov(sigma=SIGMA, time=T),))
         got, density = model.avar(m=M, tau0=TAU0), model.psd(f, tau0=TAU0)
@@ -231,13 +236,13 @@ def test_lines_and_resonances():
     assert resonance_psd(SIGMA, F0, G, f) == pytest.approx(INTEGRALS[-2][3](f), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("order", "r", "formula"),
-    [
-        (1, first_order, "r(t) = (N²w/2) e^(−w|t|)"),
-        (2, second_order, "r(t) = (N²w/(2√2)) e^(−w|t|/√2) (cos(wt/√2) + sin(w|t|/√2))"),
-    ],
-)
+AUTOCOVARIANCES = [
+    (1, first_order, "r(t) = (N²w/2) e^(−w|t|)"),
+    (2, second_order, "r(t) = (N²w/(2√2)) e^(−w|t|/√2) (cos(wt/√2) + sin(w|t|/√2))"),
+]
+
+
+@pytest.mark.parametrize(("order", "r", "formula"), AUTOCOVARIANCES, ids=["1", "2"])
 def test_filters(order, r, formula):
     assert formula in FLAT["filter"]
     assert "V(l) = l r₀ + 2 Σ_{k<l} (l − k) r_k" in FLAT["filter"]
@@ -316,7 +321,7 @@ NUMBERS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("page", "words", "value", "printed", "error"), NUMBERS)
+@pytest.mark.parametrize(("page", "words", "value", "printed", "error"), NUMBERS, ids=[row[0] for row in NUMBERS])
 def test_numbers(page, words, value, printed, error):
     assert words in FLAT[page]
     assert float(value) == pytest.approx(printed, abs=error)

@@ -66,9 +66,13 @@ def test_functions_of_the_model_page_exist():
     assert callable(Spectrum.over)
 
 
-def test_the_readme_leads_to_every_page_on_theory():
-    for page in (ROOT / "docs" / "theory").glob("*.md"):
-        assert f"(docs/theory/{page.name})" in README, page.name
+def test_the_index_of_theory_leads_to_every_page():
+    theory = ROOT / "docs" / "theory"
+    index = (theory / "README.md").read_text(encoding="utf-8")
+    for page in {*theory.glob("*.md")} - {theory / "README.md"}:
+        assert f"({page.name})" in index, page.name
+    assert "(docs/theory/README.md)" in README
+    assert "(docs/glossary.md)" in README
 
 
 @pytest.mark.parametrize("page", sorted(ROOT.glob("docs/**/*.md")), ids=lambda page: page.stem)

@@ -3,6 +3,7 @@
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pages import ROOT, blocks
@@ -13,7 +14,7 @@ from sigmatau.cli import main
 from sigmatau.io.write import write
 
 AXES = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
-# A MEMS unit: deg/√h, deg/h and deg/h/√h of a gyro are 2.9e-4 rad/√s, 4.8e-6 rad/s and 8.1e-8 rad/s/√s.
+# A MEMS unit: 0.34 deg/√h, 6 deg/h and 25 deg/h/√h; 0.06 m/s/√h, 31 µg and 0.4 m/s/h^1.5
 MEMS = {
     "gyro": {"random_walk": 1e-4, "bias_instability": 3e-5, "rate_random_walk": 2e-6},
     "accel": {"random_walk": 1e-3, "bias_instability": 3e-4, "rate_random_walk": 2e-6},
@@ -37,9 +38,11 @@ def timed(place: Path, samples: np.ndarray, units: dict[str, str], *, rate: floa
     table(place, np.column_stack([np.arange(len(samples)) / rate, samples]), header)
 
 
-def mems_log(place: Path, *, duration: float = 60.0, rate: float = 100.0, axes: list[str] = AXES) -> None:
-    """A log of the MEMS unit at rest."""
-    model = NoiseModel(channels={axis: MEMS[axis.split("_")[0]] for axis in axes})
+def mems_log(
+    place: Path, *, duration: float = 60.0, rate: float = 100.0, axes: list[str] = AXES, unit: dict[str, Any] = MEMS
+) -> None:
+    """A log of the MEMS unit, or of another one, at rest."""
+    model = NoiseModel(channels={axis: unit[axis.split("_")[0]] for axis in axes})
     write(simulate(model, duration=duration, rate=rate, rng=seed_of(place.name)), place)
 
 

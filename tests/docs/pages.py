@@ -48,18 +48,12 @@ SHOWN = ("text", "toml", "yaml", "csv", "json", "xml", "math", "python-file", "m
 
 # Programs that are not run, and why. The words after them are checked by `test_pages.py`, as far as they are ours.
 UNRUN = {
-    "git": "needs a network",
     "make": "builds or tests; the targets are checked",
     "pip": "installs; the extras are checked",
     ".venv/bin/pre-commit": "changes the clone",
-    "createdb": "needs a server",
-    "pg_dump": "needs a server",
     "dask": "starts servers on other hosts",
     "helm": "needs a cluster",
     "kubectl": "needs a cluster",
-    "docker": "needs a registry",
-    "ssh": "needs another host",
-    "sbatch": "needs a cluster",
 }
 
 _FENCE = re.compile(r"^( *)(`{3,})([\w-]*)\s*$")
@@ -413,16 +407,29 @@ def _made(module: ModuleType) -> Path:
 
 @contextlib.contextmanager
 def _in_this_process(folder: Path) -> Iterator[None]:
-    """A terminal of 80 columns in a folder; several logs are analysed in this process."""
+    """A terminal of 80 columns in a folder; several logs are analysed in this process, which costs less than to start
+    others: tests/cli/test_batch.py and tests/fleet start them.
+    """
     from sigmatau.cli import batch
 
     def run(logs, work, *, jobs, keep=None):
         for log in logs:
             yield batch._outcome(log, work, keep)
 
+    @contextlib.contextmanager
+    def cluster(**_):
+        from distributed import Client
+
+        with Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
+            yield client
+
     variables = {"COLUMNS": "80", "LC_ALL": "C.UTF-8"}
     before = Path.cwd()
-    with patch.object(batch, "run", run), patch.dict(os.environ, variables):
+    with (
+        patch.object(batch, "run", run),
+        patch("sigmatau.fleet.run.cluster", cluster),
+        patch.dict(os.environ, variables),
+    ):
         os.environ.pop("SIGMATAU_STORE", None)
         os.chdir(folder)
         try:

@@ -14,7 +14,7 @@ SIX = {axis: "deg/s" if axis.startswith("gyro") else "g" for axis in AXES}
 
 def make(folder: Path) -> None:
     """The files that the page names."""
-    mems_log(folder / "static.csv", duration=3600.0, rate=10.0, axes=["gyro_x", "accel_x"])
+    mems_log(folder / "static.csv", duration=3600.0, rate=20.0, axes=["gyro_x", "accel_x"])
     timed(folder / "unit.csv", noise("unit", 1000, 3), GYROS)
     for name in ("night1.csv", "night2.csv"):
         timed(folder / name, noise(name, FEW, 6), SIX)
@@ -49,5 +49,5 @@ def make(folder: Path) -> None:
     assert main(add) == 0
     # A program that prints samples, in place of the one of the reader
     logger = folder / "logger"
-    logger.write_text("#!/bin/sh\nseq 1 600 | awk '{ srand($1); print rand(), rand(), rand() }'\n")
+    logger.write_text("#!/bin/sh\nawk 'BEGIN { srand(1); for (k = 0; k < 600; k++) print rand(), rand(), rand() }'\n")
     logger.chmod(0o755)

@@ -1,4 +1,4 @@
-"""The files of docs/how-to/store.md: two days of each of 24 units, made in four months, whose noise grows by 2 % a month."""
+"""The files of docs/how-to/store.md: two months of each of 24 units, made in four months, each batch with 2 % more noise."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def make(folder: Path) -> None:
     for unit in range(UNITS):
         month = unit % MONTHS
         for day in (1, 2):
-            name = f"SN{101 + unit}_2026-{month + 1:02}-{5 + unit:02}-{day}.csv"
+            name = f"SN{101 + unit}_2026-{month + day:02}-{1 + unit:02}.csv"
             samples = walk * factors[unit] * 1.02**month * np.sqrt(RATE) * noise(name, int(DURATION * RATE), 1)
             timed(folder / "bench" / name, samples, {"gyro_x": "rad/s"}, rate=RATE)
     (folder / "spec.toml").write_text(SPEC)

@@ -12,7 +12,8 @@ on the line above a block says what else there is to do with it:
 
 ``--write`` writes the outputs and files into the pages; without it they are compared. The folder of a page is made by
 ``make(folder)`` of tests/docs/files_of/PAGE.py, or of the module of the page's folder (how_to.py for docs/how-to).
-``SUBSTITUTED`` of this module replaces what cannot be had in a test. A shell command ends with code 0, or with that of
+``SUBSTITUTED`` of this module replaces what cannot be had in a test; with ``ALONE = True`` each python block has a
+namespace of its own. A shell command ends with code 0, or with that of
 its comment ``# exit code 3``.
 """
 
@@ -175,6 +176,7 @@ class Page:
     text: str
     folder: Path
     substituted: dict[str, str] = field(default_factory=dict)
+    alone: bool = False  # whether each python block has a namespace of its own
     scope: dict[str, Any] = field(default_factory=dict)
     printed: tuple[str, str] | None = None  # on standard output and standard error by the last block that ran
     shown: list[tuple[Block, str]] = field(default_factory=list)  # blocks that show something, and what it is today
@@ -184,7 +186,6 @@ class Page:
         for old in self.substituted:
             if old not in self.text:
                 raise BrokenPageError(f"{self.path.name}: its substitution of {old!r} is not needed")
-        self.scope["__name__"] = self.path.stem
         for block in blocks(self.text):
             try:
                 self._do(block)
@@ -211,8 +212,9 @@ class Page:
         elif block.language == "python":
             code = compile("\n" * (block.line - 1) + content, str(self.path), "exec")
             if block.note != "not run":
+                scope = {} if self.alone else self.scope
                 with _printed() as out:
-                    exec(code, self.scope)
+                    exec(code, scope)
                 self.printed = out()
         elif block.language == "sh":
             if block.note:
@@ -446,6 +448,7 @@ def run_page(path: Path, folder: Path, text: str | None = None) -> Page:
     page = Page(
         path=path, text=path.read_text(encoding="utf-8") if text is None else text, folder=folder,
         substituted=getattr(module, "SUBSTITUTED", {}),
+        alone=getattr(module, "ALONE", False),
     )  # fmt: skip
     with _in_this_process(folder):
         page.run()

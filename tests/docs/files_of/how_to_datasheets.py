@@ -6,7 +6,6 @@ from logs_of_pages import copied, mems_log
 
 from lot_logs import results_of_units
 
-
 # 0.9 of the typical values of the ICM-42688-P, if these are one-sided
 GOOD = {"gyro": {"random_walk": 3.1e-5}, "accel": {"random_walk": 4.4e-4}}
 

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,12 @@ def mems_log(
     """A log of the MEMS unit, or of another one, at rest."""
     model = NoiseModel(channels={axis: unit[axis.split("_")[0]] for axis in axes})
     write(simulate(model, duration=duration, rate=rate, rng=seed_of(place.name)), place)
+
+
+def demo_log(place: Path) -> None:
+    """What `sigmatau demo` simulates: two hours of the HG1700 at 100 Hz, seed 0."""
+    with resources.as_file(resources.files("sigmatau.data").joinpath("hg1700.toml")) as model:
+        write(simulate(NoiseModel.read(model), duration=7200, rate=100, rng=0), place)
 
 
 def analysed(log: Path, result: Path, *more: str) -> None:

@@ -3,6 +3,7 @@
 import re
 import shlex
 import tomllib
+from itertools import pairwise
 
 import pytest
 from pages import RUN, SHOWN, UNRUN, BrokenPageError, blocks, program_of, prose, run_page, statements
@@ -22,11 +23,6 @@ COMMANDS = [
 ]
 
 
-@pytest.fixture(autouse=True)
-def figures_without_a_screen(monkeypatch):
-    monkeypatch.setenv("MPLBACKEND", "Agg")
-
-
 @pytest.mark.parametrize("name", RUNNING)
 def test_page(name, tmp_path):
     run_page(ROOT / name, tmp_path).check()
@@ -40,17 +36,31 @@ def test_examples_of_help(command, tmp_path, monkeypatch):
     run_page(ROOT / "docs" / "guide.md", tmp_path, f"```sh\n{examples}\n```\n")
 
 
+# Pages with text blocks that are no output, or whose output is checked elsewhere.
+OTHER_TEXT = {
+    "CONTRIBUTING.md": "a diagram",
+    "docs/study/paper-claims.md": "tests/datasheets/test_paper_claims.py",
+    "docs/coming-from/": "what is typed in other programs",
+}
+
+
 @pytest.mark.parametrize("name", TEXTS)
 def test_no_command_is_outside_of_a_block_that_runs(name):
-    found = blocks(TEXTS[name])
-    assert {block.language for block in found} <= {*RUN, *SHOWN}
-    for block in found:
-        assert (
-            block.language in RUN
-            or name == "docs/screens.md"
-            or not re.search(r"^(\$ )?sigmatau [a-z]", block.content, flags=re.MULTILINE)
-        ), f"line {block.line}"
+    for block in blocks(TEXTS[name]):
+        place = f"{name}, line {block.line}"
+        assert block.language in (*RUN, *SHOWN) or block.language.startswith("{"), place  # a directive of Sphinx
+        if block.language not in RUN:
+            assert not re.search(r"^(\$ )?sigmatau [a-z]", block.content, flags=re.MULTILINE), place
     assert not re.search(r"^(?: {4,}|\t)(?:\$ )?(?:sigmatau|pip|python|make) ", prose(TEXTS[name]), flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_every_output_is_compared(name):
+    """A text block is an output, a file, or has a comment that says why it is neither."""
+    if name.startswith(tuple(OTHER_TEXT)):
+        return
+    for block in blocks(TEXTS[name]):
+        assert block.language != "text" or block.shows or block.note, f"{name}, line {block.line}"
 
 
 def test_every_program_that_does_not_run_is_in_a_page():
@@ -124,6 +134,8 @@ def test_options_in_the_text_exist():
 def test_targets_of_make_exist():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     targets = set(re.findall(r"^([a-z-]+):", makefile, flags=re.MULTILINE))
+    script = (ROOT / "scripts" / "test.sh").read_text(encoding="utf-8")
+    steps = set(re.findall(r"^    (\w+)\)", script, flags=re.MULTILINE))
     variables = set(re.findall(r"\$\((?:if \$\(|or \$\()?([A-Z]+)\)", makefile))
     found = 0
     for name, span in SPANS:
@@ -134,6 +146,8 @@ def test_targets_of_make_exist():
             found += 1
             left, _, value = word.partition("=")
             assert (left in variables) if value else (left in targets), f"{name}: `{span}`"
+            if left == "STEPS":
+                assert set(value.split()) <= steps, f"{name}: `{span}`"
     assert found > 10
 
 
@@ -155,15 +169,16 @@ def test_scripts_of_python_exist():
     found = 0
     for name, span in SPANS:
         words = words_of(span)
-        for k, word in enumerate(words[:-1]):
-            if not re.fullmatch(r"(?:\S*/)?python3?", word):
-                continue
-            found += 1
-            if words[k + 1] == "-m" and words[k + 2].split(".")[0] in ("benches", "studies"):
-                place = ROOT / words[k + 2].replace(".", "/")
+        if not any(re.fullmatch(r"(?:\S*/)?python3?", word) for word in words[:-1]):
+            continue
+        for before, word in pairwise(words):
+            place = ROOT / (word.replace(".", "/") if before == "-m" else word)
+            if before == "-m" and word.split(".")[0] in ("benches", "studies"):
+                found += 1
                 assert place.with_suffix(".py").exists() or (place / "__main__.py").exists(), f"{name}: `{span}`"
-            elif words[k + 1].endswith(".py") and "/" in words[k + 1]:
-                assert (ROOT / words[k + 1]).exists(), f"{name}: `{span}`"
+            elif word.endswith(".py") or word.startswith("tests/"):
+                found += 1
+                assert place.exists(), f"{name}: `{span}`"
     assert found > 5
 
 

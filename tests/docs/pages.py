@@ -4,9 +4,10 @@ The ``sh`` and ``python`` blocks of a page run in order in one folder; the pytho
 on the line above a block says what else there is to do with it:
 
 - ``<!-- save: NAME -->``: the block is a file of the reader, and is written into the folder.
-- ``<!-- output -->``: the block is what the last block that ran printed on standard output. A ``text`` block directly
-  below a block that runs needs no comment. ``<!-- output: PART -->`` shows a part: ``first paragraph``, ``first N lines``,
-  ``last N lines`` or ``messages`` (standard error).
+- ``<!-- output -->``: the block is what the last block that ran printed. A ``text`` block directly below a block that
+  runs needs no comment. Of Python all is shown; of commands lines may be left out, and standard error follows standard
+  output. ``<!-- output: PART -->`` shows the whole part: ``whole`` (standard output), ``first paragraph``, ``first N
+  lines``, ``last N lines`` or ``messages`` (standard error).
 - ``<!-- file: NAME -->``: the block is a file that the commands wrote.
 - ``<!-- not run: REASON -->``: a python block that is only compiled, or a text block that is not the output.
 
@@ -179,6 +180,7 @@ class Page:
     alone: bool = False  # whether each python block has a namespace of its own
     scope: dict[str, Any] = field(default_factory=dict)
     printed: tuple[str, str] | None = None  # on standard output and standard error by the last block that ran
+    excerpts: bool = False  # whether an output may be without some of its lines
     shown: list[tuple[Block, str]] = field(default_factory=list)  # blocks that show something, and what it is today
 
     def run(self) -> None:
@@ -208,14 +210,18 @@ class Page:
         elif block.shows == "output":
             if self.printed is None:
                 raise BrokenPageError("nothing ran whose output this could be")
-            self.shown.append((block, part(*self.printed, block.of)))
+            out, err = self.printed
+            if self.excerpts and not block.of:
+                self.shown.append((block, excerpt(out + err, block.content)))
+            else:
+                self.shown.append((block, part(out, err, block.of)))
         elif block.language == "python":
             code = compile("\n" * (block.line - 1) + content, str(self.path), "exec")
             if block.note != "not run":
                 scope = {} if self.alone else self.scope
                 with _printed() as out:
                     exec(code, scope)
-                self.printed = out()
+                self.printed, self.excerpts = out(), False
         elif block.language == "sh":
             if block.note:
                 raise BrokenPageError(f"shell commands run: no comment '{block.note}'")
@@ -224,7 +230,7 @@ class Page:
                 out, err = self._command(statement)
                 outs.append(out)
                 errs.append(err)
-            self.printed = "".join(outs), "".join(errs)
+            self.printed, self.excerpts = ("".join(outs), "".join(errs)), True
 
     def _command(self, statement: str) -> tuple[str, str]:
         """What a shell command prints."""
@@ -344,9 +350,29 @@ def part(out: str, err: str, of: str) -> str:
     elif found := re.fullmatch(r"(first|last) (\d+) lines?", of):
         count = int(found[2])
         lines = lines[:count] if found[1] == "first" else lines[-count:]
-    elif of not in ("", "messages"):
+    elif of not in ("", "whole", "messages"):
         raise BrokenPageError(f"unknown part of an output: {of}")
     return "".join(lines)
+
+
+def excerpt(printed: str, shown: str) -> str:
+    """The lines of an output that a page shows, as they are today; all of them, if the page shows none."""
+    lines = [line.rstrip() for line in printed.splitlines()]
+    if not shown.strip():
+        return "".join(f"{line}\n" for line in lines)
+    found, at = [], 0
+    for line in shown.splitlines():
+        if line.strip() in ("", "…"):  # what is left out
+            found.append(line)
+            continue
+        k = next((k for k in range(at, len(lines)) if alike(lines[k], line)), None)
+        if k is None:
+            k = next((k for k in range(at, len(lines)) if _words_of(lines[k]) == _words_of(line)), None)
+        if k is None:
+            raise BrokenPageError(f"shown, but not printed:\n{line}\nprinted is:\n{printed}")
+        found.append(lines[k])
+        at = k + 1
+    return "".join(f"{line}\n" for line in found)
 
 
 def file_of(place: Path) -> str:
@@ -361,9 +387,12 @@ _NUMBER = r"[-+]?\d[\d.]*(?:e[-+]?\d+)?"
 
 def alike(one: str, other: str) -> bool:
     """The same words, and numbers to a last digit that another processor may change."""
-    words, others = (re.sub(_NUMBER, "#", text).split() for text in (one, other))
     pairs = zip(re.findall(_NUMBER, one), re.findall(_NUMBER, other), strict=False)
-    return words == others and all(a == b or _close(a, b) for a, b in pairs)
+    return _words_of(one) == _words_of(other) and all(a == b or _close(a, b) for a, b in pairs)
+
+
+def _words_of(text: str) -> list[str]:
+    return re.sub(_NUMBER, "#", text).split()
 
 
 def _close(a: str, b: str) -> bool:

@@ -6,7 +6,7 @@ import tomllib
 from itertools import pairwise
 
 import pytest
-from pages import RUN, SHOWN, UNRUN, BrokenPageError, blocks, program_of, prose, run_page, statements
+from pages import RUN, SHOWN, UNRUN, BrokenPageError, blocks, excerpt, program_of, prose, run_page, statements
 
 from conftest import ROOT
 from sigmatau.cli.app import EXAMPLES, app
@@ -203,6 +203,16 @@ head -1 stim300.toml | wc -l
 1
 ```
 
+```sh
+sigmatau export --list
+```
+
+```text
+kalibr        Kalibr imu.yaml: N and K, continuous, one number for three axes
+…
+ros           ROS sensor_msgs/Imu covariances of one sample, measured or N^2*rate of a model, by axis
+```
+
 ```python
 import sigmatau
 
@@ -226,7 +236,7 @@ def test_a_page_without_a_fault(tmp_path):
     page.check()
     assert page.written() == GOOD
     assert (tmp_path / "log.npy").exists()
-    assert len(page.shown) == 2
+    assert len(page.shown) == 3
 
 
 @pytest.mark.parametrize(
@@ -239,6 +249,8 @@ def test_a_page_without_a_fault(tmp_path):
         ("head -1", "head --none", BrokenPageError),
         ("head -1 stim300", "head -1 stim301", BrokenPageError),
         ("```text\n1\n", "```text\n2\n", BrokenPageError),
+        ("ros           ROS", "ros 2         ROS", BrokenPageError),
+        ("kalibr        Kalibr", "zz            Kalibr", BrokenPageError),
         ("0.000087 rad", "0.000088 rad", BrokenPageError),
         ("0.000087 rad", "0.000087 deg", BrokenPageError),
         ("import sigmatau\n", "import sigmatau as st\n", NameError),
@@ -253,3 +265,13 @@ def test_a_fault_is_found(old, new, error, tmp_path):
     assert GOOD.count(old) == 1
     with pytest.raises(error):
         run_page(ROOT / "CHANGELOG.md", tmp_path, GOOD.replace(old, new)).check()
+
+
+def test_excerpts():
+    printed = "gyro_x  0.30  good\n\ngyro_y  0.31  good\ngyro_x  0.32  good\nend\n"
+    assert excerpt(printed, "") == printed
+    assert excerpt(printed, "gyro_y  0.29  good\n…\nend\n") == "gyro_y  0.31  good\n…\nend\n"
+    assert excerpt(printed, "gyro_x  0.32  good\n") == "gyro_x  0.32  good\n"  # the row with these numbers
+    for shown in ("end\ngyro_y  0.31  good\n", "gyro_z  0.31  good\n", "gyro_y  0.31  poor\n"):
+        with pytest.raises(BrokenPageError):
+            excerpt(printed, shown)

@@ -5,8 +5,8 @@ on the line above a block says what else there is to do with it:
 
 - ``<!-- save: NAME -->``: the block is a file of the reader, and is written into the folder.
 - ``<!-- output -->``: the block is what the last block that ran printed. A ``text`` block directly below a block that
-  runs needs no comment. Of Python all is shown; of commands lines may be left out, and standard error follows standard
-  output. ``<!-- output: PART -->`` shows the whole part: ``whole`` (standard output), ``first paragraph``, ``first N
+  runs needs no comment. Of Python all is shown; of commands lines may be left out, and the standard error of each follows
+  its standard output. ``<!-- output: PART -->`` shows the whole part: ``whole`` (standard output), ``first paragraph``, ``first N
   lines``, ``last N lines`` or ``messages`` (standard error).
 - ``<!-- file: NAME -->``: the block is a file that the commands wrote.
 - ``<!-- not run: REASON -->``: a python block that is only compiled, or a text block that is not the output.
@@ -144,7 +144,20 @@ def statements(content: str) -> list[str]:
             waiting = ""
     if waiting:
         raise BrokenPageError(f"a command without an end: {waiting.strip()}")
-    return [one for one in found if _COMMENT.sub("", one).strip()]
+    return [one for one in found if without_comments(one).strip()]
+
+
+def without_comments(statement: str) -> str:
+    """A command without its comments."""
+    masked, kept, at = _masked(statement), "", 0
+    for comment in _COMMENT.finditer(masked):
+        kept, at = kept + statement[at : comment.start()], comment.end()
+    return kept + statement[at:]
+
+
+def _masked(text: str) -> str:
+    """A text with letters in place of what is in quotes."""
+    return _QUOTED.sub(lambda quoted: "Q" * len(quoted[0]), text)
 
 
 def _complete(text: str) -> bool:
@@ -155,7 +168,7 @@ def _complete(text: str) -> bool:
         return len(lines) > 1 and lines[-1] == document[1]
     end = _KEYWORDS.get(text.split(None, 1)[0]) if text.strip() else None
     if end is not None:
-        return re.search(rf"(?:^|[\s;]){re.escape(end)}(?=[\s;|>]|$)", _COMMENT.sub("", lines[-1])) is not None
+        return re.search(rf"(?:^|[\s;]){re.escape(end)}(?=[\s;|>]|$)", without_comments(lines[-1])) is not None
     try:
         shlex.split(text, comments=True)
     except ValueError:  # a quotation goes on
@@ -165,7 +178,7 @@ def _complete(text: str) -> bool:
 
 def program_of(statement: str) -> str:
     """The first word of a command, without assignments before it."""
-    words = _COMMENT.sub("", statement).split()
+    words = without_comments(statement).split()
     return next((word for word in words if not re.match(r"\w+=", word)), "")
 
 
@@ -180,7 +193,7 @@ class Page:
     alone: bool = False  # whether each python block has a namespace of its own
     scope: dict[str, Any] = field(default_factory=dict)
     printed: tuple[str, str] | None = None  # on standard output and standard error by the last block that ran
-    excerpts: bool = False  # whether an output may be without some of its lines
+    of_commands: str = ""  # the same, one command after the other, if it was a block of commands
     shown: list[tuple[Block, str]] = field(default_factory=list)  # blocks that show something, and what it is today
 
     def run(self) -> None:
@@ -211,34 +224,35 @@ class Page:
             if self.printed is None:
                 raise BrokenPageError("nothing ran whose output this could be")
             out, err = self.printed
-            if self.excerpts and not block.of:
-                self.shown.append((block, excerpt(out + err, block.content)))
-            else:
-                self.shown.append((block, part(out, err, block.of)))
+            now = (
+                part(out, err, block.of)
+                if block.of or not self.of_commands
+                else excerpt(self.of_commands, block.content)
+            )
+            self.shown.append((block, now))
         elif block.language == "python":
             code = compile("\n" * (block.line - 1) + content, str(self.path), "exec")
             if block.note != "not run":
                 scope = {} if self.alone else self.scope
                 with _printed() as out:
                     exec(code, scope)
-                self.printed, self.excerpts = out(), False
+                self.printed, self.of_commands = out(), ""
         elif block.language == "sh":
             if block.note:
                 raise BrokenPageError(f"shell commands run: no comment '{block.note}'")
-            outs, errs = [], []
-            for statement in statements(content):
-                out, err = self._command(statement)
-                outs.append(out)
-                errs.append(err)
-            self.printed, self.excerpts = ("".join(outs), "".join(errs)), True
+            printed = [self._command(statement) for statement in statements(content)]
+            self.printed = "".join(out for out, _ in printed), "".join(err for _, err in printed)
+            self.of_commands = "".join(out + err for out, err in printed)
 
     def _command(self, statement: str) -> tuple[str, str]:
         """What a shell command prints."""
         wanted = int(found[1]) if (found := _EXIT_CODE.search(statement)) else 0
-        line = _COMMENT.sub("", statement).strip().replace("\\\n", " ")
-        masked = _QUOTED.sub(lambda quoted: "Q" * len(quoted[0]), line)
+        line = without_comments(statement).strip().replace("\\\n", " ")
+        masked = _masked(line)
         program = program_of(statement)
         if program in UNRUN:
+            if re.search(r"[;&|]\s*sigmatau ", masked):
+                raise BrokenPageError(f"{line}\n{program} does not run; put sigmatau on a line of its own")
             return "", ""
         if program in ("cd", "export") and not _OPERATORS.search(masked):
             self._change(_words(line))

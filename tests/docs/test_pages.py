@@ -194,7 +194,7 @@ random_walk = "0.3 deg/sqrt(h)"
 
 ```sh
 sigmatau simulate imu.toml --hours 0.01 --rate 10 --seed 1 -o log.npy -q   # ten times a second
-sigmatau analyze absent.csv    # exit code 1
+sigmatau analyze "unit #1.csv"    # exit code 1: don't
 sigmatau datasheet show stim300 --model --bias minimum > stim300.toml
 head -1 stim300.toml | wc -l
 ```
@@ -244,7 +244,7 @@ def test_a_page_without_a_fault(tmp_path):
     [
         ("--hours 0.01", "--hour 0.01", BrokenPageError),
         ("# exit code 1", "# exit code 2", BrokenPageError),
-        ("   # exit code 1", "", BrokenPageError),
+        ("   # exit code 1: don't", "", BrokenPageError),
         ("--bias minimum >", "--bias maximum >", BrokenPageError),
         ("head -1", "head --none", BrokenPageError),
         ("head -1 stim300", "head -1 stim301", BrokenPageError),
@@ -253,6 +253,7 @@ def test_a_page_without_a_fault(tmp_path):
         ("kalibr        Kalibr", "zz            Kalibr", BrokenPageError),
         ("0.000087 rad", "0.000088 rad", BrokenPageError),
         ("0.000087 rad", "0.000087 deg", BrokenPageError),
+        ("head -1 stim300.toml | wc -l", "make build && sigmatau demo", BrokenPageError),
         ("import sigmatau\n", "import sigmatau as st\n", NameError),
         ("save: imu", "save: imu2", BrokenPageError),
         ('["random_walk"]', '["walk"]', KeyError),

@@ -15,7 +15,7 @@ def make(folder: Path) -> None:
     """Links to the logs."""
     if not DATA.is_dir():
         pytest.skip(f"no field data: {DATA} is absent; SIGMATAU_FIELD_DATA names another folder")
-    for log in [*DATA.iterdir(), *(DATA / "field").iterdir()]:
+    for log in [*DATA.glob("*.gz"), *(DATA / "field").iterdir()]:
         (folder / log.name).symlink_to(log)
     (folder / "demo").mkdir()
     demo_log(folder / "demo" / "static.csv")

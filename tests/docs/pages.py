@@ -6,8 +6,8 @@ on the line above a block says what else there is to do with it:
 - ``<!-- save: NAME -->``: the block is a file of the reader, and is written into the folder.
 - ``<!-- output -->``: the block is what the last block that ran printed. A ``text`` block directly below a block that
   runs needs no comment. Of Python all is shown; of commands lines may be left out, and the standard error of each follows
-  its standard output. ``<!-- output: PART -->`` shows the whole part: ``whole`` (standard output), ``first paragraph``, ``first N
-  lines``, ``last N lines`` or ``messages`` (standard error).
+  its standard output. ``<!-- output: PART -->`` shows the whole part: ``whole`` (standard output), ``first paragraph``,
+  ``first N lines``, ``last N lines`` or ``messages`` (standard error).
 - ``<!-- file: NAME -->``: the block is a file that the commands wrote.
 - ``<!-- not run: REASON -->``: a python block that is only compiled, or a text block that is not the output.
 

@@ -42,6 +42,7 @@ study: build ## Monte Carlo of the statistics, and seeded bugs: docs/study
 paper: build ## the paper, reproduced: figures, tables and outputs of docs/paper
 	@scripts/venv.sh dev
 	@.venv/bin/python -m studies.paper
+	@.venv/bin/python tests/docs/pages.py --write docs/paper/*.md
 
 lock: ## newest versions into requirements/
 	@scripts/lock.sh

@@ -1,9 +1,12 @@
-"""A simulated lot of 40 units, as a line would log them: most are good, and six are not."""
+"""A simulated lot of 40 units, as a line would log them: most are good, and six are not; and results of three units."""
+
+import functools
+import json
 
 import numpy as np
 
 from known import seed_of
-from sigmatau import NoiseModel, simulate
+from sigmatau import NoiseModel, Record, analyze, simulate
 
 UNITS, RATE, DURATION = 40, 5, 600
 BAD, SPIKES, WRONG_UNIT, TRUNCATED, EMPTY, MISSING = 5, 12, 18, 25, 30, 40
@@ -63,3 +66,22 @@ def write_lot(folder):
             raw = path.read_bytes()
             path.write_bytes(raw[: int(0.55 * len(raw)) + 3])
     (folder.parent / "spec.toml").write_text(SPEC, encoding="utf-8")
+
+
+# Random walks of about a sixth of the maxima of docs/how-to/datasheets.md, and the same ten times larger; of the short one
+# B cannot be told.
+GYRO, ACCEL = 2.3e-5, 2.5e-4
+_UNITS = {"good": (1.0, 1 << 15), "bad": (10.0, 1 << 15), "short": (1.0, 500)}
+
+
+@functools.cache
+def results_of_units():
+    """Results of a good, a bad and a short record, as JSON."""
+    found = {}
+    for name, (factor, n) in _UNITS.items():
+        noise = np.random.default_rng(seed_of(f"unit {name}")).standard_normal((n, 6)) * factor * 10
+        record = Record.from_arrays(
+            rate=100.0, gyro=GYRO * noise[:, :3], accel=ACCEL * noise[:, 3:], unit={"gyro": "rad/s", "accel": "m/s^2"}
+        )
+        found[name] = json.dumps(analyze(record).to_dict())
+    return found

@@ -1,15 +1,12 @@
 """docs/how-to/model-file.md: its file is read, has every key, and its commands run."""
 
 import re
-import shlex
 import tomllib
 
 import pytest
 
 from conftest import ROOT
-from known import seed_of
 from sigmatau import DataError, NoiseModel
-from sigmatau.cli import main
 from sigmatau.model.file import _OTHER_KEYS
 from sigmatau.model.noise_model import CORRELATED
 from sigmatau.noise.terms import TERMS
@@ -97,15 +94,3 @@ def test_signals():
     text = '[channels.flow]\nunit = "m/s"\nrandom_walk = "1 (m/s)*sqrt(s)"\nquantization = "1 (m/s)*s"\n'
     text += 'bias_instability = "1 m/s"\nrate_random_walk = "1 m/s/sqrt(s)"\nrate_ramp = "1 m/s/s"'
     assert len(NoiseModel.from_dict(tomllib.loads(text)).channels["flow"]) == 5
-
-
-def test_commands(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "imu.toml").write_text(block("toml"), encoding="utf-8")
-    for command in block("sh").splitlines():
-        argv = shlex.split(command)[1:]
-        if "--seed" in argv:
-            argv[argv.index("--seed") + 1] = str(seed_of("model page"))
-        assert main(argv) == 0, capsys.readouterr().err
-    assert "gyro_y: two-sided density" in capsys.readouterr().out
-    assert (tmp_path / "matrices.json").stat().st_size > 1000

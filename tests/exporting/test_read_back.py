@@ -9,54 +9,7 @@ from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.exporting.source import one_rate, read_source, read_yaml
-
-KALIBR = """\
-#Accelerometers
-accelerometer_noise_density: 1.86e-03   #Noise density (continuous-time)
-accelerometer_random_walk:   4.33e-04   #Bias random walk
-
-#Gyroscopes
-gyroscope_noise_density:     1.87e-04
-gyroscope_random_walk:       2.66e-05
-
-rostopic:                    /imu0      #the IMU ROS topic
-update_rate:                 200.0      #Hz (for discretization of the values above)
-"""
-
-IMU_UTILS = """\
-%YAML:1.0
----
-type: IMU
-name: xsens
-Gyr:
-   unit: " rad/s"
-   avg-axis:
-      gyr_n: 2.0e-03
-      gyr_w: 7.2e-05
-   x-axis:
-      gyr_n: 1.0e-03
-      gyr_w: 1.8e-05
-   y-axis:
-      gyr_n: 2.0e-03
-      gyr_w: 8.7e-05
-   z-axis:
-      gyr_n: 3.0e-03
-      gyr_w: 1.1e-04
-Acc:
-   unit: " m/s^2"
-   avg-axis:
-      acc_n: 2.0e-02
-      acc_w: 6.0e-04
-   x-axis:
-      acc_n: 1.0e-02
-      acc_w: 4.0e-04
-   y-axis:
-      acc_n: 2.0e-02
-      acc_w: 6.0e-04
-   z-axis:
-      acc_n: 3.0e-02
-      acc_w: 8.0e-04
-"""
+from vio import IMU_UTILS, KALIBR
 
 
 def test_kalibr():

@@ -6,9 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from tables import csv_of
 
 from known import seed_of
+from paper_tables import csv_of
 from sigmatau import DataError, NoiseModel, OptionError, analyze, compare_runs, simulate
 from sigmatau.cli import main
 from sigmatau.noise.terms import TERMS

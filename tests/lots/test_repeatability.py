@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import chi2
 from scipy.stats import t as student
-from tables import DELTAS, SAMPLES, TABLE_I, TABLE_III, relative_errors
 
 from known import seed_of
+from paper_tables import DELTAS, SAMPLES, TABLE_I, TABLE_III, relative_errors
 from sigmatau import DataError, OptionError, random_effects
 from sigmatau.lots.group_effects import group_effects
 

@@ -10,7 +10,7 @@ PAGE = (ROOT / "docs" / "screens.md").read_text(encoding="utf-8")
 def test_every_screen_fits():
     """24 lines of 80 columns, below the command."""
     screens = re.findall(
-        r"^```sh\n(.*?)^```\n\n<!-- output: whole -->\n```text\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE
+        r"^```sh\n(.*?)^```\n\n<!-- output: screen -->\n```text\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE
     )
     assert len(screens) == PAGE.count("```text") == 9
     for command, screen in screens:

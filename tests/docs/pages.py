@@ -7,7 +7,7 @@ on the line above a block says what else there is to do with it:
 - ``<!-- output -->``: the block is what the last block that ran printed. A ``text`` block directly below a block that
   runs needs no comment. Of Python all is shown; of commands lines may be left out, and the standard error of each follows
   its standard output. ``<!-- output: PART -->`` shows the whole part: ``whole`` (standard output), ``first paragraph``,
-  ``first N lines``, ``last N lines`` or ``messages`` (standard error).
+  ``first N lines``, ``last N lines``, ``messages`` (standard error) or ``screen`` (both).
 - ``<!-- file: NAME -->``: the block is a file that the commands wrote.
 - ``<!-- not run: REASON -->``: a python block that is only compiled, or a text block that is not the output.
 
@@ -358,13 +358,14 @@ def _path(folder: Path) -> dict[str, str]:
 
 def part(out: str, err: str, of: str) -> str:
     """The part of an output that a page shows; see the module."""
-    lines = [f"{line.rstrip()}\n" for line in (err if of == "messages" else out).splitlines()]
+    printed = {"messages": err, "screen": out + err}.get(of, out)
+    lines = [f"{line.rstrip()}\n" for line in printed.splitlines()]
     if of == "first paragraph":
         lines = lines[: lines.index("\n")] if "\n" in lines else lines
     elif found := re.fullmatch(r"(first|last) (\d+) lines?", of):
         count = int(found[2])
         lines = lines[:count] if found[1] == "first" else lines[-count:]
-    elif of not in ("", "whole", "messages"):
+    elif of not in ("", "whole", "messages", "screen"):
         raise BrokenPageError(f"unknown part of an output: {of}")
     return "".join(lines)
 

@@ -11,4 +11,5 @@ def make(folder: Path) -> None:
     samples = noise("log without units", 3000, 6) * 0.01
     table(folder / "log.csv", samples, ",".join(AXES))
     timed(folder / "imu.csv", samples, dict.fromkeys(AXES, "x"))
-    (folder / "imu.txt").write_text("".join((folder / "imu.csv").open().readlines()[1:]).replace(",", " "))
+    rows = (folder / "imu.csv").read_text().partition("\n")[2]
+    (folder / "imu.txt").write_text(rows.replace(",", " "))

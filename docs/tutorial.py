@@ -26,6 +26,12 @@ FIGURE = HERE / "figures" / "tutorial-allan.png"
 
 _LINK = "; [a notebook](tutorial.ipynb) has the same steps"  # of the page to the notebook
 _BLOCK = re.compile(r"(?:^<!-- (save|file|output)(?:: (.+?))? -->\n)?^```(\w+)\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
+# First cell of the notebook
+_SETTINGS = """\
+# A terminal of 80 columns without progress bars
+%env TERM=dumb
+%env COLUMNS=80
+"""
 _COLOURS = 64  # of the figure
 
 Cell = dict[str, Any]
@@ -54,6 +60,7 @@ def cells(page: str) -> list[Cell]:
 
     end = 0
     page = page.replace(_LINK, "")
+    code(_SETTINGS)
     for block in _BLOCK.finditer(page):
         text(page[end : block.start()])
         end = block.end()
@@ -106,7 +113,7 @@ def run(made: list[Cell], folder: Path) -> dict[str, Any]:
             elif source.startswith("!"):
                 for command in source.replace("\\\n", " ").splitlines():
                     _command(command.removeprefix("!"))
-            else:
+            elif source != _SETTINGS:
                 exec(compile(source, cell["id"], "exec"), scope)
     return scope
 

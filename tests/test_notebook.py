@@ -61,7 +61,7 @@ class TestTutorial:
         assert max(len(line.rstrip()) for source in code for line in source) <= LONGEST
         scope = tutorial.run(cells, tmp_path)
         innovations = scope["innovations"][np.isfinite(scope["innovations"])]
-        assert len(innovations) > 13_000
+        assert len(innovations) > 8_900
         # 99.99 % of a mean of squares of standard normal numbers
         assert np.mean(innovations**2) == pytest.approx(1.0, abs=3.9 * np.sqrt(2 / len(innovations)))
         wrong, _, _ = scope["track"](st.ChannelModel(terms=scope["wrong"]), scope["y"][:500])

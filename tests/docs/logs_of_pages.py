@@ -1,6 +1,5 @@
 """Small logs, models and results that several pages name."""
 
-import re
 import shutil
 from importlib import resources
 from pathlib import Path
@@ -80,8 +79,3 @@ def typed(unit: str, values: tuple[float, ...]) -> str:
     """Coefficients of several days, as one types them."""
     rows = [f"{day},gyro_x,quantization,{value},{unit},0.06" for day, value in enumerate(values, 1)]
     return "\n".join(["run,channel,term,value,unit,error_percent", *rows]) + "\n"
-
-
-def lines_of(text: str, start: str) -> list[str]:
-    """The lines that start with something."""
-    return re.findall(rf"^{re.escape(start)}.*$", text, flags=re.MULTILINE)

@@ -412,7 +412,7 @@ def _words_of(text: str) -> list[str]:
 
 def _close(a: str, b: str) -> bool:
     try:
-        return bool(np.isclose(float(a), float(b), rtol=2e-3, atol=1e-12))
+        return bool(np.isclose(float(a), float(b), rtol=2e-3, atol=1e-18))
     except ValueError:  # a date or a version
         return False
 

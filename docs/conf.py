@@ -33,6 +33,7 @@ extensions = [
 root_doc = "index"
 templates_path: list[str] = []
 language = "en"
+smartquotes = False  # "half" in a docstring is code
 # Files of sphinx-gallery that are no pages.
 exclude_patterns = [
     "examples/*.py",

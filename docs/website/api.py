@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import sigmatau
+from website.rst import heading
 
 EXPORTED = tuple(name for name in sigmatau.__all__ if not name.startswith("__"))
 
@@ -187,7 +188,7 @@ def _imported(module: str, name: str) -> object:
 
 def pages() -> dict[str, str]:
     """The pages in reStructuredText, by name: an index, a page for each group, and one for each name."""
-    index = [*_heading("Python", "="), ".. currentmodule:: sigmatau", ""]
+    index = [*heading("Python", "="), ".. currentmodule:: sigmatau", ""]
     index += ["``import sigmatau as st``. Values are in SI units, spectral densities are two-sided.", ""]
     found = {}
     for title, what, names in groups():
@@ -195,9 +196,9 @@ def pages() -> dict[str, str]:
         given = [name for name in names if name in _named()]
         parts = [name for name in names if name not in given]
         index += [f":doc:`{title} <{page}>`", f"   {what}", "", f"   {' · '.join(f'`{name}`' for name in given)}", ""]
-        lines = [*_heading(title, "="), ".. currentmodule:: sigmatau", "", what, "", *_table(given)]
+        lines = [*heading(title, "="), ".. currentmodule:: sigmatau", "", what, "", *_table(given)]
         if parts:
-            lines += [*_heading("What they take and return", "-"), *_table(parts)]
+            lines += [*heading("What they take and return", "-"), *_table(parts)]
         lines += [".. toctree::", "   :hidden:", "", *(f"   {_title(name)} <{_file(name)}>" for name in names)]
         found[f"api/{page}"] = "\n".join(lines) + "\n"
         found |= {f"api/{_file(name)}": _page(name) for name in names}
@@ -219,10 +220,6 @@ def _named() -> set[str]:
     return {name for _, _, names in GROUPS for name in names}
 
 
-def _heading(title: str, line: str) -> list[str]:
-    return [title, line * len(title), ""]
-
-
 def _table(names: Sequence[str]) -> list[str]:
     rows = [f"   {'~sigmatau.' if '.' in name else ''}{name}" for name in names]
     return [".. autosummary::", "   :nosignatures:", "", *rows, ""]
@@ -237,7 +234,7 @@ def _title(name: str) -> str:
 
 def _page(name: str) -> str:
     found = object_of(name)
-    lines = [*_heading(_title(name), "="), ".. currentmodule:: sigmatau", ""]
+    lines = [*heading(_title(name), "="), ".. currentmodule:: sigmatau", ""]
     if inspect.isclass(found):
         lines += [f".. autoclass:: sigmatau.{name}", "   :members:", f"   :inherited-members: {_BEYOND}"]
     elif callable(found):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 
 from sigmatau.cli.app import EXAMPLES, app
+from website.rst import escaped, heading
 
 _HEADING = re.compile(r"^# ", flags=re.MULTILINE)
 _ITEM = re.compile(r"^\* `(?P<names>[^`]+)`(?:: | )?(?P<text>.*(?:\n(?:    ).*)*)", flags=re.MULTILINE)
 _MARKS = re.compile(r" ?(?:\*\[default: False\]\*|\*\*\[required\]\*\*)")
 _NOTE = re.compile(r" ?\*\[(choices|default): ([^\]]*)\]\*")
-_SPECIAL = re.compile(r"([\\*`|_])")
 
 
 def page() -> str:
@@ -19,11 +19,11 @@ def page() -> str:
     first, *commands = _HEADING.split(text)[1:]
     commands.sort(key=lambda command: command.startswith("sigmatau --"))
     parts = [
-        *_title("Command line", "="),
-        _escaped(first.partition("```\n\n")[2].partition("\n")[0]),
+        *heading("Command line", "="),
+        escaped(first.partition("```\n\n")[2].partition("\n")[0]),
         "This page is made from the application that prints ``sigmatau COMMAND --help``.",
         "",
-        *_title("Exit codes", "-"),
+        *heading("Exit codes", "-"),
         _exit_codes(),
     ]
     for command in commands:
@@ -34,24 +34,16 @@ def page() -> str:
 def _exit_codes() -> str:
     codes, _, rest = str(app.help_epilogue).removeprefix("Exit codes: ").partition(". ")
     rows = [code.strip().partition(" ") for code in codes.split(" · ")]
-    return "\n".join([*(f"- **{code}**: {_escaped(what)}" for code, _, what in rows), "", _escaped(rest), ""])
-
-
-def _title(text: str, line: str) -> list[str]:
-    return ["", text, line * len(text), ""]
-
-
-def _escaped(text: str) -> str:
-    return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
+    return "\n".join([*(f"- **{code}**: {escaped(what)}" for code, _, what in rows), "", escaped(rest), ""])
 
 
 def _command(text: str) -> list[str]:
     name, _, rest = text.partition("\n")
     usage, _, rest = rest.partition("```console\n")[2].partition("```\n")
     if not usage:  # a group of commands
-        return [*_title(name, "-"), _escaped(rest or text.partition("\n")[2]), ""]
+        return [*heading(name, "-"), escaped(rest or text.partition("\n")[2]), ""]
     summary, _, rest = rest.strip().partition("\n**")
-    parts = [*_title(name, "-"), _escaped(summary), "", ".. code-block:: text", "", f"   {usage.strip()}", ""]
+    parts = [*heading(name, "-"), escaped(summary), "", ".. code-block:: text", "", f"   {usage.strip()}", ""]
     if examples := EXAMPLES.get(name.removeprefix("sigmatau ")):
         parts += [".. code-block:: sh", "", *(f"   {line}" for line in examples.splitlines()), ""]
     parts += [f".. program:: {name}", ""]
@@ -64,7 +56,7 @@ def _option(names: str, text: str) -> list[str]:
     """An option or an argument; `names` are ``--output, -o PATH``, or ``LOGS``."""
     required = "**[required]**" in text
     notes = _NOTE.findall(_MARKS.sub("", text))
-    text = _escaped(_NOTE.sub("", _MARKS.sub("", text)))
+    text = escaped(_NOTE.sub("", _MARKS.sub("", text)))
     for kind, values in notes:
         shown = ", ".join(f"``{value}``" for value in values.split(", "))
         text += f" {kind.capitalize()}: {shown}."

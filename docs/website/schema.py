@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import sigmatau
+from website.rst import escaped, heading
 
 FILE = max((Path(sigmatau.__file__).parent / "schema").glob("result-*.schema.json"))
 
@@ -15,11 +16,8 @@ FILE = max((Path(sigmatau.__file__).parent / "schema").glob("result-*.schema.jso
 def page() -> str:
     """All fields with their types and meanings, in reStructuredText."""
     schema = json.loads(FILE.read_text(encoding="utf-8"))
-    heading = "JSON of a result"
     lines = [
-        heading,
-        "=" * len(heading),
-        "",
+        *heading("JSON of a result", "="),
         "``sigmatau analyze --json`` and `Analysis.to_dict <sigmatau.Analysis.to_dict>` write this form, in SI units.",
         f"``NAME`` stands for the name of a channel, ``[]`` for an item of a list. The schema: :download:`{FILE.name}`.",
         "",
@@ -27,7 +25,7 @@ def page() -> str:
         "",
     ]
     for name, part in schema["properties"].items():
-        lines += ["", name, "-" * len(name), "", ".. list-table::", "   :class: fields", "   :widths: 45 55", ""]
+        lines += [*heading(name, "-"), ".. list-table::", "   :class: fields", "   :widths: 45 55", ""]
         for path, required, what in _rows(part, name, schema, required=name in schema["required"]):
             lines += [f"   * - {'**' + path + '**' if required else path}", f"     - {what}"]
     return "\n".join(lines) + "\n"
@@ -68,5 +66,6 @@ def _what(part: dict[str, Any]) -> str:
         words = f"list of {items if isinstance(items, str) else ' or '.join(items)}s"
     else:
         words = kind if isinstance(kind, str) else " or ".join(kind or ["any value"])
-    about = part.get("description", "").replace("*", r"\*").replace("_", r"\_").replace("`", r"\`").replace("|", r"\|")
+    about = escaped(part.get("description", ""))
+    about = about.replace("see allOf for those of each code", "see :doc:`details`")
     return f"{words}: {about}" if about else words

@@ -12,7 +12,7 @@ import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
-from website import api, command_line, notebooks, schema
+from website import api, command_line, kinds, notebooks, schema
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -35,7 +35,17 @@ SECTIONS = {
 # Pages below another one that is not the index of their folder; pages that are named nowhere go to the reference.
 BELOW = {
     "start": ("overview", "tutorial/index", "coming-from/index", "guide", "notebook", "screens", "report"),
-    "reference": ("api/index", "command-line", "findings", "formats", "numbers", "glossary", "model", "json"),
+    "reference": (
+        "api/index",
+        "command-line",
+        "findings",
+        "details",
+        "formats",
+        "numbers",
+        "glossary",
+        "model",
+        "json",
+    ),
     "performance": ("scale",),
     "contributing": ("fuzzing",),
 }
@@ -164,7 +174,7 @@ def stage(folder: Path) -> None:
     for directory in sorted({name.partition("/")[0] for name in texts if "/" in name}):
         if f"{directory}/index" not in texts:
             texts[f"{directory}/index"] = _index(directory, texts)
-    made = {**api.pages(), "command-line": command_line.page(), "json": schema.page()}
+    made = {**api.pages(), "command-line": command_line.page(), "details": kinds.page(), "json": schema.page()}
     shutil.copy(schema.FILE, folder)
     texts["index"] = texts["index"].replace("<!-- doors -->\n", "{.doors}\n")
     texts["reference"] = texts["reference"].replace("<!-- made pages -->\n", _made(made))
@@ -184,6 +194,7 @@ def _made(made: dict[str, str]) -> str:
     rows = {
         "api/index": ("Python", "every public function and class, by job"),
         "command-line": ("Command line", "every command and option"),
+        "details": ("Details of findings", "the parameters of each kind of finding"),
         "json": ("JSON of a result", "every field of `analyze --json`"),
     }
     return "".join(f"- [{name}]({page}.rst): {what}.\n" for page, (name, what) in rows.items() if page in made)

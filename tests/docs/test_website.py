@@ -12,7 +12,7 @@ from sigmatau.cli.app import EXAMPLES
 
 sys.path.append(str(ROOT / "docs"))
 
-from website import api, checks, command_line, notebooks, stage
+from website import api, checks, command_line, kinds, notebooks, schema, stage
 
 
 def with_links(text, source="docs/theory/fit.md"):
@@ -81,11 +81,33 @@ def test_every_command_and_option_is_on_the_page(capsys):
         )
         for line in examples.splitlines():
             assert f"   {line}\n" in section, line
+        if command not in ("analyze", "lot", "store list"):
+            continue  # the others are made alike, and their help takes as long
         assert main([*command.split(), "--help"]) == 0
         options = set(re.findall(r"^[│ ]*\*? *(--[a-z][a-z-]*)", capsys.readouterr().out, flags=re.MULTILINE))
         assert options
         for option in options - {"--help", "--version"}:
             assert re.search(rf"^\.\. option:: .*{option}\b", section, flags=re.MULTILINE), f"{command} {option}"
+
+
+def test_the_details_of_every_finding_are_on_the_page():
+    page = kinds.page()
+    explained = re.findall(
+        r"^\| `([a-z_]+)` \|", (ROOT / "docs" / "findings.md").read_text().partition("## Time stamps")[2], re.M
+    )
+    assert sorted(re.findall(r"^\.\. describe:: (.*)$", page, flags=re.MULTILINE)) == sorted(explained)
+    assert "   - ``samples``: int; samples concerned\n   - ``share``: float; part of all samples\n" in page
+
+
+def test_every_field_of_the_schema_is_on_the_page():
+    page = schema.page()
+    for path in (
+        "channels.NAME.curve.tau_s",
+        "channels.NAME.fit.terms.random_walk.value",
+        "findings[].code",
+        "rest.verdict",
+    ):
+        assert re.search(rf"   \* - (\*\*)?{re.escape(path)}(\*\*)?\n", page), path
 
 
 def test_a_notebook_shows_its_outputs(tmp_path):

@@ -14,14 +14,14 @@ rates = 0.05 * np.random.default_rng(1).standard_normal(200_000)  # deg/s, 100 H
 
 curve = st.allan(rates, rate=100, unit="deg/s")
 figure, ax = plt.subplots(layout="constrained")
-curve.plot(ax, unit="deg/s")
+curve.plot(ax)
 
 # %%
-# The curve as numbers, in SI units: averaging times, deviations, and the lower and upper limits.
+# The curve as numbers: averaging times, deviations, and the lower and upper limits.
 
 low, high = curve.interval()
 for k in range(0, len(curve.tau), 8):
-    print(f"{curve.tau[k]:8.2f} s  {curve.adev[k]:.4g} rad/s  [{low[k]:.4g}, {high[k]:.4g}]")
+    print(f"{curve.tau[k]:8.2f} s  {curve.adev[k]:.4g} {curve.unit}  [{low[k]:.4g}, {high[k]:.4g}]")
 
 # %%
 # A record is fitted by the likelihood of its spectrum. White noise of 0.05 deg/s at 100 Hz is an angle random walk of

@@ -2,7 +2,7 @@
 Read a log and its verdict
 ==========================
 
-A log with a knock, lost samples and coarse steps: what is found, what is left out, and whether the numbers can be trusted.
+A log with a knock and lost samples: what is found, what is left out, and whether the numbers can be trusted.
 """
 
 import tempfile
@@ -14,9 +14,8 @@ import numpy as np
 import sigmatau as st
 
 model = st.NoiseModel(channels={f"gyro_{axis}": {"random_walk": 8e-5, "bias_instability": 2e-5} for axis in "xyz"})
-real = st.Imperfections(lsb={"gyro": 2e-4}, lost=0.002)
-columns = st.simulate(model, duration=1800, rate=100, rng=1, imperfections=real).streams[0]
-rates = np.column_stack([columns.column(name) for name in columns.channels])
+simulated = st.simulate(model, duration=1800, rate=100, rng=1, imperfections=st.Imperfections(lost=0.002))
+rates = np.column_stack([simulated.streams[0].column(name) for name in simulated.channels])
 rates[90_000:90_060] += 0.05 * np.random.default_rng(2).standard_normal((60, 3))  # somebody touches the table
 
 log = Path(tempfile.mkdtemp()) / "static.csv"

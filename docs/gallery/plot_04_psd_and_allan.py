@@ -18,7 +18,7 @@ model = st.NoiseModel(
         )
     }
 )
-record = st.simulate(model, duration=1200, rate=100, rng=1)
+record = st.simulate(model, duration=600, rate=100, rng=1)
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.5), layout="constrained")
 st.psd(record)["gyro_x"].plot(left, model=model)

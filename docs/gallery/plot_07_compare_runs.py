@@ -18,5 +18,5 @@ compared = st.compare_runs(days, names=[f"day {day}" for day in range(1, 8)])
 print(compared)
 
 # %%
-figure, ax = plt.subplots(figsize=(8, 3.6), layout="constrained")
-_ = compared.plot("gyro_x", ax=ax)
+figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
+_ = compared.plot("gyro_x", ax=axes)

@@ -114,6 +114,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
 
 # Ancestors whose members are not repeated.
 _BEYOND = "object, Mapping, Exception, ValueError, BaseException, Protocol"
+_MODULE = (".. currentmodule:: sigmatau", "")  # in which names without a module are looked up
 
 
 def object_of(name: str) -> Any:  # noqa: ANN401  a class, a function or a constant
@@ -187,7 +188,7 @@ def _imported(module: str, name: str) -> object:
 
 
 def pages() -> dict[str, str]:
-    """The pages in reStructuredText, by name: an index, a page for each group, and one for each name."""
+    """The pages in reStructuredText, by name: an index, a page for each group, for each name, and for results."""
     index = [*heading("Python", "="), ".. currentmodule:: sigmatau", ""]
     index += ["``import sigmatau as st``. Values are in SI units, spectral densities are two-sided.", ""]
     found = {}
@@ -197,11 +198,17 @@ def pages() -> dict[str, str]:
         parts = [name for name in names if name not in given]
         index += [f":doc:`{title} <{page}>`", f"   {what}", "", f"   {' · '.join(f'`{name}`' for name in given)}", ""]
         lines = [*heading(title, "="), ".. currentmodule:: sigmatau", "", what, "", *_table(given)]
+        entries = [f"{name.rpartition('.')[2]} <{_file(name)}>" for name in given]
         if parts:
             lines += [*heading("What they take and return", "-"), *_table(parts)]
-        lines += [".. toctree::", "   :hidden:", "", *(f"   {_title(name)} <{_file(name)}>" for name in names)]
+            entries.append(f"{title}: results <{page}-results>")
+            shown = [line for name in parts for line in (*heading(name, "-"), *_members(name))]
+            found[f"api/{page}-results"] = "\n".join([*heading(f"{title}: results", "="), *_MODULE, *shown]) + "\n"
+        lines += [".. toctree::", "   :hidden:", "", *(f"   {entry}" for entry in entries)]
         found[f"api/{page}"] = "\n".join(lines) + "\n"
-        found |= {f"api/{_file(name)}": _page(name) for name in names}
+        for name in given:
+            lines = [*heading(name.rpartition(".")[2], "="), *_MODULE, *_members(name)]
+            found[f"api/{_file(name)}"] = "\n".join(lines) + "\n"
     index += [".. toctree::", "   :hidden:", "", *(f"   {_slug(title)}" for title, _, _ in GROUPS)]
     return {"api/index": "\n".join(index) + "\n", **found}
 
@@ -221,24 +228,14 @@ def _named() -> set[str]:
 
 
 def _table(names: Sequence[str]) -> list[str]:
-    rows = [f"   {'~sigmatau.' if '.' in name else ''}{name}" for name in names]
-    return [".. autosummary::", "   :nosignatures:", "", *rows, ""]
+    return [".. autosummary::", "   :nosignatures:", "", *(f"   {name}" for name in names), ""]
 
 
-def _title(name: str) -> str:
-    """The last part of a name, or all of it if a name of another group ends alike."""
-    last = name.rpartition(".")[2]
-    alike = [other for _, _, names in groups() for other in names if other.rpartition(".")[2] == last]
-    return last if len(alike) == 1 or "." not in name else name
-
-
-def _page(name: str) -> str:
+def _members(name: str) -> list[str]:
+    """What documents a class with its members, a function or a constant."""
     found = object_of(name)
-    lines = [*heading(_title(name), "="), ".. currentmodule:: sigmatau", ""]
     if inspect.isclass(found):
-        lines += [f".. autoclass:: sigmatau.{name}", "   :members:", f"   :inherited-members: {_BEYOND}"]
-    elif callable(found):
-        lines += [f".. autofunction:: sigmatau.{name}"]
-    else:
-        lines += [f".. autodata:: sigmatau.{name}", "   :no-value:"]
-    return "\n".join(lines) + "\n"
+        return [f".. autoclass:: sigmatau.{name}", "   :members:", f"   :inherited-members: {_BEYOND}", ""]
+    if callable(found):
+        return [f".. autofunction:: sigmatau.{name}", ""]
+    return [f".. autodata:: sigmatau.{name}", "   :no-value:", ""]

@@ -24,7 +24,7 @@ def markdown(path: Path) -> str:
         for cell in cells:
             source = "".join(cell["source"])
             if cell["cell_type"] == "markdown":
-                parts.append(source)
+                parts.append(source if parts else f"{source}\n\nTo run it yourself: {{download}}`{path.name}`.")
             elif cell["cell_type"] == "code":
                 parts += [f"```python\n{source}\n```", *_outputs(source, scope)]
     return "\n\n".join(parts) + "\n"

@@ -16,6 +16,7 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 _log = logging.getLogger(__name__)
+_BAR = re.compile(r"``.*?``|`[^`]*`|\|")  # code, which keeps its bars, or a bar
 _LEFT_OVER = re.compile(r"<m[io]>\\")
 
 
@@ -80,10 +81,20 @@ def _signature(
     return signature, returns
 
 
+def _bars(app: Sphinx, what: str, name: str, found: object, options: object, lines: list[str]) -> None:
+    """The bars of absolute values: in reStructuredText they would stand for a substitution."""
+    example = False
+    for k, line in enumerate(lines):
+        example = line.lstrip().startswith(">>>") or (example and bool(line.strip()))
+        if "|" in line and not example:
+            lines[k] = _BAR.sub(lambda match: match[0] if match[0] != "|" else r"\|", line)
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register everything with Sphinx."""
     app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))
     app.add_lexer("python-file", PythonLexer)
     app.connect("missing-reference", _missing)
+    app.connect("autodoc-process-docstring", _bars, priority=900)
     app.connect("autodoc-process-signature", _signature, priority=900)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -76,19 +76,19 @@ def pages() -> dict[PurePosixPath, PurePosixPath]:
 
 
 def outside_code(text: str) -> Iterator[tuple[bool, str]]:
-    """The lines of a page, each with whether it is outside of fenced code."""
-    fence = ""
+    """The parts of a page, each with whether it is outside of fenced code."""
+    fence, part = "", ""
     for line in text.splitlines(keepends=True):
         mark = _FENCE.match(line)
         if mark and not fence:
-            fence = mark[1]
-            yield False, line
-        elif fence:
-            if mark and mark[1].startswith(fence):
-                fence = ""
-            yield False, line
+            yield True, part
+            fence, part = mark[1], line
+        elif mark and mark[1].startswith(fence):
+            yield False, part + line
+            fence, part = "", ""
         else:
-            yield True, line
+            part += line
+    yield not fence, part
 
 
 def with_links(text: str, source: PurePosixPath, staged: dict[PurePosixPath, PurePosixPath]) -> str:
@@ -113,13 +113,13 @@ def with_links(text: str, source: PurePosixPath, staged: dict[PurePosixPath, Pur
             return match[0]  # Sphinx reports it
         return f"{image}[{label}]({site}{'#' if anchor else ''}{anchor})"
 
-    return "".join(_LINK.sub(link, line) if free else line for free, line in outside_code(text))
+    return "".join(_LINK.sub(link, part) if free else part for free, part in outside_code(text))
 
 
 def linked(text: str, folder: PurePosixPath) -> Iterator[str]:
     """Names of the pages of the site that a page leads to, in its order."""
-    for free, line in outside_code(text):
-        for _, _, target in _LINK.findall(line) if free else ():
+    for free, part in outside_code(text):
+        for _, _, target in _LINK.findall(part) if free else ():
             path = target.partition("#")[0]
             if path.endswith(".md") and "://" not in path:
                 yield os.path.normpath(folder / path).removesuffix(".md")
@@ -127,7 +127,9 @@ def linked(text: str, folder: PurePosixPath) -> Iterator[str]:
 
 def title(text: str) -> str:
     """First heading of a page."""
-    return next(line[2:].strip() for free, line in outside_code(text) if free and line.startswith("# "))
+    return next(
+        line[2:].strip() for free, part in outside_code(text) if free for line in part.splitlines() if line[:2] == "# "
+    )
 
 
 def toctree(entries: Iterable[str]) -> str:
@@ -163,7 +165,7 @@ def contents(texts: dict[str, str]) -> dict[str, list[str]]:
 def stage(folder: Path) -> None:
     """Write all pages and their pictures into a new folder."""
     shutil.rmtree(folder, ignore_errors=True)
-    left = shutil.ignore_patterns("*.py", "*.md", "*.ipynb", "gallery", "website", "__pycache__", "_build")
+    left = shutil.ignore_patterns("*.py", "*.md", "gallery", "website", "__pycache__", "_build")
     shutil.copytree(DOCS, folder, ignore=left)
     staged = pages()
     texts = {}
@@ -180,7 +182,7 @@ def stage(folder: Path) -> None:
     texts["reference"] = texts["reference"].replace("<!-- made pages -->\n", _made(made))
     for parent, names in contents(texts | made).items():
         if parent in texts:
-            texts[parent] += toctree(names)
+            texts[parent] += toctree(f"/{name}" for name in names)
     there = {*texts, "examples/index"}  # sphinx-gallery writes the examples
     texts["index"] += toctree(f"{name} <{page}>" for name, page in SECTIONS.items() if page in there)
     for name, text in (texts | made).items():

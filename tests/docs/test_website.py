@@ -120,7 +120,8 @@ def test_a_notebook_shows_its_outputs(tmp_path):
     notebook = tmp_path / "n.ipynb"
     notebook.write_text(__import__("json").dumps({"cells": cells}))
     page = notebooks.markdown(notebook)
-    assert page.startswith("# Title\nText.\n\n```python\nprint('said')\nx = 6\n```\n\n```text\nsaid\n```\n")
+    assert page.startswith("# Title\nText.\n\nTo run it yourself: {download}`n.ipynb`.\n\n```python\n")
+    assert "```python\nprint('said')\nx = 6\n```\n\n```text\nsaid\n```\n" in page
     assert "```python\nx * 7\n```\n\n```text\n42\n```" in page
     assert page.count("data:image/png;base64,") == 1
 

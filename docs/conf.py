@@ -23,7 +23,6 @@ extensions = [
     "myst_parser",
     "numpydoc",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "sphinx.ext.extlinks",
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
@@ -57,6 +56,7 @@ add_module_names = False
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autosummary_generate = False
+autodoc_docstring_signature = False  # no docstring begins with a signature
 maximum_signature_line_length = 78
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = True

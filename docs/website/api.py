@@ -171,7 +171,8 @@ def _in_annotations(of: Any, annotations: dict[str, Any]) -> Iterator[type]:  # 
 
 def _is_public(one: type) -> bool:
     path = f"{one.__module__}.{one.__qualname__}"
-    return path.startswith("sigmatau.") and "._" not in path and not path.startswith("sigmatau.findings.kinds")
+    known = path.startswith("sigmatau.") and "._" not in path and not getattr(one, "_is_protocol", False)
+    return known and not path.startswith("sigmatau.findings.kinds")  # which have a page of their own
 
 
 @functools.cache
@@ -228,7 +229,19 @@ def _named() -> set[str]:
 
 
 def _table(names: Sequence[str]) -> list[str]:
-    return [".. autosummary::", "   :nosignatures:", "", *(f"   {name}" for name in names), ""]
+    lines = [".. list-table::", "   :class: names", "   :widths: 30 70", ""]
+    for name in names:
+        lines += [f"   * - `{name}`", f"     - {_summary(name)}"]
+    return [*lines, ""]
+
+
+def _summary(name: str) -> str:
+    """First sentence of a docstring."""
+    found = object_of(name)
+    if not callable(found):
+        return "constant"
+    first = " ".join((inspect.getdoc(found) or "").partition("\n\n")[0].split())
+    return re.sub(r" *\[\d+\]_", "", re.split(r"(?<=[a-z0-9`)\]])[.:] (?=[A-Z`])", first)[0]).replace("|", r"\|")
 
 
 def _members(name: str) -> list[str]:

@@ -10,6 +10,7 @@ from typing import Any
 
 from docutils import nodes
 from latex2mathml.converter import convert
+from numpydoc.docscrape_sphinx import SphinxDocString
 from pygments.lexers.python import PythonLexer
 from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
@@ -90,8 +91,21 @@ def _bars(app: Sphinx, what: str, name: str, found: object, options: object, lin
             lines[k] = _BAR.sub(lambda match: match[0] if match[0] != "|" else r"\|", line)
 
 
+def _with_one_template() -> None:
+    """Have numpydoc compile its template once. It does so for each docstring, which takes an eighth of the whole build."""
+    load = SphinxDocString.load_config
+
+    def load_config(self: SphinxDocString, config: dict[str, Any]) -> None:
+        load(self, config | template)
+        template["template"] = self.template
+
+    template: dict[str, Any] = {}
+    SphinxDocString.load_config = load_config
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register everything with Sphinx."""
+    _with_one_template()
     app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))
     app.add_lexer("python-file", PythonLexer)
     app.connect("missing-reference", _missing)

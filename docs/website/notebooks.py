@@ -8,17 +8,21 @@ import contextlib
 import io
 import json
 import os
+import re
 import tempfile
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+_MAGIC = re.compile(r"^[%!]", flags=re.MULTILINE)  # commands of Jupyter
+
 
 def markdown(path: Path) -> str:
-    """A notebook as a page in Markdown, with the outputs of its cells."""
+    """A notebook as a page in Markdown, with the outputs of its cells; without them if it has commands of a shell."""
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     scope: dict[str, Any] = {"__name__": "__main__"}
+    runs = not any(_MAGIC.search("".join(cell["source"])) for cell in cells if cell["cell_type"] == "code")
     parts = []
     with tempfile.TemporaryDirectory() as folder, _inside(folder):
         for cell in cells:
@@ -26,7 +30,7 @@ def markdown(path: Path) -> str:
             if cell["cell_type"] == "markdown":
                 parts.append(source if parts else f"{source}\n\nTo run it yourself: {{download}}`{path.name}`.")
             elif cell["cell_type"] == "code":
-                parts += [f"```python\n{source}\n```", *_outputs(source, scope)]
+                parts += [f"```python\n{source}\n```", *(_outputs(source, scope) if runs else ())]
     return "\n\n".join(parts) + "\n"
 
 

@@ -1,5 +1,6 @@
 """How the site of the documentation is put together and checked; `make docs` builds it."""
 
+import json
 import re
 import sys
 from pathlib import PurePosixPath
@@ -118,12 +119,19 @@ def test_a_notebook_shows_its_outputs(tmp_path):
         {"cell_type": "code", "source": ["import matplotlib.pyplot as plt\n", "_ = plt.plot([1, 2])"]},
     ]
     notebook = tmp_path / "n.ipynb"
-    notebook.write_text(__import__("json").dumps({"cells": cells}))
+    notebook.write_text(json.dumps({"cells": cells}))
     page = notebooks.markdown(notebook)
     assert page.startswith("# Title\nText.\n\nTo run it yourself: {download}`n.ipynb`.\n\n```python\n")
     assert "```python\nprint('said')\nx = 6\n```\n\n```text\nsaid\n```\n" in page
     assert "```python\nx * 7\n```\n\n```text\n42\n```" in page
     assert page.count("data:image/png;base64,") == 1
+
+
+def test_a_notebook_with_commands_of_a_shell_is_not_run(tmp_path):
+    notebook = tmp_path / "n.ipynb"
+    cells = [{"cell_type": "code", "source": ["!sigmatau inspect log.csv"]}, {"cell_type": "code", "source": ["1 / 0"]}]
+    notebook.write_text(json.dumps({"cells": cells}))
+    assert notebooks.markdown(notebook) == "```python\n!sigmatau inspect log.csv\n```\n\n```python\n1 / 0\n```\n"
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@
 READ_STEPS="format lint types"
 RUN_STEPS="imports stubs python" # that need the extension
 RUST_STEPS="rustfmt clippy rust instructions"
+SITE_STEPS="docs" # beside those of Python
 # shellcheck source=scripts/common.sh
 source "$(dirname "$0")/common.sh"
 find_rust
@@ -29,7 +30,8 @@ run() {
     rust) cargo test --release --workspace --tests --locked --quiet ;;
     instructions) python benches/instructions.py ;;
     python) python_tests ;;
-    *) echo "no step $1; the steps are: $READ_STEPS $RUN_STEPS $RUST_STEPS" >&2 && return 2 ;;
+    docs) scripts/venv.sh docs && python docs/website/build.py --all ;;
+    *) echo "no step $1; the steps are: $READ_STEPS $RUN_STEPS $RUST_STEPS $SITE_STEPS" >&2 && return 2 ;;
     esac
 }
 
@@ -53,12 +55,12 @@ if (($#)); then
     scripts/build.sh
     run_all "$@"
 else
-    log=$(mktemp)
-    trap 'rm -f "$log"' EXIT
+    log=$(mktemp) site_log=$(mktemp)
+    trap 'rm -f "$log" "$site_log"' EXIT
     scripts/venv.sh runtime
     # shellcheck disable=SC2086 # lists of words
-    { scripts/venv.sh dev && run_all $READ_STEPS; } &
-    reading=$! rust='' status=0
+    { scripts/venv.sh dev && scripts/venv.sh docs && run_all $READ_STEPS; } &
+    reading=$! rust='' site='' status=0
     scripts/build.sh || status=$?
     if ((status == 0)); then
         # shellcheck disable=SC2086
@@ -68,10 +70,14 @@ else
     wait "$reading" || status=$?
     if ((status == 0)); then
         # shellcheck disable=SC2086
+        run_all $SITE_STEPS >"$site_log" 2>&1 &
+        site=$!
+        # shellcheck disable=SC2086
         (run_all $RUN_STEPS) || status=$? # a shell of its own: no CPU time of the others is counted
     fi
     [[ -z $rust ]] || wait "$rust" || status=$?
-    cat "$log"
+    [[ -z $site ]] || wait "$site" || status=$?
+    cat "$log" "$site_log"
     ((status == 0)) || exit "$status"
 fi
 printf '── all passed, %d s\n' "$SECONDS"

@@ -45,6 +45,14 @@ def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
     ValueError
         If a cluster size is below 1 or not below `n`.
 
+    See Also
+    --------
+    degrees_of_freedom : exact, for a given noise.
+
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`
+
     Examples
     --------
     >>> percentage_error(2000, [10, 500]).round(4)

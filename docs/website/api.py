@@ -1,0 +1,254 @@
+"""Pages of the Python reference: an index by job, and a page for each public class and function."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import inspect
+import re
+import sys
+import typing
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import sigmatau
+from website.rst import heading
+
+EXPORTED = tuple(name for name in sigmatau.__all__ if not name.startswith("__"))
+
+# Title, what the group is for, and its names: those of `sigmatau`, or of a module below it with a dot.
+GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    (
+        "Read and write records",
+        "A log, a data frame or arrays as a record, and a record as a log.",
+        ("read", "from_frame", "write", "inspect", "Record", "Stream"),
+    ),
+    (
+        "Analyse",
+        "From a record to coefficients with intervals, findings and figures in one call.",
+        ("analyze", "Analysis", "check", "Finding"),
+    ),
+    (
+        "Curves",
+        "Allan variance and other deviations.",
+        (
+            "allan",
+            "Curves",
+            "DeviationCurve",
+            "deviation",
+            "Deviations",
+            "Deviation",
+            "dynamic_allan",
+            "Accumulator",
+            "plot_overlay",
+        ),
+    ),
+    (
+        "Spectra",
+        "Two-sided power spectral densities, with intervals.",
+        ("psd", "Spectrum", "cross_spectrum", "CrossSpectrum", "transfer"),
+    ),
+    (
+        "Fit",
+        "Coefficients from a record or a curve, and the length of a record that shows them.",
+        (
+            "fit_channel",
+            "fit",
+            "fit_jointly",
+            "read_off",
+            "NoiseFit",
+            "JointFit",
+            "JointChannel",
+            "ReadOff",
+            "plan",
+            "Plan",
+        ),
+    ),
+    (
+        "Noise models",
+        "What a sensor's noise is expected to be at any averaging time and frequency.",
+        ("NoiseModel", "ChannelModel", "GaussMarkov", "Resonance", "Sinusoid", "LowPass"),
+    ),
+    ("Simulate", "Records with known noise.", ("simulate", "simulate_to", "Imperfections")),
+    (
+        "Filters and prediction",
+        "Kalman matrices, ARIMA processes, and the error growth of unaided navigation.",
+        ("state_space", "arma", "verify", "predict"),
+    ),
+    ("Export", "Files of other programs, in their units.", ("export", "Choices")),
+    (
+        "Datasheets",
+        "Published values, and whether a sensor meets them.",
+        ("datasheet", "list_datasheets", "Datasheet", "compare_with", "Verdict"),
+    ),
+    (
+        "Runs and lots",
+        "Several runs of a unit, and many units.",
+        ("compare_runs", "RunComparison", "random_effects", "RandomEffects", "judge_lot", "Lot"),
+    ),
+    ("Reports", "One page with everything, to read offline, print and hand on.", ("report", "lot_report")),
+    ("Store", "Results in a database.", ("Store",)),
+    (
+        "Errors",
+        "What is raised for data and options.",
+        ("DataError", "NonFiniteError", "OptionError", "RecordTooShortError"),
+    ),
+    (
+        "Formulas and units",
+        "The five noise terms in closed form, their errors, and conversion of units.",
+        (
+            "noise.terms.TERMS",
+            "noise.terms.avar",
+            "noise.terms.psd",
+            "noise.terms.aliasing_inflation",
+            "noise.uncertainty.percentage_error",
+            "noise.uncertainty.degrees_of_freedom",
+            "model.transform.avar_from_psd",
+            "statespace.flicker.flicker_poles",
+            "units.to_si",
+            "units.find",
+            "units.Unit",
+        ),
+    ),
+)
+
+# Ancestors whose members are not repeated.
+_BEYOND = "object, Mapping, Exception, ValueError, BaseException, Protocol"
+_MODULE = (".. currentmodule:: sigmatau", "")  # in which names without a module are looked up
+
+
+def object_of(name: str) -> Any:  # noqa: ANN401  a class, a function or a constant
+    """The object of a dotted name below `sigmatau`."""
+    module, _, last = name.rpartition(".")
+    return getattr(importlib.import_module(f"sigmatau.{module}") if module else sigmatau, last)
+
+
+@functools.cache
+def groups() -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+    """`GROUPS` with the classes that a user gets from the names of each, or gives to them."""
+    named = [name for _, _, names in GROUPS for name in names]
+    if set(EXPORTED) != (exported := {name for name in named if "." not in name}) or len(named) != len(set(named)):
+        odd = sorted(set(EXPORTED) ^ exported) or sorted({name for name in named if named.count(name) > 1})
+        raise ValueError(f"GROUPS of docs/website/api.py: each public name must be in one group, see {', '.join(odd)}")
+    known = [object_of(name) for name in named]
+    made = []
+    for title, what, names in GROUPS:
+        more: list[str] = []
+        waiting = [object_of(name) for name in names]
+        while waiting:
+            for found in _classes(waiting.pop()):
+                if not any(found is one for one in known):
+                    known.append(found)
+                    waiting.append(found)
+                    more.append(f"{found.__module__}.{found.__qualname__}".removeprefix("sigmatau."))
+        made.append((title, what, (*names, *sorted(more, key=lambda name: name.rpartition(".")[2]))))
+    return tuple(made)
+
+
+def _classes(of: Any) -> Iterator[type]:  # noqa: ANN401  a class or a function
+    """The public classes of sigmatau that arguments, results and fields have."""
+    if inspect.isclass(of):
+        yield from _in_annotations(of, {k: v for k, v in vars(of).get("__annotations__", {}).items() if k[0] != "_"})
+        members = [member for name, member in vars(of).items() if name[0] != "_"]
+        for member in members:
+            function = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+            if inspect.isfunction(function):
+                yield from _in_annotations(of, function.__annotations__)
+    elif inspect.isfunction(of):
+        yield from _in_annotations(inspect.unwrap(of), of.__annotations__)
+
+
+def _in_annotations(of: Any, annotations: dict[str, Any]) -> Iterator[type]:  # noqa: ANN401
+    module = sys.modules[of.__module__]
+    for annotation in annotations.values():
+        for name in re.findall(r"[A-Z]\w+", str(annotation)):
+            found = getattr(module, name, None)
+            candidates = [found, *typing.get_args(found)] if found is not None else [_imported(module.__name__, name)]
+            for one in candidates:
+                if inspect.isclass(one) and _is_public(one):
+                    yield one
+
+
+def _is_public(one: type) -> bool:
+    path = f"{one.__module__}.{one.__qualname__}"
+    known = path.startswith("sigmatau.") and "._" not in path and not getattr(one, "_is_protocol", False)
+    return known and not path.startswith("sigmatau.findings.kinds")  # which have a page of their own
+
+
+@functools.cache
+def _imports(module: str) -> dict[str, tuple[str, str]]:
+    """Names that a module imports for type checkers too, with where they come from."""
+    source = inspect.getsource(sys.modules[module])
+    found = re.findall(r"^\s+from (sigmatau[\w.]*) import ([\w, ]+)$", source, flags=re.MULTILINE)
+    return {name.strip(): (path, name.strip()) for path, names in found for name in names.split(",")}
+
+
+def _imported(module: str, name: str) -> object:
+    path, there = _imports(module).get(name, ("", ""))
+    return getattr(importlib.import_module(path), there, None) if path else None
+
+
+def pages() -> dict[str, str]:
+    """The pages in reStructuredText, by name: an index, a page for each group, for each name, and for results."""
+    index = [*heading("Python", "="), ".. currentmodule:: sigmatau", ""]
+    index += ["``import sigmatau as st``. Values are in SI units, spectral densities are two-sided.", ""]
+    found = {}
+    for title, what, names in groups():
+        page = _slug(title)
+        given = [name for name in names if name in _named()]
+        parts = [name for name in names if name not in given]
+        index += [f":doc:`{title} <{page}>`", f"   {what}", "", f"   {' · '.join(f'`{name}`' for name in given)}", ""]
+        lines = [*heading(title, "="), ".. currentmodule:: sigmatau", "", what, "", *_table(given)]
+        entries = [f"{name.rpartition('.')[2]} <{_file(name)}>" for name in given]
+        if parts:
+            lines += [*heading("What they take and return", "-"), *_table(parts)]
+            entries.append(f"{title}: results <{page}-results>")
+            shown = [line for name in parts for line in (*heading(name, "-"), *_members(name))]
+            found[f"api/{page}-results"] = "\n".join([*heading(f"{title}: results", "="), *_MODULE, *shown]) + "\n"
+        lines += [".. toctree::", "   :hidden:", "", *(f"   {entry}" for entry in entries)]
+        found[f"api/{page}"] = "\n".join(lines) + "\n"
+        for name in given:
+            lines = [*heading(name.rpartition(".")[2], "="), *_MODULE, *_members(name)]
+            found[f"api/{_file(name)}"] = "\n".join(lines) + "\n"
+    index += [".. toctree::", "   :hidden:", "", *(f"   {_slug(title)}" for title, _, _ in GROUPS)]
+    return {"api/index": "\n".join(index) + "\n", **found}
+
+
+def _slug(title: str) -> str:
+    """Name of the page of a group; no public name of the package has this form."""
+    return "group-" + re.sub(r"\W+", "-", title.lower())
+
+
+def _file(name: str) -> str:
+    """Name of the page of a name: `Plan` and `plan` differ on disks that do not tell capitals."""
+    return f"class-{name}" if inspect.isclass(object_of(name)) else name
+
+
+def _named() -> set[str]:
+    return {name for _, _, names in GROUPS for name in names}
+
+
+def _table(names: Sequence[str]) -> list[str]:
+    lines = [".. list-table::", "   :class: names", "   :widths: 30 70", ""]
+    for name in names:
+        lines += [f"   * - `{name}`", f"     - {_summary(name)}"]
+    return [*lines, ""]
+
+
+def _summary(name: str) -> str:
+    """First sentence of a docstring."""
+    found = object_of(name)
+    if not callable(found):
+        return "constant"
+    first = " ".join((inspect.getdoc(found) or "").partition("\n\n")[0].split())
+    return re.sub(r" *\[\d+\]_", "", re.split(r"(?<=[a-z0-9`)\]])[.:] (?=[A-Z`])", first)[0]).replace("|", r"\|")
+
+
+def _members(name: str) -> list[str]:
+    """What documents a class with its members, a function or a constant."""
+    found = object_of(name)
+    if inspect.isclass(found):
+        return [f".. autoclass:: sigmatau.{name}", "   :members:", f"   :inherited-members: {_BEYOND}", ""]
+    if callable(found):
+        return [f".. autofunction:: sigmatau.{name}", ""]
+    return [f".. autodata:: sigmatau.{name}", "   :no-value:", ""]

@@ -233,7 +233,17 @@ def _library() -> dict[str, Datasheet]:
 
 
 class Library(Mapping[str, Datasheet], Printed):
-    """Datasheets by the name that `datasheet` takes; prints one line per datasheet."""
+    """Datasheets by name: an immutable mapping that prints one line per datasheet.
+
+    Parameters
+    ----------
+    sheets : mapping of str to Datasheet
+        By the name that `datasheet` takes.
+
+    See Also
+    --------
+    sigmatau.list_datasheets : the library of the package.
+    """
 
     __slots__ = ("_sheets",)
 

@@ -21,11 +21,20 @@ _MOST_PRINTED_SIGMAS = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """A measured value against one limit."""
+    """A measured value against one limit.
 
-    limit: float  # In the convention of the comparison. [SI]
+    Attributes
+    ----------
+    limit : float
+        In the convention of the comparison. [SI]
+    side : {"below", "undecided", "above"}
+        Where the measured value is.
+    sigmas : float or None
+        Number of standard errors above (+) or below (−) the limit; None without an interval, or if not observed.
+    """
+
+    limit: float
     side: Side
-    # Distance above (+) or below (−) the limit in standard errors; None without an interval, or if not observed
     sigmas: float | None = None
 
     def words(self) -> str:
@@ -39,12 +48,22 @@ class Comparison:
         return f"{self.side} by {number}"
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return {"limit": self.limit, "side": self.side, **({} if self.sigmas is None else {"sigmas": self.sigmas})}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """A claim in one of its meanings, and the measurement."""
+    """A claim in one of its meanings, and the measurement.
+
+    Attributes
+    ----------
+    meaning : Meaning
+    measured : Measured
+        What the result has for this meaning.
+    typical, maximum : Comparison or None
+        Against the typical value and the maximum; None if the datasheet does not state it.
+    """
 
     meaning: Meaning
     measured: Measured
@@ -52,6 +71,7 @@ class Reading:
     maximum: Comparison | None
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         known = {"typical": self.typical, "maximum": self.maximum}
         return {
             "of": self.meaning.of,
@@ -63,13 +83,26 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """The status of one claim for one channel."""
+    """The status of one claim for one channel.
+
+    Attributes
+    ----------
+    channel : str
+    claim : Claim
+        What the datasheet specifies.
+    readings : tuple of Reading
+        One for each possible meaning of the claim.
+    status : {"within", "above typical", "undecided", "out"}
+        ``"above typical"``: not above the maximum, if there is one.
+    reason : str
+        Reason for ``"undecided"``; else empty.
+    """
 
     channel: str
     claim: Claim
-    readings: tuple[Reading, ...]  # One for each possible meaning
-    status: Status  # ``"above typical"``: not above the maximum, if there is one
-    reason: str = ""  # Reason for ``"undecided"``
+    readings: tuple[Reading, ...]
+    status: Status
+    reason: str = ""
 
     @property
     def may_be_out(self) -> bool:
@@ -77,6 +110,7 @@ class Judged:
         return any(reading.maximum is not None and reading.maximum.side != "below" for reading in self.readings)
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "channel claim status may_be_out", "reason" if self.reason else "", "readings")
 
 

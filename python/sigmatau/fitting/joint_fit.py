@@ -19,12 +19,21 @@ ALPHA = 0.01
 
 @frozen
 class Spread:
-    """How a coefficient differs from run to run: standard deviation over runs, relative, and the p-value of none."""
+    """How a coefficient differs from run to run.
+
+    Attributes
+    ----------
+    relative : float
+        Standard deviation over the runs, relative.
+    p_value : float
+        P-value of no difference.
+    """
 
     relative: float
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
         return plain(self, "relative p_value")
 
 
@@ -63,6 +72,7 @@ class RunOfJoint:
         return self.p_value >= ALPHA
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "name belongs p_value cause factor values own", duration_s=self.duration)
 
     @property
@@ -71,7 +81,17 @@ class RunOfJoint:
         return self.fit.n * self.fit.tau0
 
     def text(self, quantity: str) -> str:
-        """In words why a run does not belong."""
+        """In words why a run does not belong.
+
+        Parameters
+        ----------
+        quantity : str
+            ``"angular_rate"``, ``"acceleration"`` or ``"signal"``, for the name of the term.
+
+        Returns
+        -------
+        str
+        """
         if self.cause in TERMS and self.factor is None:
             label = TERMS[self.cause].label(quantity)
             return f"{self.name}: {label}, which the other runs do not show, p = {self.p_value:.1g}"

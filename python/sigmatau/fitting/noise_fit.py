@@ -40,34 +40,74 @@ QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 
 @frozen
 class Interval:
-    """A value and, if the model is adequate, its interval. [unit]"""
+    """A value and its interval.
+
+    Attributes
+    ----------
+    value : float
+        [unit]
+    low, high : float or None
+        Its interval; None if the model is not adequate. [unit]
+    unit : str
+        SI.
+    """
 
     value: float
     low: float | None
     high: float | None
-    unit: str  # SI
+    unit: str
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
 
 
 @frozen
 class FittedTerm:
-    """One of the five terms in a fit."""
+    """One of the five terms in a fit.
 
-    term: str  # Key of `sigmatau.noise.terms.TERMS`
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    unit : str
+        SI.
+    observed : bool or None
+        Whether the term is significant; None if the verdict is ``"descriptive"``.
+    level : float
+        Confidence level of the interval or of the limit.
+    value : float or None
+        The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
+    low, high : float or None
+        Its interval; None if the model is not adequate. [unit]
+    upper_limit : float or None
+        Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
+    p_value : float or None
+        P-value of the term, all others free; None if it was not tested.
+    """
+
+    term: str
     unit: str
-    observed: bool | None  # Whether the term is significant; None if the verdict is ``"descriptive"``
-    level: float  # Confidence level of the interval or of the limit
-    # The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
+    observed: bool | None
+    level: float
     value: float | None = None
-    low: float | None = None  # Its interval; None if the model is not adequate. [unit]
+    low: float | None = None
     high: float | None = None
-    upper_limit: float | None = None  # Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
-    p_value: float | None = None  # P-value of the term, all others free; None if it was not tested
+    upper_limit: float | None = None
+    p_value: float | None = None
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``fit["random_walk"].to("deg/sqrt(h)")``.
+
+        Parameters
+        ----------
+        unit : str
+            A unit of the same quantity, such as ``"deg/sqrt(h)"``.
+
+        Returns
+        -------
+        float
+            [unit]
 
         Raises
         ------
@@ -81,6 +121,7 @@ class FittedTerm:
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI; what is not known is omitted."""
         known = plain(self, "value low high upper_limit p_value")
         kept = {key: value for key, value in known.items() if value is not None}
         return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
@@ -88,53 +129,104 @@ class FittedTerm:
 
 @frozen
 class GaussMarkov:
-    """A first-order Gauss-Markov process: standard deviation and correlation time."""
+    """A first-order Gauss-Markov process, as fitted.
+
+    Attributes
+    ----------
+    sigma : Interval
+        Standard deviation. [unit of the rate]
+    time : Interval
+        Correlation time. [s]
+    """
 
     sigma: Interval
     time: Interval
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return {"sigma": self.sigma.to_dict(), "time": self.time.to_dict()}
 
 
 @frozen
 class Sinusoid:
-    """A line in the spectrum: amplitude and frequency."""
+    """A line in the spectrum, as fitted.
+
+    Attributes
+    ----------
+    amplitude : Interval
+        [unit of the rate]
+    frequency : Interval
+        [Hz]
+    """
 
     amplitude: Interval
     frequency: Interval
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
 
 
 @frozen
 class Resonance:
-    """Noise of a band: standard deviation, centre and half width."""
+    """Noise of a band, as fitted.
+
+    Attributes
+    ----------
+    sigma : Interval
+        Standard deviation. [unit of the rate]
+    frequency : Interval
+        Centre. [Hz]
+    width : Interval
+        Half width. [Hz]
+    """
 
     sigma: Interval
     frequency: Interval
     width: Interval
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "sigma frequency width")
 
 
 @frozen
 class WarmUp:
-    """A drift of the mean that decays exponentially from the first sample on."""
+    """A drift of the mean that decays exponentially from the first sample on.
+
+    Attributes
+    ----------
+    amplitude : Interval
+        Drift at the first sample, of either sign. [unit of the rate]
+    time : float
+        Time constant, the best of a grid. [s]
+    """
 
     amplitude: Interval
-    time: float  # time constant, the best of a grid [s]
+    time: float
 
     def avar(self, taus: NDArray[np.float64], *, duration: float) -> NDArray[np.float64]:
-        """Its part of the overlapped Allan variance of a record, at averaging times in s. [(rate unit)²]"""
+        """Its part of the overlapped Allan variance of a record.
+
+        Parameters
+        ----------
+        taus : ndarray, shape (n_tau,)
+            Averaging times. [s]
+        duration : float
+            Length of the record. [s]
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [(rate unit)²]
+        """
         shares = taus / self.time
         pairs = np.maximum((duration - 2 * taus) / self.time, 1e-9)
         mean = -np.expm1(-2 * pairs) / (2 * pairs)  # of exp(-2t/T) over the beginnings of the pairs
         return np.asarray(0.5 * self.amplitude.value**2 * mean * (np.expm1(-shares) ** 2 / shares) ** 2)
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "amplitude time_s=time")
 
 

@@ -36,17 +36,35 @@ Source = Literal["rules", "given", "fit"]
 
 @frozen
 class Coefficient:
-    """One coefficient, read off."""
+    """One coefficient, read off.
 
-    term: str  # Key of `sigmatau.noise.terms.TERMS`
-    value: float  # Coefficient and its error by eq. (26), one standard error. [unit]
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    value, error : float
+        Coefficient, and one standard error by eq. (26). [unit]
+    unit : str
+        SI.
+    tau_min, tau_max : float
+        Averaging times through which the line is laid. [s]
+    slope : float or None
+        Slope of the curve there in log σ over log τ; None if a given range has one point. [1]
+    percentage : float
+        Error over value, a ratio.
+    range_from : {"rules", "given"}
+        How the range was found.
+    """
+
+    term: str
+    value: float
     error: float
-    unit: str  # SI
-    tau_min: float  # The region. [s]
+    unit: str
+    tau_min: float
     tau_max: float
-    slope: float | None  # Slope of the curve in the region; None if a given range has one point
-    percentage: float  # error / value
-    range_from: Source = "rules"  # how the range was found
+    slope: float | None
+    percentage: float
+    range_from: Source = "rules"
 
     @property
     def region(self) -> str:
@@ -55,10 +73,27 @@ class Coefficient:
         return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{given}"
 
     def to(self, unit: str) -> float:
-        """The value in another unit: ``c.to("deg/sqrt(h)")``; raises `OptionError` for a unit that does not fit."""
+        """The value in another unit: ``c.to("deg/sqrt(h)")``.
+
+        Parameters
+        ----------
+        unit : str
+            A unit of the same quantity, such as ``"deg/sqrt(h)"``.
+
+        Returns
+        -------
+        float
+            [unit]
+
+        Raises
+        ------
+        OptionError
+            For a unit that does not fit.
+        """
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "value error unit slope range_from", tau_s=[self.tau_min, self.tau_max])
 
 

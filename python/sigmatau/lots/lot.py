@@ -31,7 +31,15 @@ _OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` de
 
 @frozen(eq=False)
 class Examined:
-    """One unit, compared with the specification alone."""
+    """One unit, compared with the specification alone.
+
+    Attributes
+    ----------
+    result : UnitResult
+        The result of the unit, or why there is none.
+    verdict : Verdict or None
+        Comparison with the specification; None without a result or a specification.
+    """
 
     result: UnitResult
     verdict: Verdict | None = None

@@ -36,7 +36,25 @@ FAILED, OPEN = 3, 4
 
 @frozen
 class Settings:
-    """The options of a judgement."""
+    """The options of a judgement, as for `sigmatau.judge_lot`.
+
+    Attributes
+    ----------
+    level : float
+        Confidence level.
+    factor : float or None
+        Maximum over the typical value, where the specification states no maximum: a factor.
+    sided : {"one", "two"} or None
+        Convention of noise densities.
+    bias : {"minimum", "coefficient"} or None
+        Convention of bias instabilities.
+    undecided : {"not-judged", "pass", "fail"}
+        What a unit is whose interval contains a maximum.
+    fail_on : {"warning"} or None
+        Whether a warning fails a unit.
+    accept : tuple of str
+        Codes that do not keep a unit from passing.
+    """
 
     level: float = 0.95
     factor: float | None = None
@@ -47,6 +65,7 @@ class Settings:
     accept: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
         return plain(self, "level factor sided bias undecided fail_on accept")
 
 
@@ -100,6 +119,7 @@ class JudgedUnit:
         return ": ".join(filter(None, (printable(self.name), STATE_WORDS[self.state], self.reason)))
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         channels = {
             name: {
                 "quantity": one.quantity,

@@ -126,7 +126,14 @@ class PredictedError(Printed):
     def rows(self, *, duration: float | None = None) -> list[tuple[str, ...]]:
         """Time, rms, interval, unit, upper limit, shares, mean and remarks of each time, as they are printed.
 
-        `duration` is the length of the record that the model comes from, beyond which a time is marked. [s]
+        Parameters
+        ----------
+        duration : float, optional
+            Length of the record that the model comes from, beyond which a time is marked. [s]
+
+        Returns
+        -------
+        list of tuple of str
         """
         unit, factor = _DISPLAY.get(self.unit, (self.unit, 1.0))
         rows: list[tuple[str, ...]] = []
@@ -242,10 +249,14 @@ class Prediction(Mapping[str, PredictedError], Printed):
 
         Parameters
         ----------
-        ax : matplotlib axes, optional
-            One a panel.
-        marked : array_like, optional
-            Which times, nearest to these, have a dot. [s] Default: all.
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        marked : array_like, shape (n_marked,), optional
+            Which times, nearest to these, have a dot. Default: all. [s]
+
+        Returns
+        -------
+        matplotlib figure
         """
         from sigmatau.plot.model import draw_prediction
 

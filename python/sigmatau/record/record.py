@@ -91,6 +91,8 @@ class Provenance:
         Columns of the file that are not in the record.
     options : mapping
         Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values.
+    checksum : Checksum or None
+        SHA-256 of the file, computed on first use; see `sha256`.
     """
 
     path: str | None = None
@@ -108,6 +110,7 @@ class Provenance:
         return None if self.checksum is None else self.checksum.value()
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
         return {
             "path": self.path,
             "format": self.format,

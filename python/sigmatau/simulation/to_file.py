@@ -23,13 +23,33 @@ from sigmatau.simulation.rows import Channel, Flicker, Stamps, job
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated(Printed):
-    """Description of the file that was written."""
+    """Description of the file that was written.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    channels : tuple of str
+        Channels in it.
+    samples : int
+        Samples of each channel that were simulated.
+    lost : int
+        Rows that `Imperfections` left out.
+    rate : float
+        Sampling rate. [Hz]
+    seed : int
+        Seed with which the same file is made again.
+
+    See Also
+    --------
+    sigmatau.simulate_to : makes it.
+    """
 
     path: str
     channels: tuple[str, ...]
     samples: int
-    lost: int  # Rows that were lost on the way, by `Imperfections`
-    rate: float  # [Hz]
+    lost: int
+    rate: float
     seed: int
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,0 +1,154 @@
+"""Every public name has a docstring that says what it takes, gives and raises; `public_names` says which names are public.
+
+The mechanical rules are those of numpydoc's validation that help a reader: a summary that ends with a full stop (SS03), exactly
+the parameters of the signature, each with its type and a text (PR01, PR02, PR03, PR06, PR07), what is returned (RT01), See Also
+and Examples (SA01, EX01) of names that a user calls. Its other codes are off: they want an extended summary, a verb or a period
+everywhere (ES01, SS05, SS06, PR08, PR09, RT04, RT05), or text on a second line (GL01), which this package does not use.
+Beyond numpydoc, arrays have a shape, numbers a unit, estimators a source; `test_documented_errors` provokes the errors.
+"""
+
+import ast
+import inspect
+import re
+import textwrap
+from functools import cache
+
+import pytest
+
+from docstring_sections import UNIT, Sections, wanting
+from public_names import (
+    exported,
+    function_of,
+    imported_by_pages,
+    kinds,
+    public,
+    public_fields,
+    public_functions,
+)
+
+# Estimators, models and tests: a reader can look their formulas up.
+SOURCED = (
+    *("Accumulator", "GaussMarkov", "LowPass", "Resonance", "Sinusoid", "allan", "arma", "compare_with", "cross_spectrum"),
+    *("deviation", "dynamic_allan", "fit", "fit_channel", "fit_jointly", "judge_lot", "plan", "predict", "psd"),
+    *("random_effects", "read_off", "simulate", "simulate_to", "state_space", "transfer", "verify"),
+    *("sigmatau.noise.terms.avar", "sigmatau.noise.terms.psd", "sigmatau.noise.uncertainty.degrees_of_freedom"),
+    *("sigmatau.noise.uncertainty.percentage_error", "sigmatau.model.transform.avar_from_psd"),
+    *("ChannelModel.avar", "ChannelModel.psd", "ChannelModel.autocovariance"),
+)
+SOURCE = re.compile(r":doi:|NIST|IEEE|ISO|JCGM|eqs?\. \(\d|\b(19|20)\d\d\b|docs/(theory|study)")
+
+
+def classes():
+    return {name: one for name, one in public().items() if inspect.isclass(one)}
+
+
+def called():
+    """What a user calls by its name, for which a docstring has an example and leads on."""
+    return {**exported(), **{name: one for name, one in imported_by_pages().items() if callable(one)}}
+
+
+def docstring(found):
+    own = function_of(found) if not inspect.isclass(found) else None
+    return Sections((own or found).__doc__)
+
+
+def parameters(function):
+    names = inspect.signature(function).parameters.values()
+    return {one.name: str(one.annotation) for one in names if one.name not in ("self", "cls")}
+
+
+def problems_of_entries(sections, section, expected):
+    """What is wrong with a section that has to describe `expected`, annotations by name, and nothing else."""
+    described = sections.described(section)
+    found = [f"{section}: {name} is not described" for name in expected if name not in described]
+    found += [f"{section}: {name} does not exist" for name in described if name not in expected]
+    for name, annotation in expected.items():
+        if name not in described:
+            continue
+        entry = described[name]
+        referred = re.search(r"\b(?:See|As|As in|As for|In place of)\b[^`]*`(?:sigmatau\.)?([\w.]+)`", entry.text)
+        if referred and describes(referred[1], name):
+            continue
+        if not entry.type:
+            found.append(f"{section}: {name} has no type")
+        found += [f"{section}: {name} lacks its {what}" for what in wanting(annotation, entry.type, entry.text)]
+    return found
+
+
+@cache
+def describes(other, parameter):
+    """Whether another public function, or method of the same or a public class, describes the parameter."""
+    ends = [member for name, (_, member) in public_functions().items() if name == other or name.endswith(f".{other}")]
+    return any(parameter in docstring(one).described("Parameters") for one in ends)
+
+
+def raised_in(function):
+    """Names of the errors that the function itself raises."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and isinstance(node.exc.func, ast.Name):
+            if node.exc.func.id[0].isupper() and node.exc.func.id != "NotImplementedError":
+                yield node.exc.func.id
+
+
+def test_the_surface_is_complete():
+    """A page that imports from a new module, or a new result class, makes new public names by itself."""
+    assert len(exported()) >= 67
+    assert {"sigmatau.noise.terms.avar", "sigmatau.units.to_si"} <= set(imported_by_pages())
+    assert {"sigmatau.fitting.noise_fit.FittedTerm", "sigmatau.statespace.arma.Arma"} <= set(public())
+    assert {"Curves.plot", "sigmatau.results.Tabular.columns"} <= {*public_functions(), "sigmatau.results.Tabular.columns"}
+
+
+@pytest.mark.parametrize("name", classes())
+def test_class(name):
+    found = classes()[name]
+    sections = docstring(found)
+    problems = [] if sections.summary.endswith((".", ":")) else ["no summary that ends with a full stop"]
+    fields = public_fields(found)
+    if fields:
+        annotations = {field: str(owner.__annotations__[field]) for field, owner in fields.items()}
+        problems += problems_of_entries(sections, "Attributes", annotations)
+    elif "__init__" in vars(found):
+        problems += problems_of_entries(sections, "Parameters", parameters(found.__init__))
+    if name in called():
+        problems += [f"no {section}" for section in ("Examples", "See Also") if section not in sections]
+    assert not problems, "\n".join([name, *problems])
+
+
+@pytest.mark.parametrize("name", public_functions())
+def test_function(name):
+    owner, found = public_functions()[name]
+    function = function_of(found)
+    sections = docstring(found)
+    returned = str(inspect.signature(function).return_annotation)
+    taken = parameters(function)
+    problems = [] if sections.summary.endswith((".", "]", ":")) else ["no summary that ends with a full stop"]
+    if not sections.underlined:
+        problems.append("an underline is not as long as its heading")
+    problems += problems_of_entries(sections, "Parameters", taken)
+    if returned != "None" and (taken or owner is None):
+        if "Returns" not in sections and "Yields" not in sections:
+            problems.append("no Returns")
+        else:
+            entries = sections.entries("Returns") or sections.entries("Yields")
+            told = " ".join(f"{' '.join(entry.names)} {entry.type} {entry.text}" for entry in entries)
+            problems += [f"Returns lacks its {what}" for what in wanting(returned, "", told)]
+    elif returned != "None":
+        problems += [f"what is returned lacks its {what}" for what in wanting(returned, "", sections.opening)]
+    raised = {one for entry in sections.entries("Raises") for one in entry.names}
+    problems += [f"Raises: {error} is not told" for error in set(raised_in(function)) if error not in raised]
+    if name in called():
+        problems += [f"no {section}" for section in ("Examples", "See Also") if section not in sections]
+    assert not problems, "\n".join([name, *problems])
+
+
+@pytest.mark.parametrize("name", SOURCED)
+def test_source(name):
+    found = public()[name] if name in public() else public_functions()[name][1]
+    assert SOURCE.search("\n".join(docstring(found).by_name.get("References", ()))), f"{name}: no source"
+
+
+@pytest.mark.parametrize("kind", kinds(), ids=lambda kind: kind.__name__)
+def test_kind_of_finding(kind):
+    """Parameters of a finding have a comment behind them or above, with the unit of a number, and the class a summary."""
+    assert docstring(kind).summary.endswith(".")

@@ -48,19 +48,20 @@ class Sections:
 UNIT = re.compile(r"\[[^\[\]\n]*[A-Za-z0-9°µ][^\[\]\n]*\](?!_)")  # [s], [(rad/s)²/Hz], [1]; but no reference [1]_
 # Numbers without a unit, by the words that say so.
 BARE = re.compile(
-    r"(?i)\b(probability|p-values?|ratios?|relative|shares?|factors?|confidence level|correlations?|coherence|in SI|degrees of freedom"
-    r"|numbers? of|share|standard deviations?, in|per octave|from 0 to 1|between 0 and 1|logarithm|unit of)\b"
+    r"(?i)\b(probability|p-values?|ratios?|relative|shares?|factors?|confidence level|correlations?|coherence|in SI"
+    r"|degrees of freedom|numbers? of|per octave|logarithm)\b"
 )
 
 
 def wanting(annotation, kind, text):
     """What a description of a value lacks: the shape of an array, the unit of a number."""
     lacks = []
+    annotation = re.sub(r"Callable\[\[.*?\], .*?\]", "", annotation)
     is_array = re.search(r"ArrayLike|NDArray|\bFloats\b|\bInts\b|\bComplexes\b", annotation)
     if is_array and "shape" not in f"{kind} {text}":
         lacks.append("shape")
-    whole = re.search(r"NDArray\[np\.(int64|bool_)\]|\bInts\b", annotation) or re.match(r"(ndarray|array_like) of (int|bool)", kind)
-    is_number = re.search(r"\bfloat\b", annotation) or (is_array and not whole)
+    whole = r"NDArray\[np\.(int64|bool_)\]|\bInts\b|(ndarray|array_like) of (int|bool)"
+    is_number = re.search(r"\bfloat\b", annotation) or (is_array and not re.search(whole, f"{annotation} {kind}"))
     if is_number and not UNIT.search(f"{kind} {text}") and not BARE.search(f"{kind} {text}"):
         lacks.append("unit")
     return lacks

@@ -103,9 +103,16 @@ def function_of(member):
     return inspect.unwrap(member) if inspect.isfunction(member) else None
 
 
+def is_protocol(cls):
+    """Whether a class only says what an argument must have: its attributes are documented where they are implemented."""
+    return getattr(cls, "_is_protocol", False)
+
+
 def members(cls):
     """Public methods and properties of a class, inherited ones of sigmatau included: by name, the class that has it."""
     found = {}
+    if is_protocol(cls):
+        return found
     for owner in cls.__mro__:
         if owner.__module__.startswith("sigmatau"):
             for name, member in vars(owner).items():
@@ -176,5 +183,9 @@ def kinds():
 
     from sigmatau.findings import kinds as package
 
-    modules = [importlib.import_module(f"{package.__name__}.{one.name}") for one in pkgutil.iter_modules(package.__path__)]
-    return [one for module in modules for one in vars(module).values() if is_own(one) and one.__module__ == module.__name__]
+    modules = [
+        importlib.import_module(f"{package.__name__}.{one.name}") for one in pkgutil.iter_modules(package.__path__)
+    ]
+    return [
+        one for module in modules for one in vars(module).values() if is_own(one) and one.__module__ == module.__name__
+    ]

@@ -150,10 +150,25 @@ def analyze(
     OptionError
         For invalid options.
 
+    See Also
+    --------
+    read : the record of a file.
+    fit_channel : a model of your own choice for one channel.
+    fit_jointly : several runs together.
+
     Notes
     -----
     A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve uses
     clusters that are at least half complete; the fit accounts for that, and nothing is read off if more than 1 % is missing.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> analysis = st.analyze(st.simulate(model, duration=600, rate=10, rng=1))
+    >>> walk = analysis["gyro_x"]["random_walk"]
+    >>> walk.low < 1e-4 < walk.high
+    True
     """
     if method not in get_args(Method):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Method))}, not {method!r}", option="method")

@@ -135,7 +135,19 @@ class Verdict(Printed):
     level : float
         Confidence level of "above" and of "below".
     factor : float or None
-        Maximum in typical values, where the datasheet has no maximum.
+        Maximum over the typical value where the datasheet has no maximum: a factor; None without.
+
+    See Also
+    --------
+    compare_with : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> measured = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-3}})
+    >>> verdict = st.compare_with(measured, "icm42688p", sided="one", bias="minimum", factor=2)
+    >>> verdict.status, verdict.out
+    ('out', True)
     """
 
     unit: str
@@ -169,13 +181,36 @@ class Verdict(Printed):
         """Whether the unit fails: if it is out, or for ``"fail"`` unless all maxima are shown to be met.
 
         An undecided typical value fails no unit.
+
+        Parameters
+        ----------
+        undecided : {"pass", "fail"}
+            Whether it counts as passed or as failed that a maximum is not shown to be met.
+
+        Returns
+        -------
+        bool
+
+        Raises
+        ------
+        OptionError
+            For another word.
         """
         if undecided not in ("pass", "fail"):
             raise OptionError(f"{{option}} must be 'pass' or 'fail', not {undecided!r}", option="undecided")
         return self.out or (undecided == "fail" and self.may_be_out)
 
     def of(self, status: Status) -> tuple[Judged, ...]:
-        """The claims with a status."""
+        """The claims with a status.
+
+        Parameters
+        ----------
+        status : {"within", "above typical", "undecided", "out"}
+
+        Returns
+        -------
+        tuple of Judged
+        """
         return tuple(judged for judged in self.judged if judged.status == status)
 
     def line(self) -> str:

@@ -53,6 +53,10 @@ class Accumulator(Printed):
     OptionError
         For an impossible rate, unit, grid or start, or no channel.
 
+    See Also
+    --------
+    allan : the same from a record.
+
     Examples
     --------
     >>> import numpy as np
@@ -125,6 +129,7 @@ class Accumulator(Printed):
         Parameters
         ----------
         chunk : array_like, shape (n, n_channels) or (n,) for one channel; or a mapping from channel to (n,)
+            Samples in the unit that was given. [`unit`; SI by default]
 
         Raises
         ------
@@ -151,13 +156,20 @@ class Accumulator(Printed):
             sums.push(column)
 
     def merge(self, later: Accumulator) -> None:
-        """Add the samples of the accumulator of the following part of the record; `later` is not changed.
+        """Add the samples of the accumulator of the following part of the record.
+
+        Parameters
+        ----------
+        later : Accumulator
+            Begins where this one ends. It is not changed.
 
         Raises
         ------
+        TypeError
+            If `later` is not an accumulator.
         ValueError
-            If `later` is not made for the same channels, rate and times in the same way, or does not begin where this one
-            ends; then nothing has changed.
+            If `later` is not made for the same channels, rate and times in the same way, or does not begin where this
+            one ends; then nothing has changed.
         """
         if not isinstance(later, Accumulator):
             raise TypeError(f"only an Accumulator can be merged, not a {type(later).__name__}")

@@ -72,8 +72,11 @@ def fit_channel(
         added. [s]
     regressors : mapping of str to array_like, shape (n,), optional
         Curves at the samples that the mean may follow, at most 20, by name: a supply voltage, another thermometer.
+        [any unit]
     level : float
         Confidence level of intervals and limits.
+    threads : int, optional
+        Default: all cores. Results do not depend on it.
 
     Returns
     -------
@@ -92,6 +95,10 @@ def fit_channel(
     See Also
     --------
     analyze : all channels, without what disturbs them.
+
+    References
+    ----------
+    docs/theory/likelihood.md derives the likelihood; IEEE Std 952 names the terms.
 
     Examples
     --------

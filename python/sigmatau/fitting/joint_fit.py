@@ -55,7 +55,7 @@ class RunOfJoint:
     cause : str
         Where the run differs most: a term, or ``"all"``: the shape of the spectrum, with its filter.
     factor : float or None
-        The coefficient of `cause` over that of the other runs; None if they do not show it.
+        The coefficient of `cause` over that of the other runs; None if they do not show it. [1]
     """
 
     name: str
@@ -116,6 +116,19 @@ class JointChannel(Tabular):
     homogeneity : mapping of str to float
         P-value of the same coefficient in all runs, by common term, where the runs show it.
     runs : tuple of RunOfJoint
+
+    See Also
+    --------
+    fit_jointly : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.simulate(model, duration=300, rate=10, rng=day) for day in range(3)]
+    >>> joint = st.fit_jointly(days)["gyro_x"]
+    >>> joint.pooled(), joint.outliers
+    ('3 runs, 15 min together', ())
     """
 
     fit: NoiseFit
@@ -126,6 +139,7 @@ class JointChannel(Tabular):
 
     @property
     def channel(self) -> str:
+        """Name of the channel."""
         return self.fit.channel
 
     @property
@@ -194,7 +208,20 @@ class JointChannel(Tabular):
 
 
 class JointFit(TablesByChannel[JointChannel]):
-    """Joint fits by channel: an immutable mapping in the order of the records."""
+    """Joint fits by channel: an immutable mapping in the order of the records.
+
+    See Also
+    --------
+    fit_jointly : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.simulate(model, duration=300, rate=10, rng=day) for day in range(3)]
+    >>> list(st.fit_jointly(days).fits)
+    ['gyro_x']
+    """
 
     __slots__ = ()
 

@@ -99,7 +99,35 @@ class Coefficient:
 
 @frozen(kw_only=False)
 class ReadOff(Mapping[str, Coefficient], Tabular):
-    """Coefficients read off one channel: a mapping from term to `Coefficient`, without terms that have no region."""
+    """Coefficients read off one channel: a mapping from term to `Coefficient`, without terms that have no region.
+
+    Attributes
+    ----------
+    channel : str
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    rate_unit : str
+        SI unit of the channel.
+    coefficients : mapping of str to Coefficient
+        By term.
+    refused : tuple of Refusal
+        Regions with the slope of a term that are not that of the term.
+
+    See Also
+    --------
+    read_off : makes it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> rates = 1e-3 * np.random.default_rng(1).standard_normal(100_000)
+    >>> curve = st.allan(st.Record.from_arrays(rate=100, gyro_x=rates))["gyro_x"]
+    >>> found = st.read_off(curve)
+    >>> walk = found["random_walk"]
+    >>> abs(walk.value - 1e-4) < 2 * walk.error, walk.unit
+    (True, 'rad/sqrt(s)')
+    """
 
     channel: str
     quantity: str
@@ -121,7 +149,17 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         return len(self.coefficients)
 
     def texts(self, term: str) -> list[tuple[str, str]]:
-        """A coefficient in each of the field's units: ``[("0.973 ± 0.074", "arcsec")]``."""
+        """A coefficient in each of the field's units: ``[("0.973 ± 0.074", "arcsec")]``.
+
+        Parameters
+        ----------
+        term : str
+            A term that was read off.
+
+        Returns
+        -------
+        list of (str, str)
+        """
         c = self[term]
         return [
             (value_error_text(c.value / factor, c.error / factor), text)
@@ -137,6 +175,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
     _repr_html_ = Printed._repr_html_  # in the field's units
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, by term."""
         return {term: c.to_dict() for term, c in self.coefficients.items()}
 
     def __repr__(self) -> str:

@@ -33,6 +33,10 @@ class GaussMarkov:
     --------
     ChannelModel : the noise of one channel.
 
+    References
+    ----------
+    IEEE Std 952, annex C.
+
     Examples
     --------
     >>> from sigmatau import ChannelModel, GaussMarkov
@@ -66,6 +70,10 @@ class Resonance:
     See Also
     --------
     ChannelModel : the noise of one channel.
+
+    References
+    ----------
+    docs/theory/likelihood.md has its density.
 
     Examples
     --------
@@ -111,6 +119,10 @@ class Sinusoid:
     --------
     ChannelModel : the noise of one channel.
 
+    References
+    ----------
+    IEEE Std 952, annex C.
+
     Examples
     --------
     >>> from sigmatau import ChannelModel, Sinusoid
@@ -147,6 +159,10 @@ class LowPass:
     --------
     ChannelModel : the noise of one channel.
 
+    References
+    ----------
+    docs/theory/simulation.md: the sampled states of the filter.
+
     Examples
     --------
     >>> from sigmatau import ChannelModel, LowPass
@@ -173,7 +189,18 @@ class LowPass:
             object.__setattr__(self, "rate", _positive("the rate of a bandwidth", self.rate))
 
     def before_sampling(self, random_walk: float) -> float:
-        """The random walk in front of the sampler."""
+        """The random walk in front of the sampler.
+
+        Parameters
+        ----------
+        random_walk : float
+            That of the samples, if the filter has a `rate`; else that in front already. [SI]
+
+        Returns
+        -------
+        float
+            [SI]
+        """
         if self.rate is None:
             return random_walk
         return random_walk / aliasing_inflation(rate=self.rate, bandwidth=self.corner, order=self.order)

@@ -89,6 +89,10 @@ def predict(
     possible. In a record of `simulate` only the first sample of flicker noise is 0, so errors are larger, by the factor
     `Prediction.flicker_in_records`.
 
+    References
+    ----------
+    docs/theory/prediction.md has the equations.
+
     Examples
     --------
     >>> import sigmatau as st

@@ -64,7 +64,7 @@ class PredictedError(Printed):
     low, high : ndarray or None, shape (n_times,)
         Interval of `rms`, as sure as the coefficients are; None if that of none is known. [unit]
     shares : mapping of (str, str) to ndarray, shape (n_times,)
-        Parts of rms², by channel and term; they add up to 1. One of correlated noise may be negative.
+        Parts of rms², by channel and term; they add up to 1. [1] One of correlated noise may be negative.
     at_most : ndarray or None, shape (n_times,)
         With the terms that were not seen, and those that the record cannot tell from each other, at their limits, the
         others at the upper end of the interval; None if the model has no limits. [unit]
@@ -182,7 +182,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
         Largest relative error of the Allan deviation of the flicker noise.
     flicker_in_records : tuple of float or None
         Without a calibration: least and largest of what flicker noise makes of these errors in a record of `simulate`, whose
-        first sample of it is 0, over what it makes here, where all that it is made of is known at the start.
+        first sample of it is 0, over what it makes here, where all that it is made of is known at the start. [1]
     as_known : tuple of (str, str)
         Channels and parts whose errors are not known, or not in the model, and are taken for none in the intervals.
     not_seen : tuple of (str, str)

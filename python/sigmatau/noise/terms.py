@@ -266,14 +266,25 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
     ndarray, shape (n_f,)
         [(unit of the rate)²/Hz, two-sided]
 
+    Raises
+    ------
+    ValueError
+        For an unknown term, or quantization without `tau0`.
+
     See Also
     --------
     avar : the Allan variance of the same term.
 
     Notes
     -----
-    Eqs. (14), (16), (18), (20), (24). A ramp is deterministic and has no PSD: eq. (24) is the conventional stand-in, whose
-    Allan variance by eq. (11) diverges and is not eq. (23). It is given for drawing only.
+    A ramp is deterministic and has no PSD: eq. (24) is the conventional stand-in, whose Allan variance by eq. (11)
+    diverges and is not eq. (23). It is given for drawing only.
+
+    References
+    ----------
+    Eqs. (14), (16), (18), (20) and (24) of [1]_.
+
+    .. [1] :doi:`10.1109/TIM.2007.908635`
 
     Examples
     --------

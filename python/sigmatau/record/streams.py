@@ -254,25 +254,82 @@ class Stream:
     mask: NDArray[np.bool_] | None = field(default=None, repr=False)
 
     def column(self, channel: str) -> NDArray[np.float64]:
-        """All rates of one channel in SI, shape (n,); NaN where samples are missing."""
+        """All rates of one channel in SI; NaN where samples are missing.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            [unit of the stream]
+
+        Raises
+        ------
+        KeyError
+            For a channel that the stream does not have.
+        """
         return self.samples.read(self.channels.index(channel), 0, self.grid.n)
 
     def chunks(self, size: int = CHUNK) -> Iterator[NDArray[np.float64]]:
-        """The rates in SI in consecutive pieces of shape (≤ size, n_channels); may be called again and again."""
+        """The rates in SI in consecutive pieces; may be called again and again.
+
+        Parameters
+        ----------
+        size : int
+            Samples of a piece, at most.
+
+        Yields
+        ------
+        ndarray, shape (≤ size, n_channels)
+            [unit of the stream]
+        """
         for start in range(0, self.grid.n, size):
             stop = min(start + size, self.grid.n)
             yield np.stack([self.samples.read(c, start, stop) for c in range(len(self.channels))], axis=1)
 
     def with_rates(self, columns: Sequence[NDArray[np.float64]]) -> Stream:
-        """The stream with the given rates in SI, one array per channel."""
+        """The stream with the given rates in SI.
+
+        Parameters
+        ----------
+        columns : sequence of ndarray, shape (n,)
+            One a channel. [unit of the stream]
+
+        Returns
+        -------
+        Stream
+        """
         return replace(self, samples=Columns(tuple(columns), (Transform(),) * len(columns), self.grid.tau0))
 
     def only(self, channel: str) -> Stream:
-        """A stream of one of the channels."""
+        """A stream of one of the channels.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+
+        Returns
+        -------
+        Stream
+        """
         return self.of([channel])
 
     def of(self, channels: Sequence[str]) -> Stream:
-        """A stream of some of the channels."""
+        """A stream of some of the channels.
+
+        Parameters
+        ----------
+        channels : sequence of str
+            Names of the channels.
+
+        Returns
+        -------
+        Stream
+        """
         if tuple(channels) == self.channels:
             return self
         at = [self.channels.index(channel) for channel in channels]
@@ -287,7 +344,17 @@ class Stream:
         return replace(self, channels=tuple(channels), samples=samples, mask=mask if missing else None)
 
     def cut(self, start: int, stop: int) -> Stream:
-        """A stream of the samples `start` to `stop`."""
+        """The stream of some of the samples.
+
+        Parameters
+        ----------
+        start, stop : int
+            Samples, from `start` to before `stop`.
+
+        Returns
+        -------
+        Stream
+        """
         more = 1 if self.samples.transforms[0].kind == "accumulated" else 0
         raw = tuple(r[start : stop + more] for r in self.samples.raw)
         missing = None if self.samples.missing is None else self.samples.missing[start:stop]

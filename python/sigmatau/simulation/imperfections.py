@@ -249,7 +249,23 @@ class Imperfections(Printed):
         _not_negative("the jitter of the stamps", self.jitter)
 
     def check(self, channels: Iterable[str], tau0: float, duration: float) -> None:
-        """Raise `OptionError` for imperfections that do not fit these channels, sample interval and length."""
+        """Check that the imperfections fit a simulation.
+
+        Parameters
+        ----------
+        channels : iterable of str
+            Names of the channels.
+        tau0 : float
+            Sample interval. [s]
+        duration : float
+            Length of the record. [s]
+
+        Raises
+        ------
+        OptionError
+            For an imperfection of a channel that is not there, a thermometer beside a channel of its name, an outage
+            beyond the record or over all of it, or a jitter above a tenth of the sample interval.
+        """
         names = list(channels)
         known = {*names, *map(stream_name, names)}
         sensitivity = {} if self.temperature is None else self.temperature.sensitivity

@@ -115,9 +115,13 @@ def simulate_to(
 
     Notes
     -----
-    The filter of flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995, :doi:`10.1109/5.381848`) is (1 − z⁻¹)^(−1/2) =
-    (1/π)·∫ x^(−1/2)·(1 − x)^(−1/2)/(1 − x·z⁻¹) dx from 0 to 1; by a trapezoidal rule it is a sum of poles that share one
-    white noise. They start with their joint stationary covariance.
+    The filter of flicker noise [1]_ is (1 − z⁻¹)^(−1/2) = (1/π)·∫ x^(−1/2)·(1 − x)^(−1/2)/(1 − x·z⁻¹) dx from 0 to 1;
+    by a trapezoidal rule it is a sum of poles that share one white noise. They start with their joint stationary
+    covariance.
+
+    References
+    ----------
+    .. [1] N. J. Kasdin, Proc. IEEE 83, 1995, :doi:`10.1109/5.381848`.
 
     Examples
     --------

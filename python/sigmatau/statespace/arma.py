@@ -209,7 +209,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     dt : float
         Sample interval. [s]
     tau_max, flicker_error : float
-        As in `sigmatau.statespace.state_space`.
+        As in `sigmatau.state_space`.
 
     Returns
     -------

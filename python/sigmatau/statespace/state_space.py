@@ -237,6 +237,10 @@ def state_space(
     The rate random walk is sampled, b' = b + K·√dt·w; a ramp is a slope of variance R². All terms except flicker noise are
     exact at `dt`.
 
+    References
+    ----------
+    docs/theory/state-space.md has the matrices of each term.
+
     Examples
     --------
     >>> import sigmatau as st

@@ -53,7 +53,7 @@ class Verification(Printed):
     used : ndarray of bool, shape (n_tau,)
         Whether the averaging time is one of the octaves of the misfit.
     misfit : float
-        uᵀC⁻¹u, a number without unit; see `verify`.
+        uᵀC⁻¹u, see `verify`. [1]
     freedom : int
         Expected misfit if the model is true.
     p_value : float
@@ -214,7 +214,7 @@ def verify(
         Shortest averaging time of the misfit, for sensors with a filter. Default: `ChannelModel.tau_min`, the
         shortest averaging time of the fit. [s]
     flicker_error : float
-        As in `sigmatau.statespace.state_space`.
+        As in `sigmatau.state_space`.
     level : float
         Probability of the bands.
 
@@ -252,6 +252,10 @@ def verify(
     standard deviation, 10 %. Far below the time constant of a steep filter neighbouring variances are almost identical:
     of 150 true records with order 9 at 1 Hz, sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60. Strided
     curves are treated as if their clusters began at every sample.
+
+    References
+    ----------
+    docs/theory/state-space.md derives the Allan variance of a linear system.
 
     Examples
     --------

@@ -28,7 +28,7 @@ class Chosen:
     states : tuple of {"fitted", "not_fitted", "not_at_rest", "failed"}
         Default: all states.
     since, until : datetime or None
-        Beginning of the record, UTC.
+        Beginning of the record: from `since` to before `until`, UTC.
     pattern : bool
         Whether ``*`` in the name of a unit stands for any text.
     history : bool

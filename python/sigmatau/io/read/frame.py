@@ -59,6 +59,20 @@ def from_frame(
         value, `RecordTooShortError`.
     TypeError
         If `frame` is not a data frame.
+
+    See Also
+    --------
+    read : a record from a file.
+    Record.from_arrays : a record from arrays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> frame = {"time [s]": np.arange(1000) / 100, "gyro_x [deg/s]": np.zeros(1000)}
+    >>> st.from_frame(frame)
+    Record of 1 stream
+      gyro: gyro_x [rad/s], 1000 samples at 100 Hz (10 s)
     """
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=None

@@ -1,10 +1,10 @@
 """Every public name has a docstring that says what it takes, gives and raises; `public_names` says which names are public.
 
 The mechanical rules are those of numpydoc's validation that help a reader: a summary with a full stop (SS03), exactly the
-parameters of the signature, each with a type (PR01, PR02, PR04), what is returned (RT01), See Also and Examples (SA01, EX01)
-of names that a user calls. Its other codes are off: they want an extended summary, a verb, a capital or a full stop everywhere
-(ES01, SS05, SS06, PR08, PR09, RT04, RT05), or the text on a second line (GL01), which this package does not do. Beyond
-numpydoc, arrays have a shape, numbers a unit, estimators a source; `test_documented_errors` provokes the errors.
+parameters of the signature, each with a type (PR01, PR02, PR04), what is returned (RT01), See Also and Examples (SA01,
+EX01) of names that a user calls. Its other codes are off: they want an extended summary, a verb, a capital or a full stop
+everywhere (ES01, SS05, SS06, PR08, PR09, RT04, RT05), or the text on a second line (GL01), which this package does not do.
+Beyond numpydoc, arrays have a shape, numbers a unit, estimators a source; `test_documented_errors` provokes the errors.
 """
 
 import ast

@@ -146,7 +146,7 @@ def analyze(
     Raises
     ------
     DataError
-        If the record is too short, if no channel can be analysed, or if samples are missing and `long` is "strided".
+        If no channel can be analysed, or if samples are missing and `long` is "strided".
     OptionError
         For invalid options.
 

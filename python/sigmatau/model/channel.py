@@ -84,6 +84,12 @@ class ChannelModel(Mapping[str, float], Printed):
     highest : float or None
         Frequency up to which a fit used the spectrum; None for all, or without a fit. [Hz]
 
+    Raises
+    ------
+    DataError
+        For an unknown term, a coefficient that is not positive or outside 1e-100 … 1e100, no term at all, or a
+        bandwidth without a random walk.
+
     See Also
     --------
     NoiseModel : the channels of a sensor.
@@ -223,7 +229,7 @@ class ChannelModel(Mapping[str, float], Printed):
         m : array_like of int, shape (n_tau,), optional
             Cluster sizes in samples, in place of `tau`.
         tau0 : float, optional
-            Sample interval. Default: that of the record of a model from a fit. [s]
+            Sample interval, needed with `m`. [s]
 
         Returns
         -------
@@ -233,7 +239,7 @@ class ChannelModel(Mapping[str, float], Printed):
         Raises
         ------
         OptionError
-            For neither `tau` nor `m`, times that are not positive, or a model without a sampling rate and no `tau0`.
+            For neither `tau` nor `m` with `tau0`, for both, or for times that are not positive.
         """
         if tau is None:
             if m is None or tau0 is None:

@@ -45,6 +45,11 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Correlation of the noise of two channels, by term, −1 … 1: ``{"random_walk": {("gyro_x", "gyro_y"): 0.3}}``.
         Other pairs are independent.
 
+    Raises
+    ------
+    DataError
+        For no channel, a channel that is not a model, or a correlation of terms or channels that are not there.
+
     See Also
     --------
     ChannelModel : the noise of one channel.
@@ -181,9 +186,9 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Raises
         ------
         TypeError
-            If the content is neither an analysis nor a mapping.
+            For a result of another function, such as a fit.
         DataError
-            If the mapping is not a result, or a channel has no model.
+            If the content is not a result of `analyze`, or a channel has no model.
         """
         convert = getattr(content, "to_dict", None)  # of an Analysis, which this package cannot import
         plain = convert() if callable(convert) and not isinstance(content, type) else content

@@ -29,6 +29,11 @@ class GaussMarkov:
     time : float
         Correlation time. [s]
 
+    Raises
+    ------
+    DataError
+        For a number that is not positive.
+
     See Also
     --------
     ChannelModel : the noise of one channel.
@@ -66,6 +71,11 @@ class Resonance:
         Centre. [Hz]
     width : float
         Half width, less than the centre. [Hz]
+
+    Raises
+    ------
+    DataError
+        For a number that is not positive, or a half width that is not less than the centre.
 
     See Also
     --------
@@ -115,6 +125,11 @@ class Sinusoid:
     frequency : float
         [Hz]
 
+    Raises
+    ------
+    DataError
+        For a number that is not positive.
+
     See Also
     --------
     ChannelModel : the noise of one channel.
@@ -154,6 +169,11 @@ class LowPass:
     rate : float or None
         Sampling rate at which the random walk was measured: it is then the density of those samples at low frequencies, with
         what is aliased. None: it is the density before the sampler. [Hz]
+
+    Raises
+    ------
+    DataError
+        For an order that is not 1 to 9, or a corner outside its range.
 
     See Also
     --------

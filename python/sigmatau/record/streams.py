@@ -271,7 +271,13 @@ class Stream:
         KeyError
             For a channel that the stream does not have.
         """
-        return self.samples.read(self.channels.index(channel), 0, self.grid.n)
+        return self.samples.read(self._position(channel), 0, self.grid.n)
+
+    def _position(self, channel: str) -> int:
+        try:
+            return self.channels.index(channel)
+        except ValueError:
+            raise KeyError(f"no channel {channel!r}; the stream has {', '.join(self.channels)}") from None
 
     def chunks(self, size: int = CHUNK) -> Iterator[NDArray[np.float64]]:
         """The rates in SI in consecutive pieces; may be called again and again.
@@ -315,6 +321,11 @@ class Stream:
         Returns
         -------
         Stream
+
+        Raises
+        ------
+        KeyError
+            For a channel that the stream does not have.
         """
         return self.of([channel])
 
@@ -329,10 +340,15 @@ class Stream:
         Returns
         -------
         Stream
+
+        Raises
+        ------
+        KeyError
+            For a channel that the stream does not have.
         """
         if tuple(channels) == self.channels:
             return self
-        at = [self.channels.index(channel) for channel in channels]
+        at = [self._position(channel) for channel in channels]
         samples = replace(
             self.samples,
             raw=tuple(self.samples.raw[k] for k in at),

@@ -34,6 +34,11 @@ class WarmUp:
         At the start, of either sign. [unit of the rate]
     time : float
         Time constant. [s]
+
+    Raises
+    ------
+    OptionError
+        For an amplitude that is not finite, or a time that is not positive.
     """
 
     amplitude: float
@@ -79,6 +84,11 @@ class Temperature:
     sensitivity : mapping of str to float
         Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start. [unit of the
         rate per K]
+
+    Raises
+    ------
+    OptionError
+        For a temperature below absolute zero, a time that is not positive, or a negative resolution.
     """
 
     start: float
@@ -146,6 +156,11 @@ class Outage:
         Beginning, since that of the log. [s]
     length : float
         [s]
+
+    Raises
+    ------
+    OptionError
+        For a negative start, or a length that is not positive.
     """
 
     start: float
@@ -187,6 +202,11 @@ class Imperfections(Printed):
     jitter : float
         Standard deviation of the time stamps about the regular times of the samples: only the stamps are wrong. At most a
         tenth of the sample interval, so that stamps stay in order. Normal, clipped at 4.5 standard deviations. [s]
+
+    Raises
+    ------
+    OptionError
+        For an invalid value; names the attribute.
 
     See Also
     --------

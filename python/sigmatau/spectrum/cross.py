@@ -333,7 +333,9 @@ def cross_spectrum(
     OptionError
         As `sigmatau.psd`; for a channel with itself.
     DataError
-        If the record does not have the channels, or they are not sampled together.
+        If the channels are not sampled together, or a stream does not have them.
+    KeyError
+        If a record does not have the channels.
     RecordTooShortError
         If too few segments have all samples of both channels.
 

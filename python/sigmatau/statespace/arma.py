@@ -221,10 +221,10 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     Raises
     ------
     OptionError
-        As `sigmatau.statespace.state_space`.
+        As `sigmatau.state_space`.
     DataError
-        For a sinusoid, which is not an ARIMA process, or a ramp without noise; if the spectrum of the result differs from
-        the model's by more than 1e-4.
+        For a sinusoid, which is not an ARIMA process, or a ramp without noise; if the spectrum of the result differs
+        from the model's by more than 1e-4.
 
     See Also
     --------

@@ -102,10 +102,8 @@ class Naming:
 
         Raises
         ------
-        UnknownUnitError
-            If nothing names its unit.
         DataError
-            If a date or a temperature cannot be read.
+            If nothing names its unit, or a date or a temperature cannot be read.
         """
         stated = result.get("notes")
         by_key = stated.items() if isinstance(stated, Mapping) else ()

@@ -87,8 +87,8 @@ def read(
     -------
     Record
         Streams ``gyro`` (rad/s), ``accel`` (m/s²) and one for each signal (in its own unit); each channel of shape
-        (n,). `Record.provenance` lists the conversions, `Record.findings` the faults of the file and of its time
-        stamps.
+        (n,), NaN where a value is missing or infinite. `Record.provenance` lists the conversions, `Record.findings`
+        the faults of the file and of its time stamps.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def read(
         If the file is missing, empty, damaged or of an unknown format; if a row has another length or contains a
         non-numeric value; if time goes backwards.
     NonFiniteError
-        For an infinite value.
+        If more than half of the rows have no time stamp.
     RecordTooShortError
         For fewer than 4 samples.
 

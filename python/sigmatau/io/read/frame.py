@@ -55,8 +55,11 @@ def from_frame(
     OptionError
         If an argument is missing or wrong.
     DataError
-        If columns have unequal lengths or non-numeric values, or time goes backwards; `NonFiniteError` for an infinite
-        value, `RecordTooShortError`.
+        If columns have unequal lengths or non-numeric values, or time goes backwards.
+    NonFiniteError
+        If more than half of the rows have no time stamp.
+    RecordTooShortError
+        For fewer than 4 samples.
     TypeError
         If `frame` is not a data frame.
 

@@ -163,5 +163,9 @@ def test_source(name):
 
 @pytest.mark.parametrize("kind", kinds(), ids=lambda kind: kind.__name__)
 def test_kind_of_finding(kind):
-    """Parameters of a finding have a comment behind them or above, with the unit of a number, and the class a summary."""
-    assert docstring(kind).summary.endswith(".")
+    """The parameters of a finding are public as data: ``finding.details``, and ``details`` in JSON."""
+    sections = docstring(kind)
+    problems = [] if sections.summary.endswith(".") else ["no summary that ends with a full stop"]
+    own = {name: str(of) for name, of in vars(kind).get("__annotations__", {}).items() if name != "kind"}
+    problems += problems_of_entries(sections, "Attributes", own)
+    assert not problems, "\n".join([kind.__name__, *problems])

@@ -24,7 +24,7 @@ class _SourcedError(ValueError):
 
     def __init__(self, message: str) -> None:
         super().__init__(message)
-        self.source = ""
+        self.source: str = ""
 
     @property
     def message(self) -> str:

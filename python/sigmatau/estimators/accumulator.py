@@ -95,12 +95,12 @@ class Accumulator(Printed):
             raise OptionError(f"{{option}} must be the index of a sample, not {start!r}", option="start")
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
-        self.channels = channels
-        self.tau0 = 1.0 / float(rate)
+        self.channels: tuple[str, ...] = channels
+        self.tau0: float = 1.0 / float(rate)
         if long not in ("exact", "strided"):
             raise OptionError(f"{{option}} must be 'exact' or 'strided', not {long!r}", option="long")
         self.long = long
-        self.start = int(start)
+        self.start: int = int(start)
         kinds = [conversion(channel, unit or {}, input) for channel in channels]
         unknown = set(unit or {}) - {name for channel in channels for name in (channel, channel.split("_")[0])}
         if unknown:

@@ -8,13 +8,17 @@ Beyond numpydoc, arrays have a shape, numbers a unit, estimators a source; `test
 """
 
 import ast
+import contextlib
+import importlib
 import inspect
 import re
+import sys
 import textwrap
 from functools import cache
 
 import pytest
 
+import sigmatau
 from docstring_sections import Sections, wanting
 from public_names import (
     exported,
@@ -159,6 +163,42 @@ def test_function(name):
 def test_source(name):
     found = public()[name] if name in public() else public_functions()[name][1]
     assert SOURCE.search("\n".join(docstring(found).by_name.get("References", ()))), f"{name}: no source"
+
+
+def found_in(places, names):
+    """Whether the first place that has the first name leads to the others, attribute by attribute."""
+    place = next((place for place in places if hasattr(place, names[0])), None)
+    for name in names:
+        if not hasattr(place, name):
+            return name in getattr(place, "__annotations__", {})
+        place = getattr(place, name)
+    return True
+
+
+def leads_somewhere(name, module, owner):
+    """Whether a name in a docstring exists: with the package in front, in the class, in the module, or in sigmatau."""
+    if not name.startswith("sigmatau."):
+        return found_in((owner, sys.modules[module], sigmatau), name.split("."))
+    with contextlib.suppress(ImportError):
+        return importlib.import_module(name) is not None
+    above, _, last = name.rpartition(".")
+    with contextlib.suppress(ImportError):
+        return found_in((importlib.import_module(above),), [last])
+    above, _, of = above.rpartition(".")
+    return found_in((importlib.import_module(above),), [of, last])
+
+
+def test_names_in_docstrings_exist():
+    """See Also, and names with a dot in backticks; others may be parameters."""
+    every = [(name, one, one if inspect.isclass(one) else None) for name, one in public().items()]
+    every += [(name, function_of(member), owner) for name, (owner, member) in public_functions().items()]
+    missing = []
+    for name, one, owner in every:
+        sections = docstring(one)
+        named = {other for entry in sections.entries("See Also") for other in entry.names}
+        named |= set(re.findall(r"(?<!`)`((?:\w+\.)+\w+)`(?!`)", sections.text)) - {"scipy.signal.sosfilt"}
+        missing += [f"{name}: {other}" for other in named if not leads_somewhere(other, one.__module__, owner)]
+    assert not missing, "\n".join(missing)
 
 
 @pytest.mark.parametrize("kind", kinds(), ids=lambda kind: kind.__name__)

@@ -122,7 +122,8 @@ def analyze(
         sample or less often ("strided"), see `sigmatau.Accumulator`. "auto" is exact if the memory suffices; otherwise it is
         strided, with a finding.
     window : str, optional
-        Part of the record to analyse: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see `sigmatau.window`.
+        Part of the record to analyse: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see
+        `sigmatau.quality.selection.window`.
     leave_out : str or sequence of str, optional
         Stretches to treat as missing, ``"720s:722s,1080s:1083s"`` from the beginning of the whole record, see
         `sigmatau.quality.selection.exclusion.leave_out`.

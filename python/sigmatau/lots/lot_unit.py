@@ -125,7 +125,7 @@ class UnitResult:
     findings : tuple of UnitFinding
         Findings of the analysis.
     rest : str
-        Verdict about rest, as in `Rest.verdict`; empty if not known.
+        Verdict about rest, as in `Analysis.rest`; empty if not known.
     error : str
         Why the unit has no result; empty if it has one.
     absent : bool

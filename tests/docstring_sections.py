@@ -48,7 +48,7 @@ class Sections:
 UNIT = re.compile(r"\[[^\[\]\n]*[A-Za-z0-9°µ][^\[\]\n]*\](?!_)")  # [s], [(rad/s)²/Hz], [1]; but no reference [1]_
 # Numbers without a unit, by the words that say so.
 BARE = re.compile(
-    r"(?i)\b(probability|p-values?|ratios?|relative|shares?|factors?|confidence level|correlations?|coherence|in SI"
+    r"(?i)\b(probability|p-values?|ratios?|relative|shares?|factors?|confidence level|correlations?\b.*1|coherence|in SI"
     r"|degrees of freedom|numbers? of|per octave|logarithm)\b"
 )
 

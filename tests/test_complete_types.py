@@ -30,8 +30,10 @@ def shows_its_type(value, parameters):
 
 
 def guessed_attributes(tree):
-    """Public attributes that ``__init__`` of a public class sets without a type."""
-    for cls in (node for node in tree.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")):
+    """Public attributes that ``__init__`` of a public class, or of a base class, sets without a type."""
+    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    bases = {ast.unparse(base) for cls in classes for base in cls.bases}
+    for cls in (cls for cls in classes if not cls.name.startswith("_") or cls.name in bases):
         declared = {node.target.id for node in cls.body if isinstance(node, ast.AnnAssign)}
         for init in (node for node in cls.body if isinstance(node, ast.FunctionDef) and node.name == "__init__"):
             given = {one.arg for one in (*init.args.args, *init.args.kwonlyargs) if one.annotation}

@@ -1,9 +1,11 @@
 """Every public name has a docstring that says what it takes, gives and raises; `public_names` says which names are public.
 
-The mechanical rules are those of numpydoc's validation that help a reader: a summary with a full stop (SS03), exactly the
-parameters of the signature, each with a type (PR01, PR02, PR04), what is returned (RT01), See Also and Examples (SA01,
-EX01) of names that a user calls. Its other codes are off: they want an extended summary, a verb, a capital or a full stop
-everywhere (ES01, SS05, SS06, PR08, PR09, RT04, RT05), or the text on a second line (GL01), which this package does not do.
+The mechanical rules are those of numpydoc's validation that help a reader: sections in order (GL07), a summary with a full
+stop (SS03), exactly the parameters of the signature in their order, each with a type and a text (PR01, PR02, PR03, PR04,
+PR07), what is returned (RT01), See Also and Examples (SA01, EX01) of names that a user calls. The other codes are off: they
+want an extended summary, a verb, a capital or a full stop everywhere (ES01, SS05, SS06, PR08, PR09, RT03, RT05, SA03), or
+the text on a second line (GL01), which this package does not do. A method without parameters may say in its summary what it
+returns; parameters may be those of another function that describes them; fields of a dataclass are under Attributes.
 Beyond numpydoc, arrays have a shape, numbers a unit, estimators a source; `test_documented_errors` provokes the errors.
 """
 
@@ -50,6 +52,7 @@ SOURCED = (
     *("sigmatau.noise.uncertainty.percentage_error", "sigmatau.model.transform.avar_from_psd"),
     *("ChannelModel.avar", "ChannelModel.psd", "ChannelModel.autocovariance"),
 )
+ORDER = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "See Also", "Notes", "References", "Examples")
 SOURCE = re.compile(r":doi:|NIST|IEEE|ISO|JCGM|eqs?\. \(\d|\b(19|20)\d\d\b|docs/(theory|study)")
 
 
@@ -77,6 +80,8 @@ def problems_of_entries(sections, section, expected):
     described = sections.described(section)
     found = [f"{section}: {name} is not described" for name in expected if name not in described]
     found += [f"{section}: {name} does not exist" for name in described if name not in expected]
+    if section == "Parameters" and not found and list(described) != list(expected):
+        found.append(f"{section}: not in the order of the signature")
     for name, annotation in expected.items():
         if name not in described:
             continue
@@ -87,6 +92,8 @@ def problems_of_entries(sections, section, expected):
         if not entry.type:
             found.append(f"{section}: {name} has no type")
         found += [f"{section}: {name} lacks its {what}" for what in wanting(annotation, entry.type, entry.text)]
+        if section == "Parameters" and not entry.text and not entry.type.startswith("{"):
+            found.append(f"{section}: {name} has no text")
     return found
 
 
@@ -95,6 +102,15 @@ def describes(other, parameter):
     """Whether another public function, or method of the same or a public class, describes the parameter."""
     ends = [member for name, (_, member) in public_functions().items() if name == other or name.endswith(f".{other}")]
     return any(parameter in docstring(one).described("Parameters") for one in ends)
+
+
+def problems_of_form(sections):
+    if not sections.summary.endswith((".", "]", ":")):
+        yield "no summary that ends with a full stop"
+    if not sections.underlined:
+        yield "an underline is not as long as its heading"
+    if [name for name in ORDER if name in sections.by_name] != list(sections.by_name):
+        yield f"unknown sections, or not in this order: {', '.join(ORDER)}"
 
 
 def raised_in(function):
@@ -120,7 +136,7 @@ def test_the_surface_is_complete():
 def test_class(name):
     found = classes()[name]
     sections = docstring(found)
-    problems = [] if sections.summary.endswith((".", ":")) else ["no summary that ends with a full stop"]
+    problems = [*problems_of_form(sections)]
     fields = public_fields(found)
     if fields:
         annotations = {field: str(owner.__annotations__[field]) for field, owner in fields.items()}
@@ -139,9 +155,7 @@ def test_function(name):
     sections = docstring(found)
     returned = str(inspect.signature(function).return_annotation)
     taken = parameters(function)
-    problems = [] if sections.summary.endswith((".", "]", ":")) else ["no summary that ends with a full stop"]
-    if not sections.underlined:
-        problems.append("an underline is not as long as its heading")
+    problems = [*problems_of_form(sections)]
     problems += problems_of_entries(sections, "Parameters", taken)
     if returned != "None" and (taken or owner is None):
         if "Returns" not in sections and "Yields" not in sections:
@@ -205,7 +219,7 @@ def test_names_in_docstrings_exist():
 def test_kind_of_finding(kind):
     """The parameters of a finding are public as data: ``finding.details``, and ``details`` in JSON."""
     sections = docstring(kind)
-    problems = [] if sections.summary.endswith(".") else ["no summary that ends with a full stop"]
+    problems = [*problems_of_form(sections)]
     own = {name: str(of) for name, of in vars(kind).get("__annotations__", {}).items() if name != "kind"}
     problems += problems_of_entries(sections, "Attributes", own)
     assert not problems, "\n".join([kind.__name__, *problems])

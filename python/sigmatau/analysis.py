@@ -102,7 +102,7 @@ def analyze(
     record : Record, str, Path or data frame
         From `sigmatau.read` or `Record.from_arrays`; or a log that `sigmatau.read` needs no arguments for, by its path; or a
         data frame that `sigmatau.from_frame` needs none for.
-    taus, overlap, counting, threads
+    taus, overlap, counting
         See `sigmatau.allan`.
     method : {"likelihood", "gls", "read-off"}
         How the coefficients are fitted, beside reading them off: by the likelihood of the spectrum, with all that it shows
@@ -139,6 +139,8 @@ def analyze(
         Whether to compute the dynamic Allan deviation of every channel, see `sigmatau.dynamic_allan`.
     notes : mapping of str to str, optional
         What to say of the record in the result: ``{"serial number": "A123", "run": "day 1"}``. `compare_runs` groups by it.
+    threads
+        See `sigmatau.allan`.
 
     Returns
     -------

@@ -57,6 +57,10 @@ class Accumulator(Printed):
     --------
     allan : the same from a record.
 
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`, eq. (10)
+
     Examples
     --------
     >>> import numpy as np
@@ -67,10 +71,6 @@ class Accumulator(Printed):
     ...     stream.push(rng.standard_normal((100, 1)))
     >>> stream.snapshot()["gyro_x"].n_pairs
     array([5999, 5981, 5801])
-
-    References
-    ----------
-    .. [1] :doi:`10.1109/TIM.2007.908635`, eq. (10)
     """
 
     __slots__ = ("_factors", "_quantities", "_sums", "_units", "channels", "long", "start", "tau0")

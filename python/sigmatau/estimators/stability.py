@@ -150,6 +150,7 @@ def dynamic_allan(
     data : Record or Stream
         A window with more than a tenth of its samples missing has no deviation.
     channel : str
+        Name of the channel.
     window : float, optional
         Length of a window. Default: a tenth of the record. [s]
     step : float, optional

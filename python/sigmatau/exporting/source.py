@@ -90,6 +90,7 @@ class Source(Printed):
         Parameters
         ----------
         model : NoiseModel
+            Noise of the channels to export.
 
         Returns
         -------

@@ -59,6 +59,7 @@ def fit_channel(
         At rest, and without disturbances: nothing is left out here. Its thermometer, if there is one, is a regressor of the
         likelihood as far as the channel follows it.
     channel : str
+        Name of the channel.
     method : {"likelihood", "gls"}
         A channel with very few samples is fitted by least squares.
     curve : DeviationCurve, optional

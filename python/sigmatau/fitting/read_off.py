@@ -223,6 +223,7 @@ def read_off(
     Parameters
     ----------
     curve : DeviationCurve
+        Allan deviations of one channel.
     quantization, random_walk, bias_instability, rate_random_walk, rate_ramp : tuple of float, optional
         Shortest and longest averaging time through which the line of the term is laid, whatever the curve does there.
         Default: by the rules. [s]

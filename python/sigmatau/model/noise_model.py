@@ -176,6 +176,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Parameters
         ----------
         content : Analysis or mapping
+            The analysis, its ``to_dict()``, or its JSON.
         channels : iterable of str, optional
             Which channels. Default: all that have a fit.
 

@@ -43,6 +43,7 @@ def predict(
     Parameters
     ----------
     model : NoiseModel
+        Noise of the sensors.
     after : array_like, shape (n_times,)
         Times since the start, rounded to whole steps. [s]
     calibration : float, optional

@@ -51,6 +51,7 @@ def inspect(
     Parameters
     ----------
     path : str or path
+        The file, or the folder of a ROS 2 bag.
     bandwidth : mapping of str to (float, int or None), optional
         The sensors' own bandwidth, see `sigmatau.check`. [Hz]
     leave_out : str or sequence of str, optional

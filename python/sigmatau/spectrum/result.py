@@ -204,6 +204,7 @@ class Spectrum(Printed):
         Parameters
         ----------
         model : ChannelModel or NoiseModel
+            As in `Spectrum.expected`.
         per_octave : int
             Bands per octave, as in `binned`. Bands that begin below `trusted` are omitted.
 
@@ -297,6 +298,7 @@ class Spectrum(Printed):
         Parameters
         ----------
         ax : matplotlib axes, optional
+            Default: a new figure.
         model : ChannelModel or NoiseModel, optional
             See `expected`.
         unit : str, optional

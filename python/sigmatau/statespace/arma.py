@@ -206,6 +206,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     Parameters
     ----------
     model : ChannelModel
+        Noise of one channel.
     dt : float
         Sample interval. [s]
     tau_max, flicker_error : float

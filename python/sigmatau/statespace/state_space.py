@@ -204,6 +204,7 @@ def state_space(
     Parameters
     ----------
     model : ChannelModel
+        Noise of one channel.
     dt : float
         Step of the filter, the sample interval. [s]
     output : {"rate", "increments", "integrated"}

@@ -207,6 +207,7 @@ def verify(
     Parameters
     ----------
     model : ChannelModel or NoiseModel
+        Noise of one channel, or of several.
     curves : DeviationCurve, or mapping of str to DeviationCurve
         One curve for a `ChannelModel`, curves by channel for a `NoiseModel`: overlapped, of a record in which no sample
         is missing.

@@ -86,6 +86,7 @@ class Store:
         Parameters
         ----------
         entries : iterable of Entry, Entry, or Analysis
+            Results with their units and runs; or one analysis.
         unit : str, optional
             Serial number for an `Analysis`. Default: its note "serial number".
         batch : int
@@ -301,6 +302,7 @@ class Store:
             Default: every channel.
         by : {"day", "week", "month", "quarter", "year"}
         chosen : Chosen, optional
+            Which runs. Default: all that are current.
         level : float
             Confidence level of intervals and tests.
 

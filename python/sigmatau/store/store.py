@@ -143,7 +143,7 @@ class Store:
         Parameters
         ----------
         options_key : str
-            Digest of the options of `sigmatau.analyze`, a column of the runs.
+            Checksum of the options of `sigmatau.analyze`, see `sigmatau.store.rows.options_key`.
 
         Returns
         -------

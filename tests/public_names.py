@@ -57,6 +57,14 @@ def imported_by_pages():
     return found
 
 
+def data_imported_by_pages():
+    """Constants that pages import, as module and name."""
+    for name, one in imported_by_pages().items():
+        if not (inspect.isclass(one) or inspect.isfunction(one) or inspect.ismodule(one)):
+            module, _, last = name.rpartition(".")
+            yield module, last
+
+
 @functools.cache
 def _imports(module):
     """Names that a module imports, at its top or for type checkers only, with where they come from."""
@@ -152,7 +160,11 @@ def public():
     for name, one in imported_by_pages().items():
         if one not in found.values() and (inspect.isclass(one) or inspect.isfunction(one)):
             found[name] = one
-    waiting = list(found.values())
+    waiting = [*found.values()]
+    for module, name in data_imported_by_pages():
+        annotation = vars(sys.modules[module]).get("__annotations__", {}).get(name, "")
+        waiting += [one for one in classes_of(annotation, module) if one not in found.values()]
+    found |= {f"{one.__module__}.{one.__name__}": one for one in waiting if one not in found.values()}
     while waiting:
         for one in _reached_from(waiting.pop()):
             if one not in found.values() and not is_finding_kind(one) and one is not Details:

@@ -23,6 +23,7 @@ import pytest
 import sigmatau
 from docstring_sections import Sections, wanting
 from public_names import (
+    data_imported_by_pages,
     exported,
     function_of,
     imported_by_pages,
@@ -213,6 +214,21 @@ def test_names_in_docstrings_exist():
         named |= set(re.findall(r"(?<!`)`((?:\w+\.)+\w+)`(?!`)", sections.text)) - {"scipy.signal.sosfilt"}
         missing += [f"{name}: {other}" for other in named if not leads_somewhere(other, one.__module__, owner)]
     assert not missing, "\n".join(missing)
+
+
+def test_constants():
+    """A constant that a page imports has a docstring below it, which documentation tools show."""
+    for module, name in data_imported_by_pages():
+        body = ast.parse(inspect.getsource(sys.modules[module])).body
+        (at,) = (
+            k
+            for k, node in enumerate(body)
+            if isinstance(node, ast.Assign | ast.AnnAssign)
+            and name in ast.unparse(node).partition("=")[0].split(":")[0]
+        )
+        below = body[at + 1]
+        assert isinstance(below, ast.Expr), f"{module}.{name}"
+        assert str(ast.literal_eval(below.value)).endswith("."), f"{module}.{name}"
 
 
 @pytest.mark.parametrize("kind", kinds(), ids=lambda kind: kind.__name__)

@@ -37,11 +37,11 @@ class Term:
     symbols : tuple of str
         The letter of IEEE Std 952 and the paper's.
     slope : float
-        Slope of its σ(τ) in a log-log plot.
+        Slope of its σ(τ) in a log-log plot. [1]
     read_at : float or None
         The τ at which a line of that slope equals the coefficient; None for the plateau. [s]
     level : float
-        σ(read_at) over the coefficient.
+        σ(read_at) over the coefficient. [1]
     labels : mapping
         What it is called on a gyro, an accelerometer and any other signal.
     look_alikes : str
@@ -57,7 +57,17 @@ class Term:
     look_alikes: str = ""
 
     def label(self, quantity: str) -> str:
-        """Name on this kind of sensor, e.g. ``"angle random walk"``."""
+        """Name on this kind of sensor, e.g. ``"angle random walk"``.
+
+        Parameters
+        ----------
+        quantity : str
+            ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+
+        Returns
+        -------
+        str
+        """
         return self.labels.get(quantity, self.labels["signal"])
 
 
@@ -114,6 +124,7 @@ TERMS: Mapping[str, Term] = {
         ),
     )
 }
+"""The five noise terms by their key in results and model files, in the order of their slopes."""
 
 # Coefficient units in SI, and as printed: the table's own first, others behind an equals sign.
 _TIMES = {

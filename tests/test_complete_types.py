@@ -2,8 +2,8 @@
 
 Strict mypy already asks for the types of parameters, results and type arguments. What it lets pass, and pyright counts as
 guessed, is an attribute or a variable that gets its type from a call or another expression: that is tested here, in one
-second. The whole check takes 20 s and Node: ``pyright --verifytypes sigmatau --ignoreexternal``, with the Python that has NumPy
-first in PATH, because types of arrays are unknown otherwise.
+second. The whole check takes 20 s and Node: ``pyright --verifytypes sigmatau --ignoreexternal``, with the Python that has
+NumPy first in PATH, because types of arrays are unknown otherwise.
 """
 
 import ast

@@ -114,6 +114,22 @@ class Analysis(Tabular):
         Settings of `analyze` that are not the default and matter for the numbers, as plain values.
     notes : mapping of str to str
         What the user says of the record: serial number, run, temperature …
+
+    See Also
+    --------
+    analyze : makes it.
+    report : writes it as a page.
+    compare_runs : compares several.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> analysis = st.analyze(st.simulate(model, duration=600, rate=10, rng=1))
+    >>> round(analysis["gyro_x"]["random_walk"].to("deg/sqrt(h)"), 2)
+    0.34
+    >>> analysis["gyro_x"].verdict, [finding.code for finding in analysis.findings]
+    ('adequate', [])
     """
 
     source: Provenance
@@ -224,7 +240,16 @@ class Analysis(Tabular):
             return draw_analysis(curves, self.read_off, self.fits, ax=ax)
 
     def plot_stability(self, ax: Panels = None) -> Figure:
-        """Draw the dynamic Allan deviation of each channel, which must have been requested; `ax` is one axes a channel.
+        """Draw the dynamic Allan deviation of each channel, which must have been requested.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, or sequence of them, optional
+            One a channel. Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
 
         Raises
         ------
@@ -243,6 +268,23 @@ class Analysis(Tabular):
         """Write the fitted model for another program; see `sigmatau.export`.
 
         The sampling rate is that of the record if `choices` has none.
+
+        Parameters
+        ----------
+        to, path, choices
+            See `sigmatau.export`.
+
+        Returns
+        -------
+        str or bytes
+            The content of the file.
+
+        Raises
+        ------
+        OptionError
+            As `sigmatau.export`.
+        DataError
+            As `sigmatau.export`.
         """
         from sigmatau.exporting.export import export
 
@@ -255,8 +297,19 @@ class Analysis(Tabular):
         return Source.of_result(self.to_dict())
 
     def headline(self, *, name: bool = True, rest: bool = True) -> str:
-        """The record in a line: its file if it has a `name`, axes, rate and where that comes from, length, and whether it is
-        at `rest`.
+        """The record in a line.
+
+        Parameters
+        ----------
+        name : bool
+            Whether the line begins with the name of the file.
+        rest : bool
+            Whether it says that the sensor is at rest, or not.
+
+        Returns
+        -------
+        str
+            Axes, rate and where that comes from, and length.
         """
         curves = list(self.curves.values())
         rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
@@ -275,8 +328,18 @@ class Analysis(Tabular):
         return self.rest is not None and self.rest.verdict == "not_at_rest"
 
     def overview(self, *, width: int = 80, legend: bool = True) -> str:
-        """The record in a line, and the main coefficients of each axis in a row with how far to trust them, as the command
-        line prints them. `legend`: whether a line says what the trust means.
+        """The record in a line, and the main coefficients of each axis in a row, as the command line prints them.
+
+        Parameters
+        ----------
+        width : int
+            Columns of the terminal.
+        legend : bool
+            Whether a line says what the trust means.
+
+        Returns
+        -------
+        str
         """
         if self.read_off and not self.fits:
             return self.summary()

@@ -102,7 +102,7 @@ def analyze(
     record : Record, str, Path or data frame
         From `sigmatau.read` or `Record.from_arrays`; or a log that `sigmatau.read` needs no arguments for, by its path; or a
         data frame that `sigmatau.from_frame` needs none for.
-    taus, overlap, counting, threads
+    taus, overlap, counting
         See `sigmatau.allan`.
     method : {"likelihood", "gls", "read-off"}
         How the coefficients are fitted, beside reading them off: by the likelihood of the spectrum, with all that it shows
@@ -139,6 +139,8 @@ def analyze(
         Whether to compute the dynamic Allan deviation of every channel, see `sigmatau.dynamic_allan`.
     notes : mapping of str to str, optional
         What to say of the record in the result: ``{"serial number": "A123", "run": "day 1"}``. `compare_runs` groups by it.
+    threads
+        See `sigmatau.allan`.
 
     Returns
     -------
@@ -147,14 +149,29 @@ def analyze(
     Raises
     ------
     DataError
-        If the record is too short, if no channel can be analysed, or if samples are missing and `long` is "strided".
+        If no channel can be analysed, or if samples are missing and `long` is "strided".
     OptionError
         For invalid options.
+
+    See Also
+    --------
+    read : the record of a file.
+    fit_channel : a model of your own choice for one channel.
+    fit_jointly : several runs together.
 
     Notes
     -----
     A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve uses
     clusters that are at least half complete; the fit accounts for that, and nothing is read off if more than 1 % is missing.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> analysis = st.analyze(st.simulate(model, duration=600, rate=10, rng=1))
+    >>> walk = analysis["gyro_x"]["random_walk"]
+    >>> walk.low < 1e-4 < walk.high
+    True
     """
     if method not in get_args(Method):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Method))}, not {method!r}", option="method")

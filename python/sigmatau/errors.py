@@ -24,7 +24,7 @@ class _SourcedError(ValueError):
 
     def __init__(self, message: str) -> None:
         super().__init__(message)
-        self.source = ""
+        self.source: str = ""
 
     @property
     def message(self) -> str:
@@ -32,7 +32,18 @@ class _SourcedError(ValueError):
         return str(self.args[0])
 
     def about(self, source: str) -> Self:
-        """The same error, with the file or object that it is about put in front."""
+        """The same error, with the file or object that it is about put in front.
+
+        Parameters
+        ----------
+        source : str
+            Name of the file or object. A source that the error has already is put behind it.
+
+        Returns
+        -------
+        DataError or OptionError
+            The error itself, changed.
+        """
         self.source = _joined(source, self.source) if self.source else source
         return self
 
@@ -109,6 +120,10 @@ class OptionError(_SourcedError):
     option : str or None
         Name of the option.
 
+    See Also
+    --------
+    DataError : data that cannot be used.
+
     Examples
     --------
     >>> from sigmatau import OptionError
@@ -142,6 +157,10 @@ class OptionError(_SourcedError):
             Options by argument, where the name differs by more than underscores.
         units : mapping of str to str
             Units of values by argument, where the command line needs one.
+
+        Returns
+        -------
+        str
         """
 
         def typed(name: str, key: str | None, value: str | None) -> str:
@@ -158,7 +177,26 @@ class OptionError(_SourcedError):
 
 
 class DataError(_SourcedError):
-    """A file or an array cannot be used as it is."""
+    """A file or an array cannot be used as it is.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, where, and what to do.
+
+    See Also
+    --------
+    OptionError : an option is wrong or missing.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> try:
+    ...     st.Record.from_arrays(rate=100)
+    ... except st.DataError as error:
+    ...     print(error)
+    no channel was given; give at least one array, e.g. gyro_x=…
+    """
 
 
 class StampError(DataError):
@@ -168,10 +206,30 @@ class StampError(DataError):
 class RecordTooShortError(DataError):
     """There are too few samples.
 
+    Parameters
+    ----------
+    message : str
+        What is too short, and what to do.
+    need, got : int
+        Samples needed, and samples found.
+
     Attributes
     ----------
     need, got : int
         Samples needed, and samples found.
+
+    See Also
+    --------
+    DataError : all data that cannot be used.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> try:
+    ...     st.Record.from_arrays(rate=100, gyro_x=[0.0, 0.1])
+    ... except st.RecordTooShortError as error:
+    ...     print(error.need, error.got)
+    4 2
     """
 
     def __init__(self, message: str, *, need: int, got: int) -> None:
@@ -183,12 +241,35 @@ class RecordTooShortError(DataError):
 class NonFiniteError(DataError):
     """A sample is NaN or infinite.
 
+    Parameters
+    ----------
+    message : str
+        Where the sample is, and what to do.
+    channel : str
+        Name of the channel.
+    index : int
+        Index of the first such sample, from 0.
+
     Attributes
     ----------
     channel : str
         Name of the channel.
     index : int
         Index of the first such sample, from 0.
+
+    See Also
+    --------
+    DataError : all data that cannot be used.
+
+    Examples
+    --------
+    >>> import math
+    >>> import sigmatau as st
+    >>> try:
+    ...     st.Record.from_arrays(rate=100, gyro_x=[0.0, 0.1, math.inf, 0.2])
+    ... except st.NonFiniteError as error:
+    ...     print(error.channel, error.index)
+    gyro_x 2
     """
 
     def __init__(self, message: str, *, channel: str, index: int) -> None:

@@ -30,7 +30,13 @@ class Tabular(Printed):
         raise NotImplementedError
 
     def to_dataframe(self) -> Any:  # noqa: ANN401  pandas is optional
-        """The table as a data frame of pandas; raises `ImportError` without it, `columns` are for other libraries."""
+        """The table as a data frame of pandas.
+
+        Raises
+        ------
+        ImportError
+            Without pandas; `columns` are for other libraries.
+        """
         try:
             import pandas as pd
         except ImportError:

@@ -307,7 +307,24 @@ def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
 
 
 def to_si(value: float, unit: str) -> float:
-    """A value in SI; raises `OptionError` for an unknown unit.
+    """A value in SI.
+
+    Parameters
+    ----------
+    value : float
+        The number. [`unit`]
+    unit : str
+        A spelling that `find` knows, such as ``"deg/s"``.
+
+    Returns
+    -------
+    float
+        [SI]
+
+    Raises
+    ------
+    OptionError
+        For an unknown unit.
 
     See Also
     --------

@@ -157,7 +157,7 @@ EXAMPLES = {
 }
 """Command lines of the help pages, which the tests run."""
 
-app = App(
+app: App = App(
     name="sigmatau",
     help="Characterise the noise of inertial sensors at rest: noise coefficients with confidence intervals from a log.",
     help_epilogue=_EXIT_CODES,

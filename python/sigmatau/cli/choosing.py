@@ -31,17 +31,18 @@ class Choosing:
         How to combine three axes: worst (the largest), mean (root mean square), or each, for targets with a field per axis.
     rate_random_walk
         Rate random walk to write if none was observed: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or gyro=horizon, which
-        matches the Allan variance of the model at --horizon, observed or not.
+        matches the Allan variance of the model at --horizon, observed or not. Default: upper-limit.
     random_walk
-        Random walk to write if none was observed: accel=upper-limit, or a value with unit.
+        Random walk to write if none was observed: accel=upper-limit, or a value with unit. Default: upper-limit.
     horizon
         Averaging time for gyro=horizon and Gauss-Markov biases, e.g. 10s (ms, s, min, h, d).
+        Required with gyro=horizon.
     noise_factor
         Factor on the random walk; the file states estimate and factor.
     walk_factor
         Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.
     step
-        Step of the filter in seconds, for targets that need one.
+        Step of the filter in seconds, for targets that need one; required for them.
     name
         Other fields of a target: topic=/imu0, gravity=9.81.
     strict

@@ -37,9 +37,9 @@ def datasheet_command(
     use
         Values for the model (default: typical). If the datasheet states only the other kind, that is used.
     sided
-        For the model: convention of noise densities if the datasheet does not state it.
+        For the model: convention of noise densities. Required if the datasheet does not state it.
     bias
-        For the model: convention of bias instabilities if the datasheet does not state it.
+        For the model: convention of bias instabilities. Required if the datasheet does not state it.
     json
         Print JSON.
     """

@@ -53,7 +53,7 @@ def deviation_command(
     taus
         Averaging times: octave, half, quarter, eighth (of an octave), or a list in seconds, 0.1,1,10.
     overlap
-        For the Hadamard deviation: all terms (full), or disjoint clusters only (none).
+        For the Hadamard deviation: all terms (full, the default), or disjoint clusters only (none).
     noise
         Noise term assumed for 95 % intervals: quantization, random_walk, bias_instability or rate_random_walk. Default: no
         intervals.

@@ -64,17 +64,19 @@ def fleet_command(
         Number of processes of this host (default: one for each core).
     scheduler
         Address of a running Dask scheduler, tcp://host:8786; its workers then do the work.
+        Default: processes of this host.
     memory
         Memory of each process of this host in GB (default: its share of the host's). Larger records are divided.
     unit_from
         What names the unit: a regular expression for the path of a log, whose first group is the unit, '(SN[0-9]+)'.
         Default: the folder of the log.
     model
-        Sensor model of the units.
+        Sensor model of the units. Default: not stated.
     date
         Beginning of the records, 2026-05-01T12:00 (UTC), or name: the first date in the path of a log.
+        Default: not stated.
     temperature
-        Temperature of the records in degC.
+        Temperature of the records in degC. Default: not stated.
     retry_failed
         Analyse logs again that failed before.
     quiet

@@ -38,11 +38,11 @@ def inspect_command(
     log
         A log of any supported format.
     bandwidth
-        Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter.
+        Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. Default: unknown.
     leave_out
-        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log.
+        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log. Default: none.
     keep
-        Disturbances to treat as good samples, as in analyze.
+        Disturbances to treat as good samples, as in analyze. Default: none.
     json
         Write JSON; - writes it to standard output instead of the list.
     quiet

@@ -83,6 +83,7 @@ def lot_command(
         Specification: your file (.toml), or a name of "sigmatau datasheet list".
     expect
         Number of units, or a file with their names, one in each line: those without a file are missing.
+        Default: not checked.
     output
         Write the lot: .html (a page that opens offline), .pdf, .csv, .json, .xml (JUnit). May be repeated.
     results
@@ -103,6 +104,7 @@ def lot_command(
         warning: a warning about the record, such as spikes or a wrong unit, fails a unit. Default: the unit is not judged.
     accept
         Codes of findings and remarks that do not keep a unit from passing: spectral_line,short_record.
+        Default: none.
     jobs
         Number of logs to analyse in parallel (default: the number of cores, at most 4).
     store

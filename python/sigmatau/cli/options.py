@@ -349,18 +349,20 @@ class Reading:
     unit
         Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the log does not state it.
     topic
-        Topic, message or variable to read if the log contains several: one, or one for each sensor.
+        Topic, message or variable to read if the log contains several: one, or one for each sensor. Default: that with a
+        gyro and an accelerometer, or the only one of each.
     layout
         Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips 4 bytes.
+        Required for raw binary files.
     channels
         Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names add further signals.
-        time=none ignores the time stamps.
+        time=none ignores the time stamps. Default: columns that are recognised by their names.
     input
         Content of the columns: rates, increments per sample, or accumulated angle and velocity.
     scale
-        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
+        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale. Default: 1.
     offset
-        Reading at zero, in counts or volts: gyro=2048.
+        Reading at zero, in counts or volts: gyro=2048. Default: 0.
     max_expansion
         Largest ratio of unpacked to compressed size (default 100; 64 MiB are always unpacked).
     """

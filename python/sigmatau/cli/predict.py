@@ -57,6 +57,7 @@ def predict_command(
         Steps per second in Hz. Default: the sampling rate of the result, or 100.
     turn_on
         Standard deviation of a constant bias, without --calibration: gyro="10 deg/h" or accel_x="1 mg".
+        Default: none.
     earth
         Shape of the Earth: round, with Schuler feedback, or flat.
     channels

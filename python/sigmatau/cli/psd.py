@@ -63,10 +63,11 @@ def psd_command(
         Averaged segments for all frequencies (welch), or sine tapers of the record for low frequencies (multitaper).
     segment
         Length of the segments of welch, e.g. 40s. Longer segments reach lower frequencies with more scatter.
+        Default: at most 4096 samples, and at least 15 segments in the record.
     tapers
         Number of tapers of multitaper (default 8). More tapers reduce the scatter and the frequency resolution.
     f_max
-        Highest frequency of multitaper, e.g. 5Hz.
+        Highest frequency of multitaper, e.g. 5Hz. Default: that of 4096 frequencies.
     axes
         Channels to use: gyro_x,accel_z, or gyro for all its axes. Default: all but temperatures.
     model

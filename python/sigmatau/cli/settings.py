@@ -40,8 +40,9 @@ class Settings:
         strided if the record does not fit in memory, and exact otherwise; a finding reports strided.
     window
         Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
+        Default: all.
     leave_out
-        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log.
+        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log. Default: none.
     keep
         Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes (with
         commas between), or all. Default: none; they are treated as missing.
@@ -50,7 +51,7 @@ class Settings:
         its longest part at rest, and one that is not at rest gets no coefficients (exit code 5).
     bandwidth
         Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then
-        reports the random walk that aliasing adds.
+        reports the random walk that aliasing adds. Default: unknown.
     """
 
     method: Literal["likelihood", "gls", "read-off"] = "likelihood"

@@ -61,22 +61,23 @@ def simulate_command(
         Content of the columns: rates, increments per sample, or accumulated angle and velocity. Readers of the log need the
         same --input. Increments and accumulated values are for gyros and accelerometers only.
     level
-        Constant level by channel or sensor: accel_z=1g.
+        Constant level by channel or sensor: accel_z=1g. Default: 0.
     warm_up
-        Exponential warm-up, amplitude:time constant: gyro=20deg/h:10min.
+        Exponential warm-up, amplitude:time constant: gyro=20deg/h:10min. Default: none.
     temperature
         Temperature of the sensor, written as a column: start=20degC,end=35degC,time=20min (or start=293.15K). Optional:
-        swing=3K for a daily cycle, resolution=0.0625K for the thermometer.
+        swing=3K for a daily cycle, resolution=0.0625K for the thermometer. Default: no thermometer.
     sensitivity
-        Sensitivity to temperature: gyro=5deg/h/K.
+        Sensitivity to temperature: gyro=5deg/h/K. Default: 0.
     saturation
-        Largest rate of the output: gyro=250deg/s.
+        Largest rate of the output: gyro=250deg/s. Default: no limit.
     lsb
         Resolution: gyro=0.01deg/s. For increments and accumulated values: resolution of the sum, gyro=0.1arcsec.
+        Default: not rounded.
     gaps
-        Missing rows: a random share, 0.1%, and outages as start:length, 600s:2s.
+        Missing rows: a random share, 0.1%, and outages as start:length, 600s:2s. Default: none.
     jitter
-        Standard deviation of the time stamps: 20us.
+        Standard deviation of the time stamps: 20us. Default: 0.
     flicker
         Generator of bias instability: poles (error of the Allan deviation 0.002 %), or exact (record held in memory).
     quiet

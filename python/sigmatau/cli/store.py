@@ -43,9 +43,9 @@ class Choice:
     Parameters
     ----------
     unit
-        Serial number; A* stands for all that begin with A. May be repeated.
+        Only units with this serial number; A* stands for all that begin with A. May be repeated.
     model
-        Sensor model.
+        Only units of this sensor model.
     since
         Only records from this time on, 2026-05-01 or 2026-05-01T12:00 (UTC).
     until
@@ -125,9 +125,9 @@ def add_command(
         Serial number for all results. Default: the note "serial number" of analyze, or the folder if there are several.
     unit_from
         Where the serial number is: folder (of the JSON), log-folder (of the log), or a regular expression for the path of
-        the log, whose group is the serial number: 'SN([0-9]+)'.
+        the log, whose group is the serial number: 'SN([0-9]+)'. Default: as for --unit.
     model
-        Sensor model.
+        Sensor model. Default: the note "model".
     date
         Beginning of the records, 2026-05-01T12:00 (UTC, or with a time zone); or name: the date in the name of each log.
         Default: the note "date".

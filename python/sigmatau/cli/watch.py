@@ -67,12 +67,13 @@ def watch_command(
         Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the input does not state it.
     channels
         Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4.
+        Default: columns that are recognised by their names.
     input
         Content of the columns: rates, or increments per sample.
     scale
-        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale.
+        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale. Default: 1.
     offset
-        Reading at zero, in counts or volts: gyro=2048.
+        Reading at zero, in counts or volts: gyro=2048. Default: 0.
     every
         Seconds between updates of the screen.
     idle

@@ -73,11 +73,21 @@ _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meaning:
-    """An interpretation of a claim."""
+    """An interpretation of a claim.
 
-    of: str  # A term, or `MINIMUM`: the quantity of the result to compare with
-    factor: float  # Multiplies the number of the datasheet for the comparison
-    words: str  # ``"one-sided"``; empty if there is only one interpretation
+    Attributes
+    ----------
+    of : str
+        The quantity of the result to compare with: a term, or ``"minimum"`` of the Allan deviation.
+    factor : float
+        Factor on the number of the datasheet before the comparison.
+    words : str
+        ``"one-sided"``; empty if there is only one interpretation.
+    """
+
+    of: str
+    factor: float
+    words: str
 
 
 _ONE = Meaning(of="random_walk", factor=math.sqrt(0.5), words="one-sided")
@@ -102,20 +112,39 @@ def check_meanings(sided: str | None, bias: str | None) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """Specification of one term of one sensor."""
+    """Specification of one term of one sensor.
 
-    sensor: str  # ``"gyro"``, ``"accel"``, or one axis, ``"accel_z"``
-    key: str  # One of `KEYS`
-    typical: float | None = None  # Numbers of the datasheet in SI; at least one of them. [unit]
+    Attributes
+    ----------
+    sensor : str
+        ``"gyro"``, ``"accel"``, or one axis, ``"accel_z"``.
+    key : str
+        A key of the datasheet's file, such as ``"noise_density"``.
+    typical, maximum : float or None
+        Numbers of the datasheet; at least one of them. [unit, SI]
+    typical_text, maximum_text : str
+        The same in the unit of the datasheet.
+    convention : str
+        Of a noise density ``"one"``, ``"two"`` (sided) or ``"unknown"``; of a bias instability ``"minimum"`` (of the
+        Allan deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty.
+    note : str
+        Conditions, or the reason for the convention.
+    one_sigma : bool
+        Whether the datasheet states `typical` as a 1 σ value.
+    average : float or None
+        Averaging time of a bias stability. [s]
+    """
+
+    sensor: str
+    key: str
+    typical: float | None = None
     maximum: float | None = None
-    typical_text: str = ""  # The same in the unit of the datasheet
+    typical_text: str = ""
     maximum_text: str = ""
-    # Noise density: ``"one"``, ``"two"`` (sided) or ``"unknown"``; bias instability: ``"minimum"`` (of the Allan
-    # deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty
     convention: str = ""
-    note: str = ""  # Conditions, or the reason for the convention
-    one_sigma: bool = False  # Whether the datasheet states `typical` as a 1 σ value
-    average: float | None = None  # Averaging time of a bias stability. [s]
+    note: str = ""
+    one_sigma: bool = False
+    average: float | None = None
 
     @property
     def term(self) -> str:
@@ -155,7 +184,19 @@ class Claim:
         return units[-1] if _of_unit(self.key) == "bias_instability" else units[0]
 
     def meanings(self, *, sided: Sided | None = None, bias: Bias | None = None) -> tuple[Meaning, ...]:
-        """The interpretations; two if neither the datasheet nor `sided` or `bias` states the convention."""
+        """The interpretations; two if neither the datasheet nor `sided` or `bias` states the convention.
+
+        Parameters
+        ----------
+        sided : {"one", "two"}, optional
+            Convention of a noise density if the datasheet does not state it.
+        bias : {"minimum", "coefficient"}, optional
+            Convention of a bias instability if the datasheet does not state it.
+
+        Returns
+        -------
+        tuple of Meaning
+        """
         if self.key == MEANS:
             return (_STD,)
         if self.key not in _MEANINGS:
@@ -165,6 +206,7 @@ class Claim:
         return _MEANINGS[self.key][convention]
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         known = [name for name in ("typical", "maximum") if getattr(self, name) is not None]
         more = [name for name in ("convention", "note", "one_sigma") if getattr(self, name)]
         return plain(self, "sensor key term unit", *known, *more, *(["average_s=average"] if self.average else []))

@@ -67,8 +67,8 @@ def compare_with(
     level : float, optional
         Confidence level of the status ``"out"``: a value exactly at its limit gets it in at most 1 − level of records.
     factor : float, optional
-        Maximum in typical values, if the datasheet has no maximum. Default: no maximum; a value above the typical one is
-        reported and not out.
+        Factor from the typical value to the maximum, if the datasheet has no maximum. Default: no maximum; a value above
+        the typical one is reported and not out.
     sided : {"one", "two"}, optional
         Convention of noise densities if the datasheet does not state it. Default: try both; the status is undecided if they
         differ.
@@ -86,9 +86,22 @@ def compare_with(
     DataError
         If `result` is not a result, or the datasheet file cannot be read.
 
+    See Also
+    --------
+    datasheet : the datasheets.
+    judge_lot : many units against a specification.
+
     References
     ----------
     ISO 14253-1:2017, section 5; JCGM 106:2012, section 8.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> measured = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-5}})
+    >>> verdict = st.compare_with(measured, "icm42688p", sided="one", bias="minimum", factor=2)
+    >>> [(one.claim.key, one.status) for one in verdict.judged if one.channel == "gyro_x"]
+    [('noise_density', 'within')]
     """
     check_options(level=level, factor=factor, sided=sided, bias=bias)
     sheet = datasheet if isinstance(datasheet, Datasheet) else find_datasheet(datasheet)

@@ -30,15 +30,31 @@ _TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
-    """A measured quantity. [unit of the claim]"""
+    """A measured quantity, in the unit of the claim.
 
-    value: float | None = None  # None if not observed
-    low: float | None = None  # Interval, if known
+    Attributes
+    ----------
+    value : float or None
+        None if it was not observed. [unit of the claim]
+    low, high : float or None
+        Its interval, if known. [unit of the claim]
+    upper_limit : float or None
+        Upper limit if it was not observed. [unit of the claim]
+    lower_limit : float or None
+        Lower bound if only a part is known. [unit of the claim]
+    level : float
+        Confidence level of the interval or the limits; 1 for a limit from a model without intervals.
+    words : str
+        Why nothing is known, or terms that were not observed and may contribute.
+    """
+
+    value: float | None = None
+    low: float | None = None
     high: float | None = None
-    upper_limit: float | None = None  # Upper limit, if not observed
-    lower_limit: float | None = None  # Lower bound, if only a part is known
-    level: float = 0.95  # Confidence level of interval or limits; 1 for a limit from a model without intervals
-    words: str = ""  # Why nothing is known, or terms that were not observed and may contribute
+    upper_limit: float | None = None
+    lower_limit: float | None = None
+    level: float = 0.95
+    words: str = ""
 
     @property
     def anything(self) -> bool:
@@ -46,6 +62,7 @@ class Measured:
         return not (self.value is None and self.upper_limit is None and self.lower_limit is None)
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         names = ("value", "low", "high", "upper_limit", "lower_limit")
         known = {name: getattr(self, name) for name in names}
         kept = {key: value for key, value in known.items() if value is not None}

@@ -43,6 +43,20 @@ class Datasheet(Printed):
         Other specifications by sensor: full scale, bandwidth, output rates, and properties not visible at rest.
     axes : mapping of str to tuple of str
         Axes of a unit by sensor; x, y and z if not given.
+
+    See Also
+    --------
+    datasheet : one of the library, or of a file.
+    compare_with : a result against a datasheet.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> sheet = st.datasheet("icm42688p")
+    >>> sheet.headline()
+    'ICM-42688-P (TDK InvenSense), MEMS, consumer'
+    >>> round(sheet.model(sided="one", bias="minimum")["gyro_x"]["random_walk"], 7)
+    3.46e-05
     """
 
     name: str
@@ -59,6 +73,15 @@ class Datasheet(Printed):
     def read(cls, path: str | Path) -> Self:
         """The datasheet of a TOML file; see docs/how-to/datasheets.md.
 
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
+        Returns
+        -------
+        Datasheet
+
         Raises
         ------
         DataError
@@ -72,13 +95,38 @@ class Datasheet(Printed):
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
-        """The datasheet of a parsed file; raises `DataError` with sensor and key."""
+        """The datasheet of a parsed file.
+
+        Parameters
+        ----------
+        content : mapping
+            What a TOML file of docs/how-to/datasheets.md contains.
+
+        Returns
+        -------
+        Datasheet
+
+        Raises
+        ------
+        DataError
+            For an unknown key or a wrong value; names sensor and key.
+        """
         texts = claims.texts_of(content)
         data, axes = claims.data_of(content), claims.axes_of(content)
         return cls(**texts, data=data, axes=axes, claims=claims.claims_of(content))
 
     def of(self, channel: str) -> tuple[Claim, ...]:
-        """The claims for a channel: those for its axis if there are any, else those for its sensor."""
+        """The claims for a channel: those for its axis if there are any, else those for its sensor.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel, such as ``"gyro_x"``.
+
+        Returns
+        -------
+        tuple of Claim
+        """
         sensor = stream_name(channel)
         axis = f"{sensor}_{channel.rpartition('_')[2]}"
         own = {(claim.key, claim.average): claim for claim in self.claims if claim.sensor == axis}
@@ -86,7 +134,17 @@ class Datasheet(Printed):
         return tuple({**common, **own}.values())
 
     def channels(self, sensor: str) -> tuple[str, ...]:
-        """The channels of ``"gyro"`` or ``"accel"`` with claims: ``("gyro_x", …)``."""
+        """The channels of a sensor with claims: ``("gyro_x", …)``.
+
+        Parameters
+        ----------
+        sensor : {"gyro", "accel"}
+            Which sensor.
+
+        Returns
+        -------
+        tuple of str
+        """
         names = (f"{sensor}_{axis}" for axis in self.axes.get(sensor, claims.AXES))
         return tuple(name for name in names if self.of(name))
 
@@ -107,6 +165,10 @@ class Datasheet(Printed):
             Convention of noise densities if not stated.
         bias : {"minimum", "coefficient"}, optional
             Convention of bias instabilities if not stated.
+
+        Returns
+        -------
+        NoiseModel
 
         Raises
         ------
@@ -130,7 +192,17 @@ class Datasheet(Printed):
     def origins(
         self, *, use: Literal["typical", "maximum"] = "typical", sided: Sided | None = None, bias: Bias | None = None
     ) -> tuple[str, ...]:
-        """Origin of each number of `model`, a line each: typical or maximum value, and its convention."""
+        """Origin of each number of `model`, a line each: typical or maximum value, and its convention.
+
+        Parameters
+        ----------
+        use, sided, bias
+            As in `Datasheet.model`.
+
+        Returns
+        -------
+        tuple of str
+        """
         lines = []
         for claim in dict.fromkeys(claim for channel in self._stated() for claim in _chosen(self.of(channel))):
             used = _used(claim, use)
@@ -233,7 +305,17 @@ def _library() -> dict[str, Datasheet]:
 
 
 class Library(Mapping[str, Datasheet], Printed):
-    """Datasheets by the name that `datasheet` takes; prints one line per datasheet."""
+    """Datasheets by name: an immutable mapping that prints one line per datasheet.
+
+    Parameters
+    ----------
+    sheets : mapping of str to Datasheet
+        By the name that `datasheet` takes.
+
+    See Also
+    --------
+    sigmatau.list_datasheets : the library of the package.
+    """
 
     __slots__ = ("_sheets",)
 
@@ -255,7 +337,23 @@ class Library(Mapping[str, Datasheet], Printed):
 
 
 def list_datasheets() -> Library:
-    """The library: public datasheet values of common sensors, by name."""
+    """The library: public datasheet values of common sensors, by name.
+
+    Returns
+    -------
+    Library
+        A mapping from name to `Datasheet`; printed, one line per datasheet.
+
+    See Also
+    --------
+    datasheet : one of them.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> "icm42688p" in st.list_datasheets()
+    True
+    """
     return Library(_library())
 
 
@@ -267,12 +365,27 @@ def datasheet(name: str | Path) -> Datasheet:
     name : str or Path
         ``"icm42688p"``, ``"ICM-42688-P"`` (case and hyphens do not matter), or the path of a file that ends in ``.toml``.
 
+    Returns
+    -------
+    Datasheet
+
     Raises
     ------
     OptionError
         For an unknown name; the message lists the known ones.
     DataError
         If the file cannot be read.
+
+    See Also
+    --------
+    list_datasheets : the names of the library.
+    compare_with : a result against a datasheet.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> st.datasheet("ICM-42688-P").maker
+    'TDK InvenSense'
     """
     if not isinstance(name, str | Path):
         raise OptionError(

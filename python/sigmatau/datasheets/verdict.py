@@ -21,11 +21,20 @@ _MOST_PRINTED_SIGMAS = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """A measured value against one limit."""
+    """A measured value against one limit.
 
-    limit: float  # In the convention of the comparison. [SI]
+    Attributes
+    ----------
+    limit : float
+        In the convention of the comparison. [SI]
+    side : {"below", "undecided", "above"}
+        Where the measured value is.
+    sigmas : float or None
+        Number of standard errors above (+) or below (−) the limit; None without an interval, or if not observed.
+    """
+
+    limit: float
     side: Side
-    # Distance above (+) or below (−) the limit in standard errors; None without an interval, or if not observed
     sigmas: float | None = None
 
     def words(self) -> str:
@@ -39,12 +48,22 @@ class Comparison:
         return f"{self.side} by {number}"
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return {"limit": self.limit, "side": self.side, **({} if self.sigmas is None else {"sigmas": self.sigmas})}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """A claim in one of its meanings, and the measurement."""
+    """A claim in one of its meanings, and the measurement.
+
+    Attributes
+    ----------
+    meaning : Meaning
+    measured : Measured
+        What the result has for this meaning.
+    typical, maximum : Comparison or None
+        Against the typical value and the maximum; None if the datasheet does not state it.
+    """
 
     meaning: Meaning
     measured: Measured
@@ -52,6 +71,7 @@ class Reading:
     maximum: Comparison | None
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         known = {"typical": self.typical, "maximum": self.maximum}
         return {
             "of": self.meaning.of,
@@ -63,13 +83,26 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """The status of one claim for one channel."""
+    """The status of one claim for one channel.
+
+    Attributes
+    ----------
+    channel : str
+    claim : Claim
+        What the datasheet specifies.
+    readings : tuple of Reading
+        One for each possible meaning of the claim.
+    status : {"within", "above typical", "undecided", "out"}
+        ``"above typical"``: not above the maximum, if there is one.
+    reason : str
+        Reason for ``"undecided"``; else empty.
+    """
 
     channel: str
     claim: Claim
-    readings: tuple[Reading, ...]  # One for each possible meaning
-    status: Status  # ``"above typical"``: not above the maximum, if there is one
-    reason: str = ""  # Reason for ``"undecided"``
+    readings: tuple[Reading, ...]
+    status: Status
+    reason: str = ""
 
     @property
     def may_be_out(self) -> bool:
@@ -77,6 +110,7 @@ class Judged:
         return any(reading.maximum is not None and reading.maximum.side != "below" for reading in self.readings)
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "channel claim status may_be_out", "reason" if self.reason else "", "readings")
 
 
@@ -101,7 +135,19 @@ class Verdict(Printed):
     level : float
         Confidence level of "above" and of "below".
     factor : float or None
-        Maximum in typical values, where the datasheet has no maximum.
+        Maximum over the typical value where the datasheet has no maximum: a factor; None without.
+
+    See Also
+    --------
+    compare_with : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> measured = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-3}})
+    >>> verdict = st.compare_with(measured, "icm42688p", sided="one", bias="minimum", factor=2)
+    >>> verdict.status, verdict.out
+    ('out', True)
     """
 
     unit: str
@@ -135,13 +181,36 @@ class Verdict(Printed):
         """Whether the unit fails: if it is out, or for ``"fail"`` unless all maxima are shown to be met.
 
         An undecided typical value fails no unit.
+
+        Parameters
+        ----------
+        undecided : {"pass", "fail"}
+            Whether it counts as passed or as failed that a maximum is not shown to be met.
+
+        Returns
+        -------
+        bool
+
+        Raises
+        ------
+        OptionError
+            For another word.
         """
         if undecided not in ("pass", "fail"):
             raise OptionError(f"{{option}} must be 'pass' or 'fail', not {undecided!r}", option="undecided")
         return self.out or (undecided == "fail" and self.may_be_out)
 
     def of(self, status: Status) -> tuple[Judged, ...]:
-        """The claims with a status."""
+        """The claims with a status.
+
+        Parameters
+        ----------
+        status : {"within", "above typical", "undecided", "out"}
+
+        Returns
+        -------
+        tuple of Judged
+        """
         return tuple(judged for judged in self.judged if judged.status == status)
 
     def line(self) -> str:

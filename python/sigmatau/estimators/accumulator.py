@@ -53,6 +53,14 @@ class Accumulator(Printed):
     OptionError
         For an impossible rate, unit, grid or start, or no channel.
 
+    See Also
+    --------
+    allan : the same from a record.
+
+    References
+    ----------
+    .. [1] :doi:`10.1109/TIM.2007.908635`, eq. (10)
+
     Examples
     --------
     >>> import numpy as np
@@ -63,10 +71,6 @@ class Accumulator(Printed):
     ...     stream.push(rng.standard_normal((100, 1)))
     >>> stream.snapshot()["gyro_x"].n_pairs
     array([5999, 5981, 5801])
-
-    References
-    ----------
-    .. [1] :doi:`10.1109/TIM.2007.908635`, eq. (10)
     """
 
     __slots__ = ("_factors", "_quantities", "_sums", "_units", "channels", "long", "start", "tau0")
@@ -91,12 +95,12 @@ class Accumulator(Printed):
             raise OptionError(f"{{option}} must be the index of a sample, not {start!r}", option="start")
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
-        self.channels = channels
-        self.tau0 = 1.0 / float(rate)
+        self.channels: tuple[str, ...] = channels
+        self.tau0: float = 1.0 / float(rate)
         if long not in ("exact", "strided"):
             raise OptionError(f"{{option}} must be 'exact' or 'strided', not {long!r}", option="long")
         self.long = long
-        self.start = int(start)
+        self.start: int = int(start)
         kinds = [conversion(channel, unit or {}, input) for channel in channels]
         unknown = set(unit or {}) - {name for channel in channels for name in (channel, channel.split("_")[0])}
         if unknown:
@@ -125,6 +129,7 @@ class Accumulator(Printed):
         Parameters
         ----------
         chunk : array_like, shape (n, n_channels) or (n,) for one channel; or a mapping from channel to (n,)
+            Samples in the unit that was given. [`unit`; SI by default]
 
         Raises
         ------
@@ -151,13 +156,20 @@ class Accumulator(Printed):
             sums.push(column)
 
     def merge(self, later: Accumulator) -> None:
-        """Add the samples of the accumulator of the following part of the record; `later` is not changed.
+        """Add the samples of the accumulator of the following part of the record.
+
+        Parameters
+        ----------
+        later : Accumulator
+            Begins where this one ends. It is not changed.
 
         Raises
         ------
+        TypeError
+            If `later` is not an accumulator.
         ValueError
-            If `later` is not made for the same channels, rate and times in the same way, or does not begin where this one
-            ends; then nothing has changed.
+            If `later` is not made for the same channels, rate and times in the same way, or does not begin where this
+            one ends; then nothing has changed.
         """
         if not isinstance(later, Accumulator):
             raise TypeError(f"only an Accumulator can be merged, not a {type(later).__name__}")

@@ -111,12 +111,15 @@ class DeviationCurve(Tabular):
 
     @property
     def adev(self) -> NDArray[np.float64]:
-        """Allan deviation, the root of `avar`. [unit]"""
+        """Allan deviation, the root of `avar`; shape (n_tau,). [unit]"""
         return np.sqrt(self.avar)
 
     @property
     def error(self) -> NDArray[np.float64]:
-        """Relative standard error of `adev` by the paper's eq. (26); see `sigmatau.noise.uncertainty.percentage_error`."""
+        """Relative standard error of `adev` by the paper's eq. (26); shape (n_tau,).
+
+        See `sigmatau.noise.uncertainty.percentage_error`.
+        """
         return percentage_error(self.n, self.m)
 
     def interval(self, *, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -138,7 +141,17 @@ class DeviationCurve(Tabular):
         return self.adev * low, self.adev * high
 
     def at(self, sizes: NDArray[np.int64]) -> DeviationCurve:
-        """The same curve at some of its cluster sizes."""
+        """The same curve at some of its cluster sizes.
+
+        Parameters
+        ----------
+        sizes : ndarray of int, shape (n_chosen,)
+            Cluster sizes that the curve has.
+
+        Returns
+        -------
+        DeviationCurve
+        """
         chosen = np.isin(self.m, sizes)
         columns = {name: getattr(self, name) for name in _COLUMNS}
         kept: dict[str, Any] = {name: None if c is None else c[chosen] for name, c in columns.items()}
@@ -225,7 +238,19 @@ class Curves(TablesByChannel[DeviationCurve]):
         return {channel: curve.to_dict() for channel, curve in self.items()}
 
     def plot(self, ax: Panels = None, *, style: Style = "screen") -> Figure:
-        """Draw all curves with their error bands, one panel a stream; `ax` is one axes a panel."""
+        """Draw all curves with their error bands, one panel a stream.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        style : {"screen", "paper"}
+            ``"paper"``: for a column of a two-column paper.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.curves import draw_analysis
         from sigmatau.plot.style import styled
 

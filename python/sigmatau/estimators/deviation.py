@@ -101,15 +101,31 @@ class Deviation(Printed):
         Parameters
         ----------
         noise : str or mapping of str to float
-            The name of a term, or coefficients in SI such as `NoiseFit.model`.
+            The name of a term, or coefficients such as `NoiseFit.model`. [SI]
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            Degrees of freedom.
         """
         return deviation_kinds.degrees_of_freedom(
             self.kind, noise, n=self.n, m=self.m, tau0=self.tau0, overlap=self.overlap
         )
 
     def bias(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
-        """Expected square over the Allan variance at `tau`, of total and Theo1; see
-        `sigmatau.estimators.deviation_kinds.bias`.
+        """Expected square over the Allan variance at `tau`, of total and Theo1.
+
+        See `sigmatau.estimators.deviation_kinds.bias`.
+
+        Parameters
+        ----------
+        noise : str or mapping of str to float
+            As in `Deviation.edf`.
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            Ratios.
         """
         return deviation_kinds.bias(self.kind, noise, n=self.n, m=self.m, tau0=self.tau0)
 
@@ -121,7 +137,7 @@ class Deviation(Printed):
         Parameters
         ----------
         noise : str or mapping of str to float
-            As in `edf`.
+            As in `Deviation.edf`.
         level : float
             Probability that the interval holds.
 
@@ -134,7 +150,17 @@ class Deviation(Printed):
         return self.deviation * low, self.deviation * high
 
     def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
-        """Plain columns, for JSON or any data-frame library; with a `noise`, the 95 % interval too."""
+        """Plain columns, for JSON or any data-frame library.
+
+        Parameters
+        ----------
+        noise : str or mapping of str to float, optional
+            As in `Deviation.edf`; the columns then have the 95 % interval too.
+
+        Returns
+        -------
+        dict
+        """
         columns = plain(self, "kind m tau_s=tau deviation n_terms overlap unit")
         if noise is not None:
             low, high = self.interval(noise=noise)
@@ -144,7 +170,21 @@ class Deviation(Printed):
     def plot(
         self, ax: Axes | None = None, *, unit: str | None = None, noise: str | Mapping[str, float] | None = None
     ) -> Figure:
-        """Draw the curve, with its 95 % band if there is a `noise`, in new axes or those given."""
+        """Draw the curve, with its 95 % band if there is a `noise`.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Default: a new figure.
+        unit : str, optional
+            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+        noise : str or mapping of str to float, optional
+            As in `Deviation.edf`.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.curves import draw_deviation
         from sigmatau.plot.style import figure_of
 
@@ -175,11 +215,33 @@ class Deviations(ByChannel[Deviation]):
     __slots__ = ()
 
     def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
-        """Each as plain columns, by channel."""
+        """Each as plain columns, by channel.
+
+        Parameters
+        ----------
+        noise : str or mapping of str to float, optional
+            As in `Deviation.edf`; the columns then have the 95 % interval too.
+
+        Returns
+        -------
+        dict
+        """
         return {channel: of_channel.to_dict(noise=noise) for channel, of_channel in self.items()}
 
     def plot(self, ax: Panels = None, *, noise: str | Mapping[str, float] | None = None) -> Figure:
-        """Draw all of them, one panel a quantity and unit; `ax` is one axes a panel."""
+        """Draw all of them, one panel a quantity and unit.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        noise : str or mapping of str to float, optional
+            As in `Deviation.edf`; each curve then has its 95 % band.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.curves import draw_deviations
 
         bands = {} if noise is None else {name: one.interval(noise=noise) for name, one in self.items()}
@@ -236,6 +298,8 @@ def deviation(
 
     Raises
     ------
+    TypeError
+        If `record` is not a record.
     NonFiniteError
         If a sample is missing.
     RecordTooShortError

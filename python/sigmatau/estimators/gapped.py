@@ -33,8 +33,9 @@ class GappedSums:
 
     def __init__(self, new: Callable[[int], Accumulator], start: int = 0) -> None:
         self._new = new
-        self.start = self.stop = int(start)
-        self.missing = 0
+        self.start: int = int(start)
+        self.stop: int = self.start
+        self.missing: int = 0
         self._first: Accumulator | None = None  # the run that begins with the first sample
         self._last: Accumulator | None = None  # the run that ends with the last sample, if a gap is before it
         self._closed: dict[

@@ -41,18 +41,37 @@ _MOST_MISSING = 0.1  # of the samples of a window
 
 @frozen(eq=False)
 class DynamicAllan(Printed):
-    """Allan deviation of one channel over time and averaging time."""
+    """Allan deviation of one channel over time and averaging time.
+
+    Attributes
+    ----------
+    channel : str
+    quantity, unit : str
+        Of the rate; SI.
+    times : ndarray, shape (n_times,)
+        Middle of each window, from the beginning of the whole record. [s]
+    tau : ndarray, shape (n_tau,)
+        Averaging times. [s]
+    adev : ndarray, shape (n_times, n_tau)
+        Overlapped Allan deviation of each window; NaN where a window misses more than a tenth of its samples. [unit]
+    n : int
+        Samples in a window.
+    window, step : float
+        Length of a window, and from the beginning of one to that of the next. [s]
+
+    See Also
+    --------
+    sigmatau.dynamic_allan : makes it.
+    """
 
     channel: str
-    quantity: str  # Of the rate; SI
+    quantity: str
     unit: str
-    times: NDArray[np.float64]  # shape (n_times,); middle of each window, from the beginning of the whole record. [s]
-    tau: NDArray[np.float64]  # shape (n_tau,); averaging times. [s]
-    # shape (n_times, n_tau); overlapped Allan deviation of each window; NaN where a window misses more than a tenth of
-    # its samples. [unit]
+    times: NDArray[np.float64]
+    tau: NDArray[np.float64]
     adev: NDArray[np.float64]
-    n: int  # Samples in a window
-    window: float  # Length of a window, and from the beginning of one to that of the next. [s]
+    n: int
+    window: float
     step: float
 
     def __post_init__(self) -> None:
@@ -60,7 +79,10 @@ class DynamicAllan(Printed):
 
     @property
     def spread(self) -> NDArray[np.float64]:
-        """Largest over smallest deviation of all windows, by averaging time; NaN if none has one; shape (n_tau,)."""
+        """Ratio of the largest to the smallest deviation of all windows, by averaging time; shape (n_tau,).
+
+        NaN if no window has a deviation.
+        """
         known = self.adev[np.isfinite(self.adev).all(axis=1)]
         if len(known) == 0:
             return np.full(len(self.tau), np.nan)
@@ -74,7 +96,19 @@ class DynamicAllan(Printed):
         return plain(self, known, estimator="overlapped", adev=adev)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Figure:
-        """Draw the map with its colour bar, in new axes or those given."""
+        """Draw the map with its colour bar, in new axes or those given.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Default: a new figure.
+        unit : str, optional
+            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.stability import draw_dynamic
         from sigmatau.plot.style import figure_of
 
@@ -116,6 +150,7 @@ def dynamic_allan(
     data : Record or Stream
         A window with more than a tenth of its samples missing has no deviation.
     channel : str
+        Name of the channel.
     window : float, optional
         Length of a window. Default: a tenth of the record. [s]
     step : float, optional

@@ -104,6 +104,18 @@ class Choices:
     ------
     OptionError
         For an invalid value; names the attribute.
+
+    See Also
+    --------
+    export : takes them.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> chosen = st.Choices(rate=200, walk={"gyro": 1e-6})
+    >>> chosen.rate, chosen.axes
+    (200, 'worst')
     """
 
     axes: Axes = "worst"
@@ -144,7 +156,19 @@ class Choices:
             )
 
     def without(self, choice: str, key: str | None = None) -> Choices:
-        """The same with one choice reset to its default; `key` is one of the names."""
+        """The same choices with one reset to its default.
+
+        Parameters
+        ----------
+        choice : str
+            Name of the attribute.
+        key : str, optional
+            One of the `names`, if `choice` is ``"names"``. Default: all.
+
+        Returns
+        -------
+        Choices
+        """
         default: Any = getattr(Choices(), choice)
         if choice == "names" and key is not None:
             default = {name: text for name, text in self.names.items() if name != key}

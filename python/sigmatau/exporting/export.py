@@ -60,6 +60,21 @@ def export(
         For an unknown target, or a missing choice, such as the value of a rate random walk that was not observed.
     DataError
         If the model lacks data that the target needs, or the file cannot be written.
+
+    See Also
+    --------
+    Choices : options that no record can determine.
+    NoiseModel.write : the model as a file of this package.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> names = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
+    >>> model = st.NoiseModel(channels={name: {"random_walk": 1e-4} for name in names})
+    >>> walk = {"gyro": 1e-6, "accel": 1e-5}
+    >>> text = st.export(model, to="kalibr", choices=st.Choices(rate=200, walk=walk))
+    >>> [line.split("  #")[0] for line in text.splitlines() if line.startswith("gyroscope")]
+    ['gyroscope_noise_density: 0.0001', 'gyroscope_random_walk: 1.0e-06']
     """
     prepared = prepare(model, to=to, path=path, choices=choices)
     if prepared.path is not None:

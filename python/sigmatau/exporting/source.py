@@ -33,35 +33,89 @@ _SHORTEST_MEANS = 32  # samples; shorter means leave noise of the minimum of the
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """Measured variance of a sample."""
+    """Measured variance of a sample.
 
-    variance: float  # About the mean over `time`. [(rate unit)²]
-    time: float  # Length of this mean. [s]
+    Attributes
+    ----------
+    variance : float
+        About the mean over `time`. [(rate unit)²]
+    time : float
+        Length of this mean. [s]
+    """
+
+    variance: float
+    time: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source(Printed):
-    """A noise model and the data about its record that an export needs."""
+    """A noise model and the data about its record that an export needs.
+
+    Attributes
+    ----------
+    model : NoiseModel
+    rates : mapping of str to float
+        Sampling rate by channel, if known. [Hz]
+    findings : tuple of Finding
+        Findings about the file that was read.
+    corners : mapping of str to float
+        Corner of the low-pass filter that the analysis found, by channel. [Hz]
+    samples : mapping of str to Sample
+        Measured variance of a sample, by channel.
+    names : mapping of str to str
+        Fields of the file beside the noise parameters, such as a topic.
+    poor : tuple of str
+        Channels whose coefficients the analysis says not to use.
+    head : tuple of str
+        What the head of a file says of the source, a line each.
+
+    See Also
+    --------
+    sigmatau.export : writes it for another program.
+    """
 
     model: NoiseModel
-    rates: Mapping[str, float]  # Sampling rate by channel, if known. [Hz]
-    findings: tuple[Finding, ...] = ()  # Findings about the file that was read
-    # Corner of the low-pass filter that the analysis found, by channel. [Hz]
+    rates: Mapping[str, float]
+    findings: tuple[Finding, ...] = ()
     corners: Mapping[str, float] = field(default_factory=dict)
-    samples: Mapping[str, Sample] = field(default_factory=dict)  # Measured variance of a sample, by channel
-    # Fields of the file beside the noise parameters, such as a topic
+    samples: Mapping[str, Sample] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
-    poor: tuple[str, ...] = ()  # Channels whose coefficients the analysis says not to use
-    head: tuple[str, ...] = ()  # What the head of a file says of the source, a line each
+    poor: tuple[str, ...] = ()
+    head: tuple[str, ...] = ()
 
     @classmethod
     def of_model(cls, model: NoiseModel) -> Source:
-        """The source of a model; the sampling rate is known if the model is from a fit."""
+        """The source of a model; the sampling rate is known if the model is from a fit.
+
+        Parameters
+        ----------
+        model : NoiseModel
+            Noise of the channels to export.
+
+        Returns
+        -------
+        Source
+        """
         return cls(model=model, rates={name: channel.rate for name, channel in model.channels.items() if channel.rate})
 
     @classmethod
     def of_result(cls, content: Mapping[str, Any]) -> Source:
-        """The source of a result of `analyze`, in the form of ``to_dict`` or its JSON; raises `DataError` if invalid."""
+        """The source of a result of `analyze`.
+
+        Parameters
+        ----------
+        content : mapping
+            ``Analysis.to_dict()``, or the JSON of ``sigmatau analyze``.
+
+        Returns
+        -------
+        Source
+
+        Raises
+        ------
+        DataError
+            If the content is not a result.
+        """
         plain = cls.of_model(NoiseModel.from_result(content))
         corners: dict[str, float] = {}
         samples: dict[str, Sample] = {}
@@ -82,7 +136,17 @@ class Source(Printed):
         return replace(plain, corners=corners, samples=samples, poor=poor, head=head, names=names)
 
     def of(self, channels: Iterable[str]) -> Source:
-        """The same with some of the channels."""
+        """The same with some of the channels.
+
+        Parameters
+        ----------
+        channels : iterable of str
+            Which channels.
+
+        Returns
+        -------
+        Source
+        """
         return replace(self, model=self.model.of(channels))
 
     def __repr__(self) -> str:

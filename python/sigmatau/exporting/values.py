@@ -41,9 +41,9 @@ class Numbers:
     """Numbers of a source for one target, after the choices of the user."""
 
     def __init__(self, source: Source | NoiseModel, choices: Choices) -> None:
-        self.source = source if isinstance(source, Source) else Source.of_model(source)
+        self.source: Source = source if isinstance(source, Source) else Source.of_model(source)
         self.choices = choices
-        self.whole = self.source.model  # of all channels; `model` may have one of them
+        self.whole: NoiseModel = self.source.model  # of all channels; `model` may have one of them
         self.findings: list[Finding] = []  # about the written file; targets add to it
         self.limits: dict[str, dict[str, None]] = {}  # channels by term whose upper limit is written, unasked
 

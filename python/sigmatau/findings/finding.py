@@ -49,13 +49,27 @@ class Finding:
     spans : tuple of (float, float)
         Where in the record: beginnings and ends, from the beginning of the whole record. [s]
     size : float or None
-        How large it is, in `unit`.
+        How large it is. [`unit`]
     unit : str
         Unit of the size; empty for a bare number.
     factors : tuple of (str, float)
         Coefficients, by term, and the factor by which each is larger than the sensor's own.
     left_out : int
         Samples that were taken for missing for it, of the channel with the most; 0 if none were.
+
+    See Also
+    --------
+    check : finds the faults of a record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> rates = 1e-3 * np.random.default_rng(1).standard_normal(10_000)
+    >>> rates[5000] = 1.0
+    >>> for finding in st.check(st.Record.from_arrays(rate=100, gyro_x=rates)):
+    ...     print(finding.code, finding.severity, finding.channels, finding.spans)
+    spikes info ('gyro_x',) ((50.0, 50.0),)
     """
 
     details: Details
@@ -93,6 +107,7 @@ class Finding:
         return words(self)
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, with message and action in words."""
         return {
             "code": self.code,
             "severity": self.severity,

@@ -59,6 +59,7 @@ def fit_channel(
         At rest, and without disturbances: nothing is left out here. Its thermometer, if there is one, is a regressor of the
         likelihood as far as the channel follows it.
     channel : str
+        Name of the channel.
     method : {"likelihood", "gls"}
         A channel with very few samples is fitted by least squares.
     curve : DeviationCurve, optional
@@ -72,8 +73,11 @@ def fit_channel(
         added. [s]
     regressors : mapping of str to array_like, shape (n,), optional
         Curves at the samples that the mean may follow, at most 20, by name: a supply voltage, another thermometer.
+        [any unit]
     level : float
         Confidence level of intervals and limits.
+    threads : int, optional
+        Default: all cores. Results do not depend on it.
 
     Returns
     -------
@@ -92,6 +96,10 @@ def fit_channel(
     See Also
     --------
     analyze : all channels, without what disturbs them.
+
+    References
+    ----------
+    docs/theory/likelihood.md derives the likelihood; IEEE Std 952 names the terms.
 
     Examples
     --------

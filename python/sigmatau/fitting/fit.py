@@ -58,15 +58,31 @@ def fit(
 
     Raises
     ------
+    TypeError
+        If `curve` is not a curve, but for example the curves of a record.
     OptionError
         For a curve without overlapping clusters, for a level outside 0.5 … 0.999, for an unknown term or no noise term, for
         a `tau_min` that leaves fewer than eight averaging times.
+
+    See Also
+    --------
+    fit_channel : the fit of the samples, which uses more of the record.
+    allan : makes the curve.
 
     References
     ----------
     S. Guerrier, J. Skaloud, Y. Stebler, M.-P. Victoria-Feser, "Wavelet-variance-based estimation for composite stochastic
     processes", J. Am. Stat. Assoc. 108 (2013), :doi:`10.1080/01621459.2013.799920`, for least squares on variances; the
     covariance is exact here, see `sigmatau.noise.uncertainty.avar_covariance`.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> curve = st.allan(st.simulate(model, duration=600, rate=10, rng=1))["gyro_x"]
+    >>> walk = st.fit(curve)["random_walk"]
+    >>> walk.low < 1e-4 < walk.high
+    True
     """
     if not isinstance(curve, DeviationCurve):
         raise TypeError(

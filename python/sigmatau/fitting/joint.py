@@ -96,6 +96,10 @@ def fit_jointly(
     DataError
         For runs with different rates or units, a channel that never changes or is too short, or the same samples twice.
 
+    See Also
+    --------
+    fit_channel : one run.
+
     Notes
     -----
     A random term that most runs do not show is taken as common: such runs do not tell how it differs.
@@ -106,10 +110,6 @@ def fit_jointly(
     ----------
     .. [1] R. C. Paule and J. Mandel, "Consensus values and weighting factors," J. Res. Natl. Bur. Stand., vol. 87, no. 5,
        1982, :doi:`10.6028/jres.087.022`.
-
-    See Also
-    --------
-    fit_channel : one run.
 
     Examples
     --------

@@ -19,12 +19,21 @@ ALPHA = 0.01
 
 @frozen
 class Spread:
-    """How a coefficient differs from run to run: standard deviation over runs, relative, and the p-value of none."""
+    """How a coefficient differs from run to run.
+
+    Attributes
+    ----------
+    relative : float
+        Standard deviation over the runs, relative.
+    p_value : float
+        P-value of no difference.
+    """
 
     relative: float
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
         return plain(self, "relative p_value")
 
 
@@ -46,7 +55,7 @@ class RunOfJoint:
     cause : str
         Where the run differs most: a term, or ``"all"``: the shape of the spectrum, with its filter.
     factor : float or None
-        The coefficient of `cause` over that of the other runs; None if they do not show it.
+        The coefficient of `cause` over that of the other runs; None if they do not show it. [1]
     """
 
     name: str
@@ -63,6 +72,7 @@ class RunOfJoint:
         return self.p_value >= ALPHA
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "name belongs p_value cause factor values own", duration_s=self.duration)
 
     @property
@@ -71,7 +81,17 @@ class RunOfJoint:
         return self.fit.n * self.fit.tau0
 
     def text(self, quantity: str) -> str:
-        """In words why a run does not belong."""
+        """In words why a run does not belong.
+
+        Parameters
+        ----------
+        quantity : str
+            ``"angular_rate"``, ``"acceleration"`` or ``"signal"``, for the name of the term.
+
+        Returns
+        -------
+        str
+        """
         if self.cause in TERMS and self.factor is None:
             label = TERMS[self.cause].label(quantity)
             return f"{self.name}: {label}, which the other runs do not show, p = {self.p_value:.1g}"
@@ -96,6 +116,19 @@ class JointChannel(Tabular):
     homogeneity : mapping of str to float
         P-value of the same coefficient in all runs, by common term, where the runs show it.
     runs : tuple of RunOfJoint
+
+    See Also
+    --------
+    fit_jointly : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.simulate(model, duration=300, rate=10, rng=day) for day in range(3)]
+    >>> joint = st.fit_jointly(days)["gyro_x"]
+    >>> joint.pooled(), joint.outliers
+    ('3 runs, 15 min together', ())
     """
 
     fit: NoiseFit
@@ -106,6 +139,7 @@ class JointChannel(Tabular):
 
     @property
     def channel(self) -> str:
+        """Name of the channel."""
         return self.fit.channel
 
     @property
@@ -174,7 +208,20 @@ class JointChannel(Tabular):
 
 
 class JointFit(TablesByChannel[JointChannel]):
-    """Joint fits by channel: an immutable mapping in the order of the records."""
+    """Joint fits by channel: an immutable mapping in the order of the records.
+
+    See Also
+    --------
+    fit_jointly : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.simulate(model, duration=300, rate=10, rng=day) for day in range(3)]
+    >>> list(st.fit_jointly(days).fits)
+    ['gyro_x']
+    """
 
     __slots__ = ()
 

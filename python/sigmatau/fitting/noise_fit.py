@@ -40,34 +40,74 @@ QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 
 @frozen
 class Interval:
-    """A value and, if the model is adequate, its interval. [unit]"""
+    """A value and its interval.
+
+    Attributes
+    ----------
+    value : float
+        [unit]
+    low, high : float or None
+        Its interval; None if the model is not adequate. [unit]
+    unit : str
+        SI.
+    """
 
     value: float
     low: float | None
     high: float | None
-    unit: str  # SI
+    unit: str
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
 
 
 @frozen
 class FittedTerm:
-    """One of the five terms in a fit."""
+    """One of the five terms in a fit.
 
-    term: str  # Key of `sigmatau.noise.terms.TERMS`
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    unit : str
+        SI.
+    observed : bool or None
+        Whether the term is significant; None if the verdict is ``"descriptive"``.
+    level : float
+        Confidence level of the interval or of the limit.
+    value : float or None
+        The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
+    low, high : float or None
+        Its interval; None if the model is not adequate. [unit]
+    upper_limit : float or None
+        Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
+    p_value : float or None
+        P-value of the term, all others free; None if it was not tested.
+    """
+
+    term: str
     unit: str
-    observed: bool | None  # Whether the term is significant; None if the verdict is ``"descriptive"``
-    level: float  # Confidence level of the interval or of the limit
-    # The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
+    observed: bool | None
+    level: float
     value: float | None = None
-    low: float | None = None  # Its interval; None if the model is not adequate. [unit]
+    low: float | None = None
     high: float | None = None
-    upper_limit: float | None = None  # Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
-    p_value: float | None = None  # P-value of the term, all others free; None if it was not tested
+    upper_limit: float | None = None
+    p_value: float | None = None
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``fit["random_walk"].to("deg/sqrt(h)")``.
+
+        Parameters
+        ----------
+        unit : str
+            A unit of the same quantity, such as ``"deg/sqrt(h)"``.
+
+        Returns
+        -------
+        float
+            [unit]
 
         Raises
         ------
@@ -81,6 +121,7 @@ class FittedTerm:
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI; what is not known is omitted."""
         known = plain(self, "value low high upper_limit p_value")
         kept = {key: value for key, value in known.items() if value is not None}
         return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
@@ -88,53 +129,104 @@ class FittedTerm:
 
 @frozen
 class GaussMarkov:
-    """A first-order Gauss-Markov process: standard deviation and correlation time."""
+    """A first-order Gauss-Markov process, as fitted.
+
+    Attributes
+    ----------
+    sigma : Interval
+        Standard deviation. [unit of the rate]
+    time : Interval
+        Correlation time. [s]
+    """
 
     sigma: Interval
     time: Interval
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return {"sigma": self.sigma.to_dict(), "time": self.time.to_dict()}
 
 
 @frozen
 class Sinusoid:
-    """A line in the spectrum: amplitude and frequency."""
+    """A line in the spectrum, as fitted.
+
+    Attributes
+    ----------
+    amplitude : Interval
+        [unit of the rate]
+    frequency : Interval
+        [Hz]
+    """
 
     amplitude: Interval
     frequency: Interval
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
 
 
 @frozen
 class Resonance:
-    """Noise of a band: standard deviation, centre and half width."""
+    """Noise of a band, as fitted.
+
+    Attributes
+    ----------
+    sigma : Interval
+        Standard deviation. [unit of the rate]
+    frequency : Interval
+        Centre. [Hz]
+    width : Interval
+        Half width. [Hz]
+    """
 
     sigma: Interval
     frequency: Interval
     width: Interval
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "sigma frequency width")
 
 
 @frozen
 class WarmUp:
-    """A drift of the mean that decays exponentially from the first sample on."""
+    """A drift of the mean that decays exponentially from the first sample on.
+
+    Attributes
+    ----------
+    amplitude : Interval
+        Drift at the first sample, of either sign. [unit of the rate]
+    time : float
+        Time constant, the best of a grid. [s]
+    """
 
     amplitude: Interval
-    time: float  # time constant, the best of a grid [s]
+    time: float
 
     def avar(self, taus: NDArray[np.float64], *, duration: float) -> NDArray[np.float64]:
-        """Its part of the overlapped Allan variance of a record, at averaging times in s. [(rate unit)²]"""
+        """Its part of the overlapped Allan variance of a record.
+
+        Parameters
+        ----------
+        taus : ndarray, shape (n_tau,)
+            Averaging times. [s]
+        duration : float
+            Length of the record. [s]
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [(rate unit)²]
+        """
         shares = taus / self.time
         pairs = np.maximum((duration - 2 * taus) / self.time, 1e-9)
         mean = -np.expm1(-2 * pairs) / (2 * pairs)  # of exp(-2t/T) over the beginnings of the pairs
         return np.asarray(0.5 * self.amplitude.value**2 * mean * (np.expm1(-shares) ** 2 / shares) ** 2)
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "amplitude time_s=time")
 
 
@@ -184,14 +276,30 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         Averaging times used; of a likelihood, those at which the noise model made from it describes the curve. [s]
     p_value : float or None
         P-value of the goodness of fit.
-    covariance : tuple of (tuple of str, ndarray)
+    covariance : tuple of (tuple of str, ndarray of shape (n, n))
         Names and covariance of the observed coefficients, of those in `unclear`, and of the numbers of processes,
         ``"gauss_markov_1.sigma"``, ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
     level : float
-        Of the intervals and limits.
+        Confidence level of the intervals and limits.
     method : str
     runs : tuple of float
         Of a joint fit: lengths of the runs; `n` is that of the longest one. Else empty. [s]
+
+    See Also
+    --------
+    analyze, fit, fit_channel : make it.
+    NoiseModel.from_result : the model for simulations and filters.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> found = st.fit_channel(st.simulate(model, duration=600, rate=10, rng=1), "gyro_x")
+    >>> walk = found["random_walk"]
+    >>> walk.low < 1e-4 < walk.high, walk.unit
+    (True, 'rad/sqrt(s)')
+    >>> found["bias_instability"].observed, found["bias_instability"].upper_limit is not None
+    (False, True)
     """
 
     channel: str
@@ -245,7 +353,18 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return {name: term.value for name, term in self.terms.items() if term.observed and term.value is not None}
 
     def avar(self, *, m: ArrayLike) -> NDArray[np.float64]:
-        """Expected Allan variance of the fitted model at cluster sizes `m` of this record. [(rate unit)²]"""
+        """Expected Allan variance of the fitted model.
+
+        Parameters
+        ----------
+        m : array_like of int, shape (n_tau,)
+            Cluster sizes in samples of this record.
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [(rate unit)²]
+        """
         sizes = np.atleast_1d(np.asarray(m))
         total = np.zeros(sizes.shape)
         for name, value in self.model.items():
@@ -265,7 +384,18 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return total
 
     def filtered_psd(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Two-sided density of all that the filter acts on, before the filter, at frequencies in Hz. [(rate unit)²/Hz]"""
+        """Two-sided density of all that the filter acts on, before the filter.
+
+        Parameters
+        ----------
+        f : ndarray, shape (n_f,)
+            Frequencies. [Hz]
+
+        Returns
+        -------
+        ndarray, shape (n_f,)
+            [(rate unit)²/Hz]
+        """
         total = np.zeros_like(f)
         for name, value in self.model.items():
             if name not in ("quantization", "rate_ramp"):
@@ -277,8 +407,19 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return total
 
     def psd(self, f: ArrayLike) -> NDArray[np.float64]:
-        """Two-sided density of the fitted model at frequencies in Hz, up to half the rate, behind its filter; without lines,
-        the ramp and the warm-up, which have no density. [(rate unit)²/Hz]
+        """Two-sided density of the fitted model behind its filter.
+
+        Lines, the ramp and the warm-up have no density and are omitted.
+
+        Parameters
+        ----------
+        f : array_like, shape (n_f,)
+            Frequencies up to half the rate. [Hz]
+
+        Returns
+        -------
+        ndarray, shape (n_f,)
+            [(rate unit)²/Hz]
         """
         frequency = np.atleast_1d(np.asarray(f, dtype=np.float64))
         total = self.filtered_psd(frequency)
@@ -294,9 +435,19 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return self.verdict in QUANTIFIED
 
     def degrees_of_freedom(self, *, m: ArrayLike) -> NDArray[np.float64] | None:
-        """Degrees of freedom of overlapped Allan variances at cluster sizes `m` for the fitted model; None without noise.
+        """Degrees of freedom of overlapped Allan variances for the fitted model.
 
         Exact at up to 100 sizes; interpolated between 100 if there are more.
+
+        Parameters
+        ----------
+        m : array_like of int, shape (n_tau,)
+            Cluster sizes in samples of this record.
+
+        Returns
+        -------
+        ndarray or None, shape (n_tau,)
+            Degrees of freedom; None for a model without noise.
         """
         from sigmatau.fitting.freedom import degrees_of_freedom
 
@@ -312,7 +463,17 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return line_ranges(self)
 
     def texts(self, term: str) -> list[tuple[str, str, str]]:
-        """Value, interval and unit in each of the field's units; limits as ``("below 21", "", "deg/h/√h")``."""
+        """Value, interval and unit in each of the field's units; limits as ``("below 21", "", "deg/h/√h")``.
+
+        Parameters
+        ----------
+        term : str
+            A key of `sigmatau.noise.terms.TERMS`.
+
+        Returns
+        -------
+        list of (str, str, str)
+        """
         t = self[term]
         result = []
         for text, factor in display_units(term, self.quantity, self.rate_unit):
@@ -326,7 +487,17 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return result
 
     def why_not(self, term: str) -> str:
-        """Why a term was not observed."""
+        """Why a term was not observed.
+
+        Parameters
+        ----------
+        term : str
+            A key of `sigmatau.noise.terms.TERMS`.
+
+        Returns
+        -------
+        str
+        """
         t = self[term]
         if t.p_value is None:
             hidden = "the filter hides the short times" if self.response is not None else "the short times"
@@ -338,7 +509,17 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return f"not seen in {duration_text(self.n * self.tau0)}"
 
     def headline(self, *, method: bool = True) -> str:
-        """Method (or, without it, verdict), averaging times and p-value in one line."""
+        """Method, averaging times and p-value in one line.
+
+        Parameters
+        ----------
+        method : bool
+            Whether the line begins with the method; otherwise it begins with the verdict.
+
+        Returns
+        -------
+        str
+        """
         if self.verdict == "too_short" or self.tau_min is None or self.tau_max is None:
             return f"no fit: {self.reason}"
         if self.verdict == "descriptive":

@@ -51,6 +51,18 @@ class Plan(Printed):
         Confidence level of the test.
     gauss_markov : tuple of GaussMarkov
         The process beside the term, if any.
+
+    See Also
+    --------
+    plan : makes it.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> kind = {"channel": "gyro_x", "quantity": "angular_rate", "rate_unit": "rad/s"}
+    >>> found = st.plan({"random_walk": 1e-4}, "rate_random_walk", rate=100, duration=3600, **kind)
+    >>> found.half < found.most, found.unit
+    (True, 'rad/s/sqrt(s)')
     """
 
     channel: str
@@ -225,6 +237,7 @@ def plan(
     others : mapping of str to float, or ChannelModel
         The noise of the channel, see `smallest_detectable`; the entry of the term itself is ignored. [SI]
     term : str
+        Key of `sigmatau.noise.terms.TERMS`.
     channel, quantity, rate_unit : str
         For the units of the result.
     rate : float
@@ -232,14 +245,34 @@ def plan(
     tau_min : float
         Shortest averaging time that can be used. [s]
     duration : float, optional
-        [s]
+        Length of a record. [s]
     value : float, optional
-        [SI]
+        A coefficient. [SI]
+
+    Returns
+    -------
+    Plan
 
     Raises
     ------
     OptionError
         As `smallest_detectable`, and if neither a duration nor a value is given.
+
+    See Also
+    --------
+    analyze : what a record shows.
+
+    References
+    ----------
+    docs/theory/fit.md; the test of a term is that of `sigmatau.fit`.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> kind = {"channel": "gyro_x", "quantity": "angular_rate", "rate_unit": "rad/s"}
+    >>> found = st.plan({"random_walk": 1e-4}, "bias_instability", rate=100, value=5e-6, **kind)
+    >>> round(found.half_in / 3600, 1), round(found.most_in / 3600, 1)  # hours, to see it with 50 % and with 90 %
+    (3.7, 10.2)
     """
     if duration is None and value is None:
         raise OptionError("give the length of a record, a value, or both", option="hours")

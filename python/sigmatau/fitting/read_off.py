@@ -36,17 +36,35 @@ Source = Literal["rules", "given", "fit"]
 
 @frozen
 class Coefficient:
-    """One coefficient, read off."""
+    """One coefficient, read off.
 
-    term: str  # Key of `sigmatau.noise.terms.TERMS`
-    value: float  # Coefficient and its error by eq. (26), one standard error. [unit]
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    value, error : float
+        Coefficient, and one standard error by eq. (26). [unit]
+    unit : str
+        SI.
+    tau_min, tau_max : float
+        Averaging times through which the line is laid. [s]
+    slope : float or None
+        Slope of the curve there in log σ over log τ; None if a given range has one point. [1]
+    percentage : float
+        Error over value, a ratio.
+    range_from : {"rules", "given"}
+        How the range was found.
+    """
+
+    term: str
+    value: float
     error: float
-    unit: str  # SI
-    tau_min: float  # The region. [s]
+    unit: str
+    tau_min: float
     tau_max: float
-    slope: float | None  # Slope of the curve in the region; None if a given range has one point
-    percentage: float  # error / value
-    range_from: Source = "rules"  # how the range was found
+    slope: float | None
+    percentage: float
+    range_from: Source = "rules"
 
     @property
     def region(self) -> str:
@@ -55,16 +73,61 @@ class Coefficient:
         return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{given}"
 
     def to(self, unit: str) -> float:
-        """The value in another unit: ``c.to("deg/sqrt(h)")``; raises `OptionError` for a unit that does not fit."""
+        """The value in another unit: ``c.to("deg/sqrt(h)")``.
+
+        Parameters
+        ----------
+        unit : str
+            A unit of the same quantity, such as ``"deg/sqrt(h)"``.
+
+        Returns
+        -------
+        float
+            [unit]
+
+        Raises
+        ------
+        OptionError
+            For a unit that does not fit.
+        """
         return self.value / find(unit, si=self.unit).factor
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "value error unit slope range_from", tau_s=[self.tau_min, self.tau_max])
 
 
 @frozen(kw_only=False)
 class ReadOff(Mapping[str, Coefficient], Tabular):
-    """Coefficients read off one channel: a mapping from term to `Coefficient`, without terms that have no region."""
+    """Coefficients read off one channel: a mapping from term to `Coefficient`, without terms that have no region.
+
+    Attributes
+    ----------
+    channel : str
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    rate_unit : str
+        SI unit of the channel.
+    coefficients : mapping of str to Coefficient
+        By term.
+    refused : tuple of Refusal
+        Regions with the slope of a term that are not that of the term.
+
+    See Also
+    --------
+    read_off : makes it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> rates = 1e-3 * np.random.default_rng(1).standard_normal(100_000)
+    >>> curve = st.allan(st.Record.from_arrays(rate=100, gyro_x=rates))["gyro_x"]
+    >>> found = st.read_off(curve)
+    >>> walk = found["random_walk"]
+    >>> abs(walk.value - 1e-4) < 2 * walk.error, walk.unit
+    (True, 'rad/sqrt(s)')
+    """
 
     channel: str
     quantity: str
@@ -86,7 +149,17 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         return len(self.coefficients)
 
     def texts(self, term: str) -> list[tuple[str, str]]:
-        """A coefficient in each of the field's units: ``[("0.973 ± 0.074", "arcsec")]``."""
+        """A coefficient in each of the field's units: ``[("0.973 ± 0.074", "arcsec")]``.
+
+        Parameters
+        ----------
+        term : str
+            A term that was read off.
+
+        Returns
+        -------
+        list of (str, str)
+        """
         c = self[term]
         return [
             (value_error_text(c.value / factor, c.error / factor), text)
@@ -102,6 +175,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
     _repr_html_ = Printed._repr_html_  # in the field's units
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, by term."""
         return {term: c.to_dict() for term, c in self.coefficients.items()}
 
     def __repr__(self) -> str:
@@ -149,6 +223,7 @@ def read_off(
     Parameters
     ----------
     curve : DeviationCurve
+        Allan deviations of one channel.
     quantization, random_walk, bias_instability, rate_random_walk, rate_ramp : tuple of float, optional
         Shortest and longest averaging time through which the line of the term is laid, whatever the curve does there.
         Default: by the rules. [s]

@@ -20,14 +20,34 @@ LARGEST_ERROR = 0.41
 
 @frozen
 class Rule:
-    """Conditions for a region of a term."""
+    """Conditions for a region of a term.
 
-    tolerance: float = 0.1  # Largest difference of its slope from that of the term
-    slope_error: float = 0.1  # Largest standard error of its slope by eq. (26)
-    span: float = 4.0  # Smallest ratio of its longest to its shortest averaging time
-    scatter: float = 1.0  # Error of a deviation of this noise, of the error by eq. (26)
-    gain: float = 6.0  # Smallest reduction of the misfit by the term, in squared errors by δ (at least 2 %) per octave
-    rest: float = 0.1  # Largest standard error of its slope in what the lines of other terms leave
+    Attributes
+    ----------
+    tolerance : float
+        Largest difference of the slope of the curve from that of the term. [1]
+    slope_error : float
+        Largest standard error of the slope by eq. (26). [1]
+    span : float
+        Smallest ratio of the longest to the shortest averaging time.
+    scatter : float
+        Error of a deviation of this noise as a ratio to the error by eq. (26).
+    gain : float
+        Smallest reduction of the misfit by the term per octave. [squared errors by δ, at least 2 %]
+    rest : float
+        Largest standard error of the slope in what the lines of the other terms leave. [1]
+
+    See Also
+    --------
+    sigmatau.read_off : uses one for each term.
+    """
+
+    tolerance: float = 0.1
+    slope_error: float = 0.1
+    span: float = 4.0
+    scatter: float = 1.0
+    gain: float = 6.0
+    rest: float = 0.1
 
 
 # From Monte Carlo: in each case an absent term is reported in at most 5 % of the records (studies/read_off.py, results in
@@ -52,7 +72,17 @@ LEAST_LEFT = 0.5  # share of the variance that the lines of other terms leave wh
 
 @frozen
 class Refusal:
-    """A region that has the slope of a term but is not that term."""
+    """A region that has the slope of a term but is not that term.
+
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    tau_min, tau_max : float
+        The region. [s]
+    reason : str
+        Why it is not that of the term.
+    """
 
     term: str
     tau_min: float

@@ -37,21 +37,54 @@ _EVERY = 16  # frequencies of the grid that are compared for them
 
 @frozen
 class FittedFilter:
-    """A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1)."""
+    """A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
 
-    coefficients: tuple[float, ...]  # a₁, a₂ …
-    tau0: float  # sample interval [s]
-    interval: float  # Δ: the sample interval, or a multiple where the top of the band was left out [s]
-    shape: Shape  # the shape that it is like; "uneven" if it does not fall to half the power
-    order: int | None  # of a Butterworth filter; samples of a running mean
-    corner: float | None  # frequency of half the power [Hz]
-    low: float | None  # interval of the corner
+    Attributes
+    ----------
+    coefficients : tuple of float
+        a₁, a₂ … [1]
+    tau0 : float
+        Sample interval. [s]
+    interval : float
+        Δ: the sample interval, or a multiple where the top of the band was left out. [s]
+    shape : str
+        The shape that it is like, such as ``"butterworth"``; ``"uneven"`` if it does not fall to half the power.
+    order : int or None
+        Of a Butterworth filter; samples of a running mean.
+    corner : float or None
+        Frequency of half the power. [Hz]
+    low, high : float or None
+        Interval of the corner. [Hz]
+    low_pass : LowPass or None
+        The filter in its place in a noise model.
+    known_to : float or None
+        Highest frequency that the fit used, because the filter takes the rest. [Hz]
+    """
+
+    coefficients: tuple[float, ...]
+    tau0: float
+    interval: float
+    shape: Shape
+    order: int | None
+    corner: float | None
+    low: float | None
     high: float | None
-    low_pass: LowPass | None = None  # the filter in its place in a noise model
-    known_to: float | None = None  # highest frequency that the fit used, because the filter takes the rest [Hz]
+    low_pass: LowPass | None = None
+    known_to: float | None = None
 
     def power(self, f: Floats) -> Floats:
-        """|H|² at frequencies; beyond those that the fit used as of the shape that it is like, or falling. [Hz]"""
+        """|H|² at frequencies; beyond those that the fit used, that of the shape that it is like, or falling.
+
+        Parameters
+        ----------
+        f : ndarray, shape (n_f,)
+            Frequencies. [Hz]
+
+        Returns
+        -------
+        ndarray, shape (n_f,)
+            Ratios of densities.
+        """
         f = np.asarray(f, dtype=np.float64)
         found = np.exp(_logarithm(self.coefficients, f * self.interval))
         if self.known_to is not None:
@@ -73,8 +106,23 @@ class FittedFilter:
     def taken_off(
         self, density: Callable[[Floats], Floats], m: NDArray[np.int64], *, highest: float | None = None
     ) -> Floats:
-        """What the filter takes off the Allan variances of noise with a density, at cluster sizes. Nothing from `highest`
-        on [Hz], where the band was left out, unless it took the rest there: it is not known. [(rate unit)²]
+        """What the filter takes off the Allan variances of noise with a density.
+
+        From `highest` on nothing is taken off, unless the filter took the rest there: it is not known.
+
+        Parameters
+        ----------
+        density : callable
+            Two-sided density in front of the filter, from frequencies in Hz. [(rate unit)²/Hz]
+        m : ndarray of int, shape (n_tau,)
+            Cluster sizes in samples.
+        highest : float, optional
+            Frequency from which the band was left out. [Hz]
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [(rate unit)²]
         """
         grid = _GRID * min(round(self.interval / self.tau0), _FINEST)
         f: Floats = (np.arange(grid, dtype=np.float64) + 0.5) / (2 * grid * self.tau0)
@@ -89,8 +137,9 @@ class FittedFilter:
         return np.asarray(4 * step * sums / m.astype(np.float64) ** 2)
 
     def like(self) -> LowPass | None:
-        """The Butterworth filter in front of the sampler whose samples have half their power at the corner; None for other
-        shapes, and if there is none.
+        """The Butterworth filter in front of the sampler whose samples have half their power at the corner.
+
+        None for other shapes, and if there is none.
         """
         order = 1 if self.shape == "smoothing" else self.order
         if self.corner is None or order is None or self.shape not in ("butterworth", "smoothing"):
@@ -109,6 +158,7 @@ class FittedFilter:
         return LowPass(order=order, corner=corner, rate=1 / self.tau0)
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         like = None if self.low_pass is None else plain(self.low_pass, "order corner_hz=corner")
         known = plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients interval_s=interval")
         return {**known, "low_pass": like}

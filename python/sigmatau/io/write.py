@@ -228,6 +228,24 @@ def write(record: Record, path: str | Path) -> None:
         For another ending.
     DataError
         If the streams have different grids, the file cannot be written, or a library is not installed that the format needs.
+
+    See Also
+    --------
+    read : reads the file.
+    simulate_to : simulates into a file.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> record = st.simulate(model, duration=10, rate=100, rng=1)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     log = pathlib.Path(folder) / "log.csv"
+    ...     st.write(record, log)
+    ...     again = st.read(log)
+    >>> bool((again.streams[0].column("gyro_x") == record.streams[0].column("gyro_x")).all())
+    True
     """
     target = Path(path)
     ending_of(target)

@@ -60,7 +60,19 @@ class RunComparison(Tabular):
 
     See Also
     --------
-    compare_runs, random_effects
+    compare_runs : makes it.
+    random_effects : the estimates of one row.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> days = [st.analyze(st.simulate(model, duration=600, rate=10, rng=day)) for day in range(3)]
+    >>> compared = st.compare_runs(days, names=["day 1", "day 2", "day 3"])
+    >>> [run.name for run in compared.runs]
+    ['day 1', 'day 2', 'day 3']
+    >>> compared["gyro_x", "random_walk"].k
+    3
     """
 
     by: By
@@ -82,7 +94,19 @@ class RunComparison(Tabular):
         return len(self.cells.label)
 
     def key(self, at: int) -> tuple[str, Label]:
-        """Group and label of a row."""
+        """Group and label of a row.
+
+        Parameters
+        ----------
+        at : int
+            Number of the row, from 0.
+
+        Returns
+        -------
+        group : str
+        label : Label
+            Channel and term.
+        """
         return self.groups[self.cells.group[at]], self.table.labels[self.cells.label[at]]
 
     def __iter__(self) -> Iterator[tuple[str, str, str]]:
@@ -102,13 +126,34 @@ class RunComparison(Tabular):
         raise KeyError(f"no values of {' '.join(wanted).strip()}")
 
     def row(self, at: int) -> RandomEffects:
-        """The random effects of a row."""
+        """The random effects of a row.
+
+        Parameters
+        ----------
+        at : int
+            Number of the row, from 0.
+
+        Returns
+        -------
+        RandomEffects
+        """
         _, label = self.key(at)
         scale: Literal["relative", "absolute"] = "absolute" if label.term in SIGNED else "relative"
         return one_group(self.effects, at, scale=scale, level=self.level, std=float(self.cells.std[at]))
 
     def values(self, at: int) -> list[tuple[Run, float, float]]:
-        """Run, value and standard error of each value of a row; the error relative, or of a signed term in SI."""
+        """Run, value and standard error of each value of a row.
+
+        Parameters
+        ----------
+        at : int
+            Number of the row, from 0.
+
+        Returns
+        -------
+        list of (Run, float, float)
+            The error is relative; of a signed term in SI. [SI]
+        """
         table = self.table
         return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(at)]
 

@@ -31,7 +31,15 @@ _OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` de
 
 @frozen(eq=False)
 class Examined:
-    """One unit, compared with the specification alone."""
+    """One unit, compared with the specification alone.
+
+    Attributes
+    ----------
+    result : UnitResult
+        The result of the unit, or why there is none.
+    verdict : Verdict or None
+        Comparison with the specification; None without a result or a specification.
+    """
 
     result: UnitResult
     verdict: Verdict | None = None
@@ -99,7 +107,8 @@ def judge_lot(
     level : float
         Confidence level of "above" and "below" a maximum, see `sigmatau.compare_with`.
     factor : float, optional
-        Maximum in typical (or 1 σ) values, where the specification states no maximum. Default: such a value is not judged.
+        Factor from the typical (or 1 σ) value to the maximum, where the specification states no maximum. Default: such a
+        value is not judged.
     sided : {"one", "two"}, optional
         Convention of noise densities if the specification does not state it.
     bias : {"minimum", "coefficient"}, optional

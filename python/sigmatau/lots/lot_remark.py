@@ -32,11 +32,11 @@ class Remark:
     value, limit : float or None
         Measured value and its limit. [`factor` of `unit`]
     ratio : float or None
-        Value over limit, over the median of the lot, or over the typical value.
+        Value over limit, over the median of the lot, or over the typical value. [1]
     unit : str
         Unit in which value and limit are told.
     factor : float
-        One of this unit in the unit of value and limit.
+        Factor from this unit to that of value and limit.
     text : str
         Message of a finding or of an error, in its own words.
     """

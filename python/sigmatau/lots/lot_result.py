@@ -36,7 +36,25 @@ FAILED, OPEN = 3, 4
 
 @frozen
 class Settings:
-    """The options of a judgement."""
+    """The options of a judgement, as for `sigmatau.judge_lot`.
+
+    Attributes
+    ----------
+    level : float
+        Confidence level.
+    factor : float or None
+        Maximum over the typical value, where the specification states no maximum: a factor.
+    sided : {"one", "two"} or None
+        Convention of noise densities.
+    bias : {"minimum", "coefficient"} or None
+        Convention of bias instabilities.
+    undecided : {"not-judged", "pass", "fail"}
+        What a unit is whose interval contains a maximum.
+    fail_on : {"warning"} or None
+        Whether a warning fails a unit.
+    accept : tuple of str
+        Codes that do not keep a unit from passing.
+    """
 
     level: float = 0.95
     factor: float | None = None
@@ -47,6 +65,7 @@ class Settings:
     accept: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
         return plain(self, "level factor sided bias undecided fail_on accept")
 
 
@@ -100,6 +119,7 @@ class JudgedUnit:
         return ": ".join(filter(None, (printable(self.name), STATE_WORDS[self.state], self.reason)))
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         channels = {
             name: {
                 "quantity": one.quantity,
@@ -149,6 +169,20 @@ class Lot(Tabular):
     too_many : int
         Units beyond the number that was expected.
     settings : Settings
+
+    See Also
+    --------
+    judge_lot : makes it.
+    lot_report : writes it as a page.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> results = [st.analyze(st.simulate(model, duration=600, rate=10, rng=k)) for k in range(3)]
+    >>> lot = st.judge_lot(results)
+    >>> lot.counts["not_judged"], lot.exit_code  # without a specification
+    (3, 4)
     """
 
     spec: Datasheet | None
@@ -160,7 +194,16 @@ class Lot(Tabular):
     settings: Settings = Settings()
 
     def of(self, state: State) -> tuple[JudgedUnit, ...]:
-        """The units of a state."""
+        """The units of a state.
+
+        Parameters
+        ----------
+        state : {"passed", "failed", "not_judged", "unreadable", "missing"}
+
+        Returns
+        -------
+        tuple of JudgedUnit
+        """
         return tuple(one for one in self.units if one.state == state)
 
     def __getitem__(self, name: str) -> JudgedUnit:
@@ -188,12 +231,35 @@ class Lot(Tabular):
         return tuple(one for one in self.distributions if one.drift is not None)
 
     def quantity_of(self, channel: str) -> tuple[str, str]:
-        """Quantity and SI unit of a channel."""
+        """Quantity and SI unit of a channel.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+
+        Returns
+        -------
+        quantity, unit : str
+        """
         one = next(one for one in self.bands if one.channel == channel)
         return one.quantity, one.unit
 
     def limits(self, channel: str, what: str) -> tuple[float, ...]:
-        """Maxima of the specification for a coefficient; two if its convention is open. [SI]"""
+        """Maxima of the specification for a coefficient; two if its convention is open. [SI]
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        what : str
+            The coefficient: a term, ``"means_10"`` or ``"means_100"``.
+
+        Returns
+        -------
+        tuple of float
+            Maxima. [SI]
+        """
         found: set[float] = set()
         for claim in () if self.spec is None else self.spec.of(channel):
             maximum = claim.maximum
@@ -251,6 +317,11 @@ class Lot(Tabular):
         Returns
         -------
         matplotlib figure
+
+        Raises
+        ------
+        KeyError
+            For an unknown channel.
         """
         from sigmatau.plot.lot import draw_lot
 
@@ -261,7 +332,19 @@ class Lot(Tabular):
         return draw_lot(panels, {name for one in self.bands for name in self.marked(one.channel)}, ax=ax)
 
     def marked(self, channel: str, *, most: int = 5) -> list[str]:
-        """Units whose curve of a channel is drawn with a colour: failed, or unlike the others."""
+        """Units whose curve of a channel is drawn with a colour: failed, or unlike the others.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        most : int
+            Largest number of units.
+
+        Returns
+        -------
+        list of str
+        """
         found = []
         for one in self.units:
             about = [r for r in one.remarks if r.kind in ("limit", "lot") or r.code in ("outlier", "other_scale")]
@@ -270,7 +353,17 @@ class Lot(Tabular):
         return found[:most]
 
     def curves_of(self, one: Band) -> LotCurves:
-        """The curves of a channel in its display unit, with the maxima of the specification."""
+        """The curves of a channel in its display unit, with the maxima of the specification.
+
+        Parameters
+        ----------
+        one : Band
+            The curves of the channel, one of `bands`.
+
+        Returns
+        -------
+        LotCurves
+        """
         from sigmatau.plot.lot import LotCurves
 
         text, factor = what_unit("means_10", one.quantity, one.unit)
@@ -286,8 +379,21 @@ class Lot(Tabular):
         )
 
     def limit_lines(self, channel: str, tau: Floats) -> list[tuple[str, Floats]]:
-        """Maxima of the specification as lines among the curves, with the name of the coefficient: a term alone must lie
-        below its line. [unit of the rate]
+        """Maxima of the specification as lines among the curves.
+
+        A term alone must lie below its line.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        tau : ndarray, shape (n_tau,)
+            Averaging times. [s]
+
+        Returns
+        -------
+        list of (str, ndarray of shape (n_tau,))
+            Name of the coefficient, and its line. [unit of the rate]
         """
         shapes = {
             "quantization": math.sqrt(3) / tau,

@@ -84,6 +84,7 @@ class Distribution:
     p_value: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         known = "channel what median low high spread below outliers"
         return plain(self, known, drift=self.drift, p_value=self.p_value, units=len(self.units))
 
@@ -200,12 +201,15 @@ class Band:
 
     Attributes
     ----------
+    channel : str
+    quantity, unit : str
+        Of the rate; SI.
     tau : ndarray, shape (n_tau,)
         Averaging times of most units. [s]
     median, low, high : ndarray, shape (n_tau,)
         50 %, 10 % and 90 % of the units. [unit]
     curves : mapping of str to ndarray, shape (n_tau,)
-        By unit, at these times; NaN where it has none.
+        By unit, at these times; NaN where it has none. [unit]
     """
 
     channel: str

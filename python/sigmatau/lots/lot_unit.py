@@ -26,25 +26,55 @@ _SEVERITIES = ("info", "warning", "error")
 
 @frozen
 class Coefficient:
-    """A coefficient, or the standard deviation of means, in SI; a ramp without its sign."""
+    """A coefficient, or the standard deviation of means, in SI; a ramp without its sign.
 
-    value: float | None  # None if it was not observed
+    Attributes
+    ----------
+    value : float or None
+        None if it was not observed. [SI]
+    low, high : float or None
+        Its interval; None without one. [SI]
+    limit : float or None
+        Upper limit if it was not observed. [SI]
+    """
+
+    value: float | None
     low: float | None = None
     high: float | None = None
-    limit: float | None = None  # Upper limit, if it was not observed
+    limit: float | None = None
 
 
 @frozen(eq=False)
 class UnitChannel:
-    """One channel of a unit."""
+    """One channel of a unit.
+
+    Attributes
+    ----------
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    unit : str
+        Of the rate; SI.
+    rate : float
+        Sampling rate. [Hz]
+    samples : int
+        Samples in the record.
+    tau : ndarray, shape (n_tau,)
+        Averaging times. [s]
+    adev : ndarray, shape (n_tau,)
+        Allan deviation. [unit]
+    coefficients : mapping of str to Coefficient
+        By term, and by ``"means_10"`` and ``"means_100"``.
+    trust : str
+        ``"good"``, ``"partial"`` or ``"poor"``; empty if not known.
+    """
 
     quantity: str
-    unit: str  # SI, of the rate
-    rate: float  # [Hz]
+    unit: str
+    rate: float
     samples: int
-    tau: Floats  # [s]
-    adev: Floats  # [unit]
-    coefficients: Mapping[str, Coefficient]  # by term; and by "means_10" and "means_100"
+    tau: Floats
+    adev: Floats
+    coefficients: Mapping[str, Coefficient]
     trust: str = ""
 
     @property
@@ -55,7 +85,22 @@ class UnitChannel:
 
 @frozen
 class UnitFinding:
-    """A finding of the analysis of a unit, with its words, which are only shown."""
+    """A finding of the analysis of a unit, with its words, which are only shown.
+
+    Attributes
+    ----------
+    code : str
+        Code of the finding.
+    severity : {"info", "warning", "error"}
+    channels : tuple of str
+        The channels concerned; empty for the whole record.
+    told : str
+        Message.
+    advice : str
+        What to do; empty if there is nothing to do.
+    left_out : int
+        Samples that were treated as missing for it.
+    """
 
     code: str
     severity: str
@@ -71,6 +116,16 @@ class UnitResult:
 
     Attributes
     ----------
+    path : str
+        File of the result; empty if it came from memory.
+    sha256 : str
+        Checksum of the log; empty if not known.
+    channels : mapping of str to UnitChannel
+        By name.
+    findings : tuple of UnitFinding
+        Findings of the analysis.
+    rest : str
+        Verdict about rest, as in `Analysis.rest`; empty if not known.
     error : str
         Why the unit has no result; empty if it has one.
     absent : bool

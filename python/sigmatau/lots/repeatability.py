@@ -56,7 +56,15 @@ class RandomEffects(Printed):
 
     See Also
     --------
-    random_effects, compare_runs
+    random_effects : makes it.
+    compare_runs : the same for results of analyses.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> found = st.random_effects([1.00, 1.02, 0.98], [0.02, 0.02, 0.02])
+    >>> round(found.mean, 3), found.tau, found.judgement
+    (1.0, 0.0, 'repeatable')
     """
 
     k: int
@@ -81,7 +89,7 @@ class RandomEffects(Printed):
 
     @property
     def std_relative(self) -> float | None:
-        """Standard deviation of the values over their mean; None if that is 0."""
+        """Standard deviation of the values relative to their mean; None if the mean is 0 or there is one run."""
         return None if self.std is None or self.mean == 0 else self.std / abs(self.mean)
 
     @property
@@ -96,7 +104,7 @@ class RandomEffects(Printed):
         Parameters
         ----------
         delta : float, optional
-            δ, in the unit of the values. Default: the error of one run.
+            δ. Default: the error of one run. [unit of the values]
 
         Returns
         -------

@@ -38,27 +38,59 @@ RUN_NOTES = ("run", "day", "test", "date")
 
 @frozen
 class Label:
-    """What a row is of."""
+    """Channel and term of a row.
+
+    Attributes
+    ----------
+    channel : str
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    term : str
+        A key of `sigmatau.noise.terms.TERMS`, or ``"mean"``.
+    unit : str
+        Of the values; SI.
+    rate_unit : str
+        Of the channel; SI.
+    """
 
     channel: str
     quantity: str
     term: str
-    unit: str  # SI
-    rate_unit: str  # SI unit of the channel
+    unit: str
+    rate_unit: str
 
 
 @frozen
 class Run:
-    """A result that is compared, or why it is not."""
+    """A result that is compared, or why it is not.
+
+    Attributes
+    ----------
+    name : str
+    serial : str
+        Serial number of the unit; empty if nothing states it.
+    place : str
+        File of the result; empty if it came from memory.
+    notes : mapping of str to str
+        What the user says of the record.
+    sha256 : str or None
+        Checksum of the log.
+    marks : tuple of Mark
+        Frequencies that show the clock of the unit.
+    problem : str
+        Why the result is not used; empty if it is.
+    typed : bool
+        Whether it comes from a table that may have been typed, with few digits.
+    """
 
     name: str
-    serial: str  # of the unit; empty if nothing says it
-    place: str = ""  # file, or empty
+    serial: str
+    place: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
-    sha256: str | None = None  # of the log
+    sha256: str | None = None
     marks: tuple[Mark, ...] = ()
-    problem: str = ""  # why it is not used
-    typed: bool = False  # from a table that may have been typed, with few digits
+    problem: str = ""
+    typed: bool = False
 
 
 @frozen(eq=False)

@@ -62,13 +62,14 @@ class ChannelModel(Mapping[str, float], Printed):
     intervals : mapping of str to (float, float)
         Confidence intervals of coefficients, if the model comes from a fit. [SI]
     limits : mapping of str to float
-        Upper limits of terms that were not observed, if the model comes from a fit. They are not part of the model. [SI]
-    covariance : tuple of (tuple of str, ndarray)
-        Names and covariance of coefficients, if the model comes from a fit; those of processes are
+        Upper limits of terms that were not observed, if the model comes from a fit. They are not part of the model.
+        [SI]
+    covariance : tuple of (tuple of str, ndarray of shape (n, n))
+        Names and covariance of n coefficients, if the model comes from a fit; those of processes are
         ``"gauss_markov_1.sigma"``, ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
     alike_from : GaussMarkov or None
-        If the model comes from a fit with a rate random walk: the process of the shortest correlation time that explains the
-        record as well in its place. So does every slower one.
+        If the model comes from a fit with a rate random walk: the process of the shortest correlation time that
+        explains the record as well in its place. So does every slower one.
     level : float
         Probability of the intervals and limits.
     tau_min : float
@@ -82,6 +83,12 @@ class ChannelModel(Mapping[str, float], Printed):
         False if the model comes from a fit that does not describe its curve. Its coefficients then have no interval.
     highest : float or None
         Frequency up to which a fit used the spectrum; None for all, or without a fit. [Hz]
+
+    Raises
+    ------
+    DataError
+        For an unknown term, a coefficient that is not positive or outside 1e-100 … 1e100, no term at all, or a
+        bandwidth without a random walk.
 
     See Also
     --------
@@ -178,7 +185,18 @@ class ChannelModel(Mapping[str, float], Printed):
         return np.asarray(sum(self.avar_of_parts(m=m, tau0=tau0).values()))
 
     def avar_of_parts(self, *, m: ArrayLike, tau0: float) -> dict[str, Floats]:
-        """Expected Allan variance of each part of the model; keys are terms and `PROCESSES`."""
+        """Expected Allan variance of each part of the model.
+
+        Parameters
+        ----------
+        m, tau0
+            As in `ChannelModel.avar`.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n_tau,)
+            By term, and by ``"gauss_markov"``, ``"resonance"``, ``"sinusoid"``. [(unit of the rate)²]
+        """
         sizes = np.atleast_1d(np.asarray(m))
         parts: dict[str, Floats] = {}
         for term, value in self.terms.items():
@@ -208,13 +226,20 @@ class ChannelModel(Mapping[str, float], Printed):
         ----------
         tau : array_like, shape (n_tau,), optional
             Averaging times, rounded to whole samples at the sampling rate of a model from a fit. [s]
-        m, tau0 : optional
-            In place of `tau`, as in `avar`.
+        m : array_like of int, shape (n_tau,), optional
+            Cluster sizes in samples, in place of `tau`.
+        tau0 : float, optional
+            Sample interval, needed with `m`. [s]
 
         Returns
         -------
         ndarray, shape (n_tau,)
             [unit of the rate]
+
+        Raises
+        ------
+        OptionError
+            For neither `tau` nor `m` with `tau0`, for both, or for times that are not positive.
         """
         if tau is None:
             if m is None or tau0 is None:
@@ -369,7 +394,17 @@ class ChannelModel(Mapping[str, float], Printed):
         return total.reshape(shape or (1,))
 
     def damped(self, tau0: float) -> list[covariances.Damped]:
-        """The parts whose samples have a sum of damped exponentials as their autocovariance."""
+        """The parts whose samples have a sum of damped exponentials as their autocovariance.
+
+        Parameters
+        ----------
+        tau0 : float
+            Sample interval. [s]
+
+        Returns
+        -------
+        list of Damped
+        """
         parts = [covariances.gauss_markov(process, tau0) for process in self.gauss_markov]
         parts += [covariances.resonance(one, tau0) for one in self.resonance]
         if self.bandwidth is not None:
@@ -392,7 +427,22 @@ class ChannelModel(Mapping[str, float], Printed):
         return parts
 
     def scaled(self, factor: float) -> ChannelModel:
-        """The same noise, `factor` times as large, without intervals; raises `DataError` if that is not positive."""
+        """The same noise, `factor` times as large, without intervals.
+
+        Parameters
+        ----------
+        factor : float
+            Factor on all coefficients and amplitudes.
+
+        Returns
+        -------
+        ChannelModel
+
+        Raises
+        ------
+        DataError
+            For a factor that is not positive.
+        """
         if not (math.isfinite(real(factor)) and factor > 0):
             raise DataError(f"a factor must be a positive number, not {factor!r}")
         return ChannelModel(
@@ -416,7 +466,17 @@ class ChannelModel(Mapping[str, float], Printed):
         return ChannelModel(terms={"random_walk": 1.0}, quantity=self.quantity, unit=self.unit)
 
     def unit_of(self, term: str) -> str:
-        """SI unit of a coefficient."""
+        """SI unit of a coefficient.
+
+        Parameters
+        ----------
+        term : str
+            A key of `sigmatau.noise.terms.TERMS`.
+
+        Returns
+        -------
+        str
+        """
         return coefficient_unit(term, self.quantity, self.unit)
 
     def to_dict(self) -> dict[str, Any]:

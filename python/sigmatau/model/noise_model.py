@@ -45,6 +45,11 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Correlation of the noise of two channels, by term, −1 … 1: ``{"random_walk": {("gyro_x", "gyro_y"): 0.3}}``.
         Other pairs are independent.
 
+    Raises
+    ------
+    DataError
+        For no channel, a channel that is not a model, or a correlation of terms or channels that are not there.
+
     See Also
     --------
     ChannelModel : the noise of one channel.
@@ -101,6 +106,15 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
     def read(cls, path: str | Path) -> Self:
         """The model of a TOML file, or that of the JSON that ``sigmatau analyze`` writes.
 
+        Parameters
+        ----------
+        path : str or Path
+            The file; JSON if its name ends in ``.json``.
+
+        Returns
+        -------
+        NoiseModel
+
         Raises
         ------
         DataError
@@ -129,7 +143,22 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
-        """The model of a parsed model file: ``{"channels": {"gyro_x": {"random_walk": "0.3 deg/sqrt(h)"}}}``."""
+        """The model of a parsed model file.
+
+        Parameters
+        ----------
+        content : mapping
+            ``{"channels": {"gyro_x": {"random_walk": "0.3 deg/sqrt(h)"}}}``.
+
+        Returns
+        -------
+        NoiseModel
+
+        Raises
+        ------
+        DataError
+            For an unknown key or a wrong value; names channel and key.
+        """
         unknown = sorted(set(content) - {"channels", "correlation"})
         if unknown:
             raise DataError(
@@ -147,13 +176,20 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Parameters
         ----------
         content : Analysis or mapping
+            The analysis, its ``to_dict()``, or its JSON.
         channels : iterable of str, optional
             Which channels. Default: all that have a fit.
 
+        Returns
+        -------
+        NoiseModel
+
         Raises
         ------
+        TypeError
+            For a result of another function, such as a fit.
         DataError
-            If the content is not a result, or a channel has no model.
+            If the content is not a result of `analyze`, or a channel has no model.
         """
         convert = getattr(content, "to_dict", None)  # of an Analysis, which this package cannot import
         plain = convert() if callable(convert) and not isinstance(content, type) else content
@@ -165,7 +201,18 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         return cls(channels=channels_of_result(cast(Any, plain), channels=channels))
 
     def correlation_matrix(self, term: str) -> NDArray[np.float64]:
-        """Correlation of the noise of one term between the channels; shape (n_channels, n_channels)."""
+        """Correlation of the noise of one term between the channels.
+
+        Parameters
+        ----------
+        term : str
+            A key of `sigmatau.noise.terms.TERMS`.
+
+        Returns
+        -------
+        ndarray, shape (n_channels, n_channels)
+            Correlations, −1 to 1.
+        """
         names = list(self.channels)
         matrix = np.eye(len(names))
         for (a, b), value in self.correlation.get(term, {}).items():
@@ -174,7 +221,17 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         return matrix
 
     def of(self, channels: Iterable[str]) -> NoiseModel:
-        """A model of some of the channels."""
+        """A model of some of the channels.
+
+        Parameters
+        ----------
+        channels : iterable of str
+            Which channels.
+
+        Returns
+        -------
+        NoiseModel
+        """
         names = list(channels)
         for name in names:
             self._of(name)
@@ -187,7 +244,20 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         )
 
     def avar(self, channel: str, *, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
-        """Expected Allan variance of a channel; see `ChannelModel.avar`. [(rate unit)²]"""
+        """Expected Allan variance of a channel.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        m, tau0
+            As in `ChannelModel.avar`.
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [(rate unit)²]
+        """
         return self._of(channel).avar(m=m, tau0=tau0)
 
     @overload
@@ -209,14 +279,37 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
     ) -> NDArray[np.float64] | dict[str, NDArray[np.float64]]:
         """Expected Allan deviation of a channel, or at averaging times by channel: ``model.adev([0.1, 1, 10])``.
 
-        See `ChannelModel.adev`. [rate unit]
+        Parameters
+        ----------
+        channel : str or array_like
+            Name of the channel; or the averaging times, for all channels.
+        tau, m, tau0
+            As in `ChannelModel.adev`.
+
+        Returns
+        -------
+        ndarray, shape (n_tau,), or dict of them by channel
+            [rate unit]
         """
         if isinstance(channel, str):
             return self._of(channel).adev(tau, m=m, tau0=tau0)
         return {name: model.adev(channel) for name, model in self.channels.items()}
 
     def psd(self, channel: str, f: ArrayLike, *, tau0: float | None = None) -> NDArray[np.float64]:
-        """Two-sided power spectral density of a channel; see `ChannelModel.psd`. [(rate unit)²/Hz]"""
+        """Two-sided power spectral density of a channel.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        f, tau0
+            As in `ChannelModel.psd`.
+
+        Returns
+        -------
+        ndarray, shape (n_f,)
+            [(rate unit)²/Hz]
+        """
         return self._of(channel).psd(f, tau0=tau0)
 
     def _of(self, channel: str) -> ChannelModel:
@@ -234,7 +327,18 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         return toml(self.channels, self.correlation)
 
     def write(self, path: str | Path) -> None:
-        """Write a model file; raises `DataError` if it cannot be written."""
+        """Write a model file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; an existing one is replaced.
+
+        Raises
+        ------
+        DataError
+            If it cannot be written.
+        """
         with atomic(path) as temporary:
             temporary.write_text(self.to_toml(), encoding="utf-8")
 

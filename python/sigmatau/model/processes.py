@@ -29,9 +29,18 @@ class GaussMarkov:
     time : float
         Correlation time. [s]
 
+    Raises
+    ------
+    DataError
+        For a number that is not positive.
+
     See Also
     --------
     ChannelModel : the noise of one channel.
+
+    References
+    ----------
+    IEEE Std 952, annex C.
 
     Examples
     --------
@@ -63,9 +72,18 @@ class Resonance:
     width : float
         Half width, less than the centre. [Hz]
 
+    Raises
+    ------
+    DataError
+        For a number that is not positive, or a half width that is not less than the centre.
+
     See Also
     --------
     ChannelModel : the noise of one channel.
+
+    References
+    ----------
+    docs/theory/likelihood.md has its density.
 
     Examples
     --------
@@ -107,9 +125,18 @@ class Sinusoid:
     frequency : float
         [Hz]
 
+    Raises
+    ------
+    DataError
+        For a number that is not positive.
+
     See Also
     --------
     ChannelModel : the noise of one channel.
+
+    References
+    ----------
+    IEEE Std 952, annex C.
 
     Examples
     --------
@@ -143,9 +170,18 @@ class LowPass:
         Sampling rate at which the random walk was measured: it is then the density of those samples at low frequencies, with
         what is aliased. None: it is the density before the sampler. [Hz]
 
+    Raises
+    ------
+    DataError
+        For an order that is not 1 to 9, or a corner outside its range.
+
     See Also
     --------
     ChannelModel : the noise of one channel.
+
+    References
+    ----------
+    docs/theory/simulation.md: the sampled states of the filter.
 
     Examples
     --------
@@ -173,7 +209,18 @@ class LowPass:
             object.__setattr__(self, "rate", _positive("the rate of a bandwidth", self.rate))
 
     def before_sampling(self, random_walk: float) -> float:
-        """The random walk in front of the sampler."""
+        """The random walk in front of the sampler.
+
+        Parameters
+        ----------
+        random_walk : float
+            That of the samples, if the filter has a `rate`; else that in front already. [SI]
+
+        Returns
+        -------
+        float
+            [SI]
+        """
         if self.rate is None:
             return random_walk
         return random_walk / aliasing_inflation(rate=self.rate, bandwidth=self.corner, order=self.order)

@@ -96,6 +96,10 @@ def avar_from_psd(
     OptionError
         For times that are not positive, or no multiples of `tau0`.
 
+    See Also
+    --------
+    ChannelModel.avar : closed forms for the noise of a model.
+
     Notes
     -----
     Continuous, eq. (11) of [1]_, with x = πfT::
@@ -112,6 +116,12 @@ def avar_from_psd(
     References
     ----------
     .. [1] :doi:`10.1109/TIM.2007.908635`
+
+    Examples
+    --------
+    >>> from sigmatau.model.transform import avar_from_psd
+    >>> avar_from_psd(lambda f: 0 * f + 1e-8, [1.0, 100.0])  # white noise of N = 1e-4: N²/τ
+    array([1.e-08, 1.e-10])
     """
     times = np.atleast_1d(np.asarray(tau, dtype=np.float64))
     if not (np.isfinite(times).all() and (times > 0).all()):

@@ -43,6 +43,7 @@ def predict(
     Parameters
     ----------
     model : NoiseModel
+        Noise of the sensors.
     after : array_like, shape (n_times,)
         Times since the start, rounded to whole steps. [s]
     calibration : float, optional
@@ -88,6 +89,10 @@ def predict(
     matter. Without one all its Gauss-Markov processes begin at 0, so that the angle error is 0.664·B·t, the smallest
     possible. In a record of `simulate` only the first sample of flicker noise is 0, so errors are larger, by the factor
     `Prediction.flicker_in_records`.
+
+    References
+    ----------
+    docs/theory/prediction.md has the equations.
 
     Examples
     --------

@@ -64,7 +64,7 @@ class PredictedError(Printed):
     low, high : ndarray or None, shape (n_times,)
         Interval of `rms`, as sure as the coefficients are; None if that of none is known. [unit]
     shares : mapping of (str, str) to ndarray, shape (n_times,)
-        Parts of rms², by channel and term; they add up to 1. One of correlated noise may be negative.
+        Parts of rms², by channel and term; they add up to 1. [1] One of correlated noise may be negative.
     at_most : ndarray or None, shape (n_times,)
         With the terms that were not seen, and those that the record cannot tell from each other, at their limits, the
         others at the upper end of the interval; None if the model has no limits. [unit]
@@ -126,7 +126,14 @@ class PredictedError(Printed):
     def rows(self, *, duration: float | None = None) -> list[tuple[str, ...]]:
         """Time, rms, interval, unit, upper limit, shares, mean and remarks of each time, as they are printed.
 
-        `duration` is the length of the record that the model comes from, beyond which a time is marked. [s]
+        Parameters
+        ----------
+        duration : float, optional
+            Length of the record that the model comes from, beyond which a time is marked. [s]
+
+        Returns
+        -------
+        list of tuple of str
         """
         unit, factor = _DISPLAY.get(self.unit, (self.unit, 1.0))
         rows: list[tuple[str, ...]] = []
@@ -175,7 +182,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
         Largest relative error of the Allan deviation of the flicker noise.
     flicker_in_records : tuple of float or None
         Without a calibration: least and largest of what flicker noise makes of these errors in a record of `simulate`, whose
-        first sample of it is 0, over what it makes here, where all that it is made of is known at the start.
+        first sample of it is 0, over what it makes here, where all that it is made of is known at the start. [1]
     as_known : tuple of (str, str)
         Channels and parts whose errors are not known, or not in the model, and are taken for none in the intervals.
     not_seen : tuple of (str, str)
@@ -242,10 +249,14 @@ class Prediction(Mapping[str, PredictedError], Printed):
 
         Parameters
         ----------
-        ax : matplotlib axes, optional
-            One a panel.
-        marked : array_like, optional
-            Which times, nearest to these, have a dot. [s] Default: all.
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        marked : array_like, shape (n_marked,), optional
+            Which times, nearest to these, have a dot. Default: all. [s]
+
+        Returns
+        -------
+        matplotlib figure
         """
         from sigmatau.plot.model import draw_prediction
 

@@ -37,11 +37,11 @@ class Term:
     symbols : tuple of str
         The letter of IEEE Std 952 and the paper's.
     slope : float
-        Slope of its σ(τ) in a log-log plot.
+        Slope of its σ(τ) in a log-log plot. [1]
     read_at : float or None
         The τ at which a line of that slope equals the coefficient; None for the plateau. [s]
     level : float
-        σ(read_at) over the coefficient.
+        σ(read_at) over the coefficient. [1]
     labels : mapping
         What it is called on a gyro, an accelerometer and any other signal.
     look_alikes : str
@@ -57,7 +57,17 @@ class Term:
     look_alikes: str = ""
 
     def label(self, quantity: str) -> str:
-        """Name on this kind of sensor, e.g. ``"angle random walk"``."""
+        """Name on this kind of sensor, e.g. ``"angle random walk"``.
+
+        Parameters
+        ----------
+        quantity : str
+            ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+
+        Returns
+        -------
+        str
+        """
         return self.labels.get(quantity, self.labels["signal"])
 
 
@@ -114,6 +124,7 @@ TERMS: Mapping[str, Term] = {
         ),
     )
 }
+"""The five noise terms by their key in results and model files, in the order of their slopes."""
 
 # Coefficient units in SI, and as printed: the table's own first, others behind an equals sign.
 _TIMES = {
@@ -266,14 +277,25 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
     ndarray, shape (n_f,)
         [(unit of the rate)²/Hz, two-sided]
 
+    Raises
+    ------
+    ValueError
+        For an unknown term, or quantization without `tau0`.
+
     See Also
     --------
     avar : the Allan variance of the same term.
 
     Notes
     -----
-    Eqs. (14), (16), (18), (20), (24). A ramp is deterministic and has no PSD: eq. (24) is the conventional stand-in, whose
-    Allan variance by eq. (11) diverges and is not eq. (23). It is given for drawing only.
+    A ramp is deterministic and has no PSD: eq. (24) is the conventional stand-in, whose Allan variance by eq. (11)
+    diverges and is not eq. (23). It is given for drawing only.
+
+    References
+    ----------
+    Eqs. (14), (16), (18), (20) and (24) of [1]_.
+
+    .. [1] :doi:`10.1109/TIM.2007.908635`
 
     Examples
     --------

@@ -32,12 +32,12 @@ def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
     ----------
     n : int
         Samples in the record (the paper's N).
-    m : array_like of int
+    m : array_like of int, shape (n_tau,)
         Cluster sizes in samples (the paper's n), below `n`.
 
     Returns
     -------
-    ndarray
+    ndarray, shape (n_tau,)
         Relative error of the deviation, one standard error.
 
     Raises
@@ -119,12 +119,40 @@ def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, 
 def degrees_of_freedom(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
     """Equivalent degrees of freedom of each overlapped Allan variance, 2·AVAR²/Var, exact for the given noise.
 
-    They are those of the χ² distribution with the same mean and variance, from which the interval of a deviation follows:
-    σ·√(edf/χ²). Parameters, errors and source are those of `avar_covariance`.
+    They are those of the χ² distribution with the same mean and variance, from which the interval of a deviation
+    follows: σ·√(edf/χ²).
+
+    Parameters
+    ----------
+    coefficients : mapping of str to float
+        By term, a key of `sigmatau.noise.terms.TERMS`. [SI]
+    n : int
+        Samples in the record.
+    m : array_like of int, shape (n_tau,)
+        Cluster sizes in samples, up to half the record.
+    tau0 : float
+        Sample interval. [s]
 
     Returns
     -------
     ndarray, shape (n_tau,)
+        Degrees of freedom.
+
+    Raises
+    ------
+    ValueError
+        For an unknown term, a coefficient that is not finite, or a size that is not whole, below 1 or above half the
+        record.
+
+    See Also
+    --------
+    avar_covariance : the covariance of the Allan variances.
+    percentage_error : the paper's error, which knows neither noise nor overlap.
+
+    References
+    ----------
+    C. A. Greenhall, W. J. Riley, "Uncertainty of stability variances based on finite differences," Proc. 35th PTTI,
+    2003.
 
     Examples
     --------

@@ -24,7 +24,23 @@ _WIDE = 8.0  # ratio of the largest to the smallest value from which on their ax
 
 @frozen(eq=False)
 class LotCurves:
-    """The curves of one channel, in the unit that is drawn."""
+    """The curves of one channel, in the unit that is drawn.
+
+    Attributes
+    ----------
+    title : str
+        Title of the panel.
+    unit : str
+        In which the deviations are drawn.
+    tau : ndarray, shape (n_tau,)
+        Averaging times. [s]
+    median, low, high : ndarray, shape (n_tau,)
+        50 %, 10 % and 90 % of the units. [unit]
+    units : mapping of str to ndarray, shape (n_tau,)
+        Deviations by unit. [unit]
+    limits : tuple of ndarray, shape (n_tau,)
+        Lines of the maxima of the specification. [unit]
+    """
 
     title: str
     unit: str

@@ -33,6 +33,7 @@ def plot_overlay(
     curves : mapping of str to Curves
         By the name of the record in the legend, such as a sampling rate, a day or a serial number.
     ax : matplotlib axes, or one axes per channel, optional
+        Default: a new figure.
     unit : str, optional
         Default: deg/h for gyros, µg for accelerometers, its own for other signals.
     style : {"screen", "paper"}

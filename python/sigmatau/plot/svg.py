@@ -62,7 +62,8 @@ class Axes:
     def __init__(self, parts: list[str], clip: str, left: float, top: float, width: float, height: float) -> None:
         self._parts, self._clip = parts, clip
         self._left, self._top, self._width, self._height = left, top, width, height
-        self.x = self.y = (0.0, 1.0)
+        self.x: tuple[float, float] = (0.0, 1.0)
+        self.y: tuple[float, float] = (0.0, 1.0)
         self._ticks: dict[str, tuple[list[tuple[float, str]], list[float]]] = {"x": ([], []), "y": ([], [])}
         parts.append(
             f'<clipPath id="{clip}"><rect x="{left:.1f}" y="{top:.1f}" width="{width:.1f}" height="{height:.1f}"/>'

@@ -71,6 +71,19 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     ------
     OptionError
         For a bandwidth that is not positive or of an unknown stream, and for fewer than 64 samples.
+
+    See Also
+    --------
+    inspect : the content of a file, and the findings about it.
+    analyze : checks the record too, and leaves disturbances out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> rates = 1e-3 * np.random.default_rng(1).standard_normal(10_000)
+    >>> [finding.code for finding in st.check(st.Record.from_arrays(rate=100, gyro_x=np.round(rates, 3)))]
+    ['coarse_resolution']
     """
     if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < LEAST_SAMPLES:
         raise OptionError(

@@ -29,12 +29,23 @@ _HIGHEST_MULTIPLE = 20  # of the lowest line, that another line may be
 
 @frozen(kw_only=False)
 class Mark:
-    """A frequency of a record that does not depend on its noise."""
+    """A frequency of a record that does not depend on its noise.
+
+    Attributes
+    ----------
+    channel : str
+    kind : {"line", "resonance", "corner"}
+        What it is a frequency of.
+    frequency : float
+        [Hz]
+    error : float
+        Half of its interval, relative.
+    """
 
     channel: str
     kind: Literal["line", "resonance", "corner"]
-    frequency: float  # [Hz]
-    error: float  # relative: half of its interval
+    frequency: float
+    error: float
 
 
 @frozen(kw_only=False)

@@ -51,14 +51,19 @@ def inspect(
     Parameters
     ----------
     path : str or path
+        The file, or the folder of a ROS 2 bag.
     bandwidth : mapping of str to (float, int or None), optional
         The sensors' own bandwidth, see `sigmatau.check`. [Hz]
     leave_out : str or sequence of str, optional
         Stretches to treat as missing before the samples are checked, see `sigmatau.analyze`.
     keep : str or sequence of str
         Disturbances that are not left out, see `sigmatau.analyze`.
-    **reading
-        Options of `sigmatau.read`.
+    **reading : optional
+        Options of `sigmatau.read`, by name.
+
+    Returns
+    -------
+    Inspection
 
     Raises
     ------
@@ -66,6 +71,23 @@ def inspect(
         If the file cannot be read.
     OptionError
         For an invalid option, or a topic or sensor that the file does not have.
+
+    See Also
+    --------
+    read : the record of a file.
+    check : the faults of a record.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     log = pathlib.Path(folder) / "log.csv"
+    ...     st.write(st.simulate(model, duration=10, rate=100, rng=1), log)
+    ...     (table,) = st.inspect(log).tables
+    >>> table.rows, table.rate, [column.channel for column in table.columns]
+    (1000, 100.0, ['time', 'gyro_x'])
     """
     found = inspection.inspect(path, **reading)
     if found.record is None:

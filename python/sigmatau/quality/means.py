@@ -35,6 +35,7 @@ class ChannelMean:
     unit: str
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "value error unit")
 
 

@@ -98,7 +98,8 @@ class Rows:
     """
 
     def __init__(self, dtype: np.dtype[Any], count: int) -> None:
-        self.dtype, self.count = dtype, count
+        self.dtype = dtype
+        self.count = count
         self._last: tuple[int, int, int, NDArray[Any]] | None = None
 
     @property
@@ -157,7 +158,8 @@ class FileRows(Rows):
 
     def __init__(self, path: Path, dtype: np.dtype[Any], count: int, offset: int) -> None:
         super().__init__(dtype, count)
-        self.path, self.offset = path, offset
+        self.path = path
+        self.offset = offset
         self._handle = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
         self._lock = threading.Lock()
 

@@ -91,6 +91,8 @@ class Provenance:
         Columns of the file that are not in the record.
     options : mapping
         Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values.
+    checksum : Checksum or None
+        SHA-256 of the file, computed on first use; see `sha256`.
     """
 
     path: str | None = None
@@ -108,6 +110,7 @@ class Provenance:
         return None if self.checksum is None else self.checksum.value()
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
         return {
             "path": self.path,
             "format": self.format,
@@ -155,7 +158,22 @@ class Record(Printed):
         return tuple(name for stream in self.streams for name in stream.channels)
 
     def stream_of(self, channel: str) -> Stream:
-        """The stream that contains a channel."""
+        """The stream that contains a channel.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+
+        Returns
+        -------
+        Stream
+
+        Raises
+        ------
+        KeyError
+            For a channel that the record does not have.
+        """
         for stream in self.streams:
             if channel in stream.channels:
                 return stream
@@ -196,13 +214,19 @@ class Record(Printed):
             What the numbers are; see `Transform`.
         **channels : array_like, shape (n,) or (n, 3)
             ``gyro_x=…`` one axis, ``gyro=…`` an array of three; names that begin with ``gyro`` or ``accel`` are angular
-            rates and accelerations; one that is called ``temperature`` or ``temp`` (``imu_temp`` …) stands beside them and
-            says why they drift, in °C if `unit` does not say ``"K"`` or ``"degF"``, or another unit for another signal;
-            all others are signals. NaN marks a missing sample. A float64 array is not copied: do not change it while the
-            record is in use.
+            rates and accelerations; one that is called ``temperature`` or ``temp`` (``imu_temp`` …) stands beside them
+            and says why they drift, in °C if `unit` does not say ``"K"`` or ``"degF"``, or another unit for another
+            signal; all others are signals. NaN marks a missing sample. A float64 array is not copied: do not change it
+            while the record is in use. [`unit`]
+
+        Returns
+        -------
+        Record
 
         Raises
         ------
+        TypeError
+            If `unit` is not a mapping.
         OptionError
             For a rate that is not positive, or outside 1e-6 … 1e9 Hz, or an unknown unit.
         DataError

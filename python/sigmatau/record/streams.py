@@ -84,11 +84,32 @@ class Grid:
         return self.n * self.tau0
 
     def time(self, sample: float) -> float:
-        """Time of a sample from the beginning of the whole record, as findings and options count it. [s]"""
+        """Time of a sample from the beginning of the whole record, as findings and options count it.
+
+        Parameters
+        ----------
+        sample : float
+            Number of the sample, from 0; may be a fraction.
+
+        Returns
+        -------
+        float
+            [s]
+        """
         return self.lead + sample * self.tau0
 
     def sample(self, time: float) -> int:
-        """The sample nearest to a time from the beginning of the whole record [s]; it may be beyond either end."""
+        """The sample nearest to a time; it may be beyond either end.
+
+        Parameters
+        ----------
+        time : float
+            From the beginning of the whole record. [s]
+
+        Returns
+        -------
+        int
+        """
         return round((time - self.lead) / self.tau0)
 
 
@@ -96,8 +117,16 @@ class Grid:
 class Transform:
     """Conversion of a number of the log to a rate in SI: ``(raw - offset) * scale * factor``, then the step for `kind`.
 
-    `scale` and `offset` turn counts or volts into the stated unit, `factor` that unit into SI. Increments are divided by
-    the sample interval; accumulated values are differenced first.
+    Increments are divided by the sample interval; accumulated values are differenced first.
+
+    Attributes
+    ----------
+    scale, offset : float
+        From counts or volts to the stated unit. [stated unit per count; counts]
+    factor : float
+        Factor from the stated unit to SI.
+    kind : {"rate", "increments", "accumulated"}
+        Meaning of the numbers.
     """
 
     scale: float = 1.0
@@ -110,8 +139,17 @@ class Transform:
 class Columns:
     """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read.
 
-    `missing`, shape (n, n_channels), is True for rates that are treated as missing although the log has a number. It masks
-    rates, because an accumulated value is part of two rates. The numbers of the log are not changed.
+    Attributes
+    ----------
+    raw : tuple of ndarray, shape (n,)
+        Numbers of the log by channel; n + 1 of accumulated values.
+    transforms : tuple of Transform
+        By channel.
+    tau0 : float
+        Sample interval. [s]
+    missing : ndarray of bool, shape (n, n_channels), or None
+        True for rates that are treated as missing although the log has a number. It masks rates, because an accumulated
+        value is part of two rates. The numbers of the log are not changed.
     """
 
     raw: tuple[NDArray[Any], ...]
@@ -124,12 +162,35 @@ class Columns:
         return max(len(self.raw[0]) - lost, 0)
 
     def shrinks(self, channel: int) -> bool:
-        """Whether the rates of a channel are never larger than its raw numbers."""
+        """Whether the rates of a channel are never larger than its raw numbers.
+
+        Parameters
+        ----------
+        channel : int
+            Position of the channel.
+
+        Returns
+        -------
+        bool
+        """
         t = self.transforms[channel]
         return t.kind == "rate" and t.offset == 0 and abs(t.scale * t.factor) <= 1
 
     def read(self, channel: int, start: int, stop: int) -> NDArray[np.float64]:
-        """Rates of one channel in SI, samples `start` to `stop`, NaN where they are missing; shape (stop - start,)."""
+        """Rates of one channel in SI, NaN where they are missing.
+
+        Parameters
+        ----------
+        channel : int
+            Position of the channel.
+        start, stop : int
+            Samples, from `start` to before `stop`.
+
+        Returns
+        -------
+        ndarray, shape (stop - start,)
+            [unit of the stream, SI]
+        """
         t = self.transforms[channel]
         more = 1 if t.kind == "accumulated" else 0
         with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
@@ -193,28 +254,101 @@ class Stream:
     mask: NDArray[np.bool_] | None = field(default=None, repr=False)
 
     def column(self, channel: str) -> NDArray[np.float64]:
-        """All rates of one channel in SI, shape (n,); NaN where samples are missing."""
-        return self.samples.read(self.channels.index(channel), 0, self.grid.n)
+        """All rates of one channel in SI; NaN where samples are missing.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            [unit of the stream]
+
+        Raises
+        ------
+        KeyError
+            For a channel that the stream does not have.
+        """
+        return self.samples.read(self._position(channel), 0, self.grid.n)
+
+    def _position(self, channel: str) -> int:
+        try:
+            return self.channels.index(channel)
+        except ValueError:
+            raise KeyError(f"no channel {channel!r}; the stream has {', '.join(self.channels)}") from None
 
     def chunks(self, size: int = CHUNK) -> Iterator[NDArray[np.float64]]:
-        """The rates in SI in consecutive pieces of shape (≤ size, n_channels); may be called again and again."""
+        """The rates in SI in consecutive pieces; may be called again and again.
+
+        Parameters
+        ----------
+        size : int
+            Samples of a piece, at most.
+
+        Yields
+        ------
+        ndarray, shape (≤ size, n_channels)
+            [unit of the stream]
+        """
         for start in range(0, self.grid.n, size):
             stop = min(start + size, self.grid.n)
             yield np.stack([self.samples.read(c, start, stop) for c in range(len(self.channels))], axis=1)
 
     def with_rates(self, columns: Sequence[NDArray[np.float64]]) -> Stream:
-        """The stream with the given rates in SI, one array per channel."""
+        """The stream with the given rates in SI.
+
+        Parameters
+        ----------
+        columns : sequence of ndarray, shape (n,)
+            One a channel. [unit of the stream]
+
+        Returns
+        -------
+        Stream
+        """
         return replace(self, samples=Columns(tuple(columns), (Transform(),) * len(columns), self.grid.tau0))
 
     def only(self, channel: str) -> Stream:
-        """A stream of one of the channels."""
+        """A stream of one of the channels.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+
+        Returns
+        -------
+        Stream
+
+        Raises
+        ------
+        KeyError
+            For a channel that the stream does not have.
+        """
         return self.of([channel])
 
     def of(self, channels: Sequence[str]) -> Stream:
-        """A stream of some of the channels."""
+        """A stream of some of the channels.
+
+        Parameters
+        ----------
+        channels : sequence of str
+            Names of the channels.
+
+        Returns
+        -------
+        Stream
+
+        Raises
+        ------
+        KeyError
+            For a channel that the stream does not have.
+        """
         if tuple(channels) == self.channels:
             return self
-        at = [self.channels.index(channel) for channel in channels]
+        at = [self._position(channel) for channel in channels]
         samples = replace(
             self.samples,
             raw=tuple(self.samples.raw[k] for k in at),
@@ -226,7 +360,17 @@ class Stream:
         return replace(self, channels=tuple(channels), samples=samples, mask=mask if missing else None)
 
     def cut(self, start: int, stop: int) -> Stream:
-        """A stream of the samples `start` to `stop`."""
+        """The stream of some of the samples.
+
+        Parameters
+        ----------
+        start, stop : int
+            Samples, from `start` to before `stop`.
+
+        Returns
+        -------
+        Stream
+        """
         more = 1 if self.samples.transforms[0].kind == "accumulated" else 0
         raw = tuple(r[start : stop + more] for r in self.samples.raw)
         missing = None if self.samples.missing is None else self.samples.missing[start:stop]

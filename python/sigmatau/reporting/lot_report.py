@@ -30,6 +30,7 @@ def lot_report(
     Parameters
     ----------
     lot : Lot
+        Result of `sigmatau.judge_lot`.
     path : str or Path
         ``.html``: a page that opens offline, with charts. ``.pdf``: to print; needs ``pip install 'sigmatau[pdf]'``.
         ``.csv``: a row a unit, channel and coefficient, in SI. ``.json``: all numbers, in SI. ``.xml``: JUnit, a test case a

@@ -35,6 +35,7 @@ def report(
     Parameters
     ----------
     analysis : Analysis
+        Result of `sigmatau.analyze`.
     path : str or Path
         ``.html``: with charts to zoom and read, and buttons that save them. ``.pdf``: to print; needs
         ``pip install 'sigmatau[pdf]'``.

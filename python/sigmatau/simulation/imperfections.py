@@ -26,33 +26,76 @@ _ABSOLUTE_ZERO = -273.15  # °C
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WarmUp:
-    """A level that decays after turn-on: amplitude·exp(−t/time)."""
+    """A level that decays after turn-on: amplitude·exp(−t/time).
 
-    amplitude: float  # At the start, of either sign. [unit of the rate]
-    time: float  # [s]
+    Attributes
+    ----------
+    amplitude : float
+        At the start, of either sign. [unit of the rate]
+    time : float
+        Time constant. [s]
+
+    Raises
+    ------
+    OptionError
+        For an amplitude that is not finite, or a time that is not positive.
+    """
+
+    amplitude: float
+    time: float
 
     def __post_init__(self) -> None:
         _finite("the amplitude of a warm-up", self.amplitude)
         _positive("the time of a warm-up", self.time)
 
     def at(self, t: Floats) -> Floats:
-        """Its level at the times `t`; shape as `t`."""
+        """The level at some times.
+
+        Parameters
+        ----------
+        t : ndarray, any shape
+            Times since the start. [s]
+
+        Returns
+        -------
+        ndarray, shape of `t`
+            [unit of the rate]
+        """
         return self.amplitude * np.exp(-t / self.time)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Temperature:
-    """Temperature of the sensor, its effect on the channels, and the thermometer of the log. end + (start −
-    end)·exp(−t/time) + swing·sin(2πt/day); the record gets a channel ``temperature`` that shows it.
+    """Temperature of the sensor, its effect on the channels, and the thermometer of the log.
+
+    The temperature is end + (start − end)·exp(−t/time) + swing·sin(2πt/day). The record gets a channel
+    ``temperature`` that shows it.
+
+    Attributes
+    ----------
+    start, end : float
+        At turning on, and long after. [°C]
+    time : float
+        Time constant of the change. [s]
+    swing : float
+        Half the difference between day and night. [K]
+    resolution : float
+        Step of the thermometer's numbers; 0 for none. [K]
+    sensitivity : mapping of str to float
+        Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start. [unit of the
+        rate per K]
+
+    Raises
+    ------
+    OptionError
+        For a temperature below absolute zero, a time that is not positive, or a negative resolution.
     """
 
-    start: float  # At turning on and long after. [°C]
+    start: float
     end: float
-    time: float = 1200.0  # How long the change takes, to 1/e. [s]
-    swing: float = 0.0  # Half the difference between day and night. [K]
-    resolution: float = 0.01  # Step of the thermometer's numbers; 0 for none. [K]
-    # Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start. [unit of the rate
-    # per K]
+    time: float = 1200.0
+    swing: float = 0.0
+    resolution: float = 0.01
     sensitivity: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -72,21 +115,56 @@ class Temperature:
             _finite(f"the sensitivity of {name} to temperature", value)
 
     def at(self, t: Floats) -> Floats:
-        """The true temperature at the times `t`; shape as `t`. [°C]"""
+        """The true temperature at some times.
+
+        Parameters
+        ----------
+        t : ndarray, any shape
+            Times since the start. [s]
+
+        Returns
+        -------
+        ndarray, shape of `t`
+            [°C]
+        """
         settled = self.end + (self.start - self.end) * np.exp(-t / self.time)
         return np.asarray(settled + self.swing * np.sin(2 * math.pi * t / _DAY))
 
     def shown(self, t: Floats) -> Floats:
-        """What the thermometer shows at the times `t`; shape as `t`. [°C]"""
+        """What the thermometer shows at some times.
+
+        Parameters
+        ----------
+        t : ndarray, any shape
+            Times since the start. [s]
+
+        Returns
+        -------
+        ndarray, shape of `t`
+            [°C]
+        """
         return rounded(self.at(t), self.resolution)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outage:
-    """A time in which no row is logged."""
+    """A time in which no row is logged.
 
-    start: float  # [s]
-    length: float  # [s]
+    Attributes
+    ----------
+    start : float
+        Beginning, since that of the log. [s]
+    length : float
+        [s]
+
+    Raises
+    ------
+    OptionError
+        For a negative start, or a length that is not positive.
+    """
+
+    start: float
+    length: float
 
     def __post_init__(self) -> None:
         _not_negative("the start of an outage", self.start)
@@ -124,6 +202,11 @@ class Imperfections(Printed):
     jitter : float
         Standard deviation of the time stamps about the regular times of the samples: only the stamps are wrong. At most a
         tenth of the sample interval, so that stamps stay in order. Normal, clipped at 4.5 standard deviations. [s]
+
+    Raises
+    ------
+    OptionError
+        For an invalid value; names the attribute.
 
     See Also
     --------
@@ -186,7 +269,23 @@ class Imperfections(Printed):
         _not_negative("the jitter of the stamps", self.jitter)
 
     def check(self, channels: Iterable[str], tau0: float, duration: float) -> None:
-        """Raise `OptionError` for imperfections that do not fit these channels, sample interval and length."""
+        """Check that the imperfections fit a simulation.
+
+        Parameters
+        ----------
+        channels : iterable of str
+            Names of the channels.
+        tau0 : float
+            Sample interval. [s]
+        duration : float
+            Length of the record. [s]
+
+        Raises
+        ------
+        OptionError
+            For an imperfection of a channel that is not there, a thermometer beside a channel of its name, an outage
+            beyond the record or over all of it, or a jitter above a tenth of the sample interval.
+        """
         names = list(channels)
         known = {*names, *map(stream_name, names)}
         sensitivity = {} if self.temperature is None else self.temperature.sensitivity

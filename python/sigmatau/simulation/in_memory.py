@@ -34,6 +34,7 @@ def simulate(
     Parameters
     ----------
     model : NoiseModel
+        Noise of the channels.
     duration : float
         Length of the record. [s]
     rate : float

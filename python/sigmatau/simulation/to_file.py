@@ -23,13 +23,33 @@ from sigmatau.simulation.rows import Channel, Flicker, Stamps, job
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated(Printed):
-    """Description of the file that was written."""
+    """Description of the file that was written.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    channels : tuple of str
+        Channels in it.
+    samples : int
+        Samples of each channel that were simulated.
+    lost : int
+        Rows that `Imperfections` left out.
+    rate : float
+        Sampling rate. [Hz]
+    seed : int
+        Seed with which the same file is made again.
+
+    See Also
+    --------
+    sigmatau.simulate_to : makes it.
+    """
 
     path: str
     channels: tuple[str, ...]
     samples: int
-    lost: int  # Rows that were lost on the way, by `Imperfections`
-    rate: float  # [Hz]
+    lost: int
+    rate: float
     seed: int
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,9 +115,13 @@ def simulate_to(
 
     Notes
     -----
-    The filter of flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995, :doi:`10.1109/5.381848`) is (1 − z⁻¹)^(−1/2) =
-    (1/π)·∫ x^(−1/2)·(1 − x)^(−1/2)/(1 − x·z⁻¹) dx from 0 to 1; by a trapezoidal rule it is a sum of poles that share one
-    white noise. They start with their joint stationary covariance.
+    The filter of flicker noise [1]_ is (1 − z⁻¹)^(−1/2) = (1/π)·∫ x^(−1/2)·(1 − x)^(−1/2)/(1 − x·z⁻¹) dx from 0 to 1;
+    by a trapezoidal rule it is a sum of poles that share one white noise. They start with their joint stationary
+    covariance.
+
+    References
+    ----------
+    .. [1] N. J. Kasdin, Proc. IEEE 83, 1995, :doi:`10.1109/5.381848`.
 
     Examples
     --------

@@ -23,26 +23,58 @@ Floats = NDArray[np.float64]
 class Comparison(Printed):
     """Ratio of a measured density to a model's; 1 if the model is right.
 
+    Attributes
+    ----------
+    channel : str
+    frequency : ndarray, shape (n_bands,)
+        Mean frequency of each band. [Hz]
+    ratio : ndarray, shape (n_bands,)
+        Measured over modelled density, a ratio. Of amplitudes per √Hz it is the square.
+    dof : ndarray, shape (n_bands,)
+        Degrees of freedom of each ratio.
+    method : str
+        Method of the measured density.
+    highest : float or None
+        Frequency up to which the model was fitted; None for all. [Hz]
+    left_out : tuple of str
+        Parts of the model that have no density: its sinusoids, its ramp.
+    beside_lines : tuple of (float, float)
+        Bands that are not compared, because a line of the model shows there. [Hz]
+
+    See Also
+    --------
+    sigmatau.Spectrum.over : makes it.
+
     Notes
     -----
     The model is taken as it is, without the error of its coefficients: of a fit to the same record the ratios scatter less.
     """
 
     channel: str
-    frequency: Floats  # shape (n_bands,); of each band, the mean. [Hz]
-    ratio: Floats  # shape (n_bands,); measured over modelled density. Of amplitudes per √Hz it is the square.
-    dof: Floats  # shape (n_bands,); degrees of freedom of each ratio
-    method: str  # Of the measured density
-    highest: float | None = None  # Frequency up to which the model was fitted, if not to all. [Hz]
-    left_out: tuple[str, ...] = ()  # What of the model has no density: its sinusoids, its ramp
-    # Frequencies that are not compared, because a line of the model shows there. [Hz]
+    frequency: Floats
+    ratio: Floats
+    dof: Floats
+    method: str
+    highest: float | None = None
+    left_out: tuple[str, ...] = ()
     beside_lines: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, "frequency", "ratio", "dof", dtype=np.float64)
 
     def interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Confidence interval of the true ratio, by χ²; two arrays of shape (n_bands,)."""
+        """Confidence interval of the true ratio, by χ².
+
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        low, high : ndarray, shape (n_bands,)
+            Ratios.
+        """
         low, high = chi2_quantile_above(self.dof, (1 - level) / 2), chi2_quantile_above(self.dof, (1 + level) / 2)
         return self.ratio * self.dof / low, self.ratio * self.dof / high
 
@@ -65,7 +97,17 @@ class Comparison(Printed):
         return plain(self, known, low=low, high=high, level=0.95)
 
     def plot(self, ax: Axes | None = None) -> Figure:
-        """Draw the ratios with their 95 % intervals, in new axes or those given."""
+        """Draw the ratios with their 95 % intervals, in new axes or those given.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.spectrum import draw_comparison
         from sigmatau.plot.style import figure_of
 

@@ -122,18 +122,48 @@ class CrossSpectrum(Printed):
         return np.asarray(self.cross / power)
 
     def significance(self, *, level: float = 0.95) -> Floats:
-        """Coherence that independent channels exceed with probability 1 − `level`; shape (n_f,).
+        """Coherence that independent channels exceed with probability 1 − `level`.
 
-        By the distribution for independent pairs. Neighbouring frequencies of tapers are correlated; dof/2 independent pairs
-        have the same variance, and their distribution keeps the level to half a percent.
+        By the distribution for independent pairs. Neighbouring frequencies of tapers are correlated; dof/2
+        independent pairs have the same variance, and their distribution keeps the level to half a percent.
+
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        ndarray, shape (n_f,)
+            Coherence, from 0 to 1.
+
+        Raises
+        ------
+        OptionError
+            For a level that is not between 0 and 1.
         """
         _check(level)
         return law.significance(self.dof / 2, level=level)
 
     def coherence_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Confidence interval of the true coherence, by its exact distribution; two arrays of shape (n_f,).
+        """Confidence interval of the true coherence, by its exact distribution.
 
         The lower end is 0 if the coherence is not significant.
+
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        low, high : ndarray, shape (n_f,)
+            Coherence, from 0 to 1.
+
+        Raises
+        ------
+        OptionError
+            For a level that is not between 0 and 1.
         """
         _check(level)
         return law.interval(self.coherence, self.dof / 2, level=level)
@@ -148,20 +178,61 @@ class CrossSpectrum(Printed):
         return np.asarray(np.where(free > 0, wide, np.inf))
 
     def gain_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Confidence interval of the magnitude of the transfer; two arrays of shape (n_f,). [unit_b/unit_a]"""
+        """Confidence interval of the magnitude of the transfer.
+
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        low, high : ndarray, shape (n_f,)
+            [unit_b/unit_a]
+
+        Raises
+        ------
+        OptionError
+            For a level that is not between 0 and 1.
+        """
         gain, spread = np.abs(self.transfer), self._spread(level)
         return np.asarray(gain * np.maximum(1 - spread, 0.0)), np.asarray(gain * (1 + spread))
 
     def phase_interval(self, *, level: float = 0.95) -> tuple[Floats, Floats]:
-        """Confidence interval of the phase, ±π if the phase is unknown; two arrays of shape (n_f,). [rad]"""
+        """Confidence interval of the phase, ±π if the phase is unknown.
+
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        low, high : ndarray, shape (n_f,)
+            [rad]
+
+        Raises
+        ------
+        OptionError
+            For a level that is not between 0 and 1.
+        """
         spread = self._spread(level)
         wide = np.where(spread < 1, np.arcsin(np.minimum(spread, 1.0)), np.pi)
         return self.phase - wide, self.phase + wide
 
     def binned(self, *, per_octave: int = 8) -> CrossSpectrum:
-        """The cross-spectrum with neighbouring frequencies averaged, `per_octave` bins per octave.
+        """The cross-spectrum with neighbouring frequencies averaged.
 
         A phase that changes within a bin, for example by a delay, reduces the coherence.
+
+        Parameters
+        ----------
+        per_octave : int
+            Bins per octave.
+
+        Returns
+        -------
+        CrossSpectrum
         """
         starts = bin_starts(self.frequency, per_octave)
         count = np.diff(np.append(starts, len(self.frequency)))
@@ -192,7 +263,19 @@ class CrossSpectrum(Printed):
         return plain(self, known, "resolution_hz=resolution", **cross, **gain, **intervals, sided="two", level=0.95)
 
     def plot(self, ax: Panels = None, *, per_octave: int = 8) -> Figure:
-        """Draw the coherence, with what chance stays below, and the phase where the coherence is above that."""
+        """Draw the coherence, with what chance stays below, and the phase where the coherence is above that.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, or sequence of two, optional
+            For the coherence and the phase. Default: a new figure.
+        per_octave : int
+            Bins per octave.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.spectrum import draw_cross
 
         return draw_cross(self.binned(per_octave=per_octave), ax=ax)
@@ -250,7 +333,11 @@ def cross_spectrum(
     OptionError
         As `sigmatau.psd`; for a channel with itself.
     DataError
-        If the record does not have the channels, they are not sampled together, or there are too few segments.
+        If the channels are not sampled together, or a stream does not have them.
+    KeyError
+        If a record does not have the channels.
+    RecordTooShortError
+        If too few segments have all samples of both channels.
 
     See Also
     --------

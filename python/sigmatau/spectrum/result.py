@@ -136,11 +136,20 @@ class Spectrum(Printed):
         return self.density * self.dof / low, self.density * self.dof / high
 
     def binned(self, *, per_octave: int = 8) -> Spectrum:
-        """The spectrum with neighbouring frequencies averaged, `per_octave` bins per octave.
+        """The spectrum with neighbouring frequencies averaged.
 
-        The frequency of a bin is the mean of its frequencies. Each density is moved to this frequency along the slope
-        between the neighbouring bins before the mean is taken. Without this step an octave of a density as steep as f⁻²
-        would be an eighth too high.
+        The frequency of a bin is the mean of its frequencies. Each density is moved to this frequency along the
+        slope between the neighbouring bins before the mean is taken. Without this step an octave of a density as
+        steep as f⁻² would be an eighth too high.
+
+        Parameters
+        ----------
+        per_octave : int
+            Bins per octave.
+
+        Returns
+        -------
+        Spectrum
         """
         return self._binned(bin_starts(self.frequency, per_octave))
 
@@ -157,12 +166,17 @@ class Spectrum(Printed):
         return plain(self, known, low=low, high=high, sided="two")
 
     def expected(self, model: HasDensity | HasChannels) -> Floats:
-        """Density of a noise model at the frequencies of this spectrum, aliasing included; shape (n_f,).
+        """Density of a noise model at the frequencies of this spectrum, aliasing included.
 
         Parameters
         ----------
         model : ChannelModel or NoiseModel
             Of a NoiseModel the channel of this name is used. Sinusoids and a ramp have no density.
+
+        Returns
+        -------
+        ndarray, shape (n_f,)
+            [unit²/Hz]
 
         Raises
         ------
@@ -190,8 +204,13 @@ class Spectrum(Printed):
         Parameters
         ----------
         model : ChannelModel or NoiseModel
+            As in `Spectrum.expected`.
         per_octave : int
             Bands per octave, as in `binned`. Bands that begin below `trusted` are omitted.
+
+        Returns
+        -------
+        Comparison
 
         Raises
         ------
@@ -239,7 +258,17 @@ class Spectrum(Printed):
         )
 
     def left_out(self, model: HasDensity | HasChannels) -> tuple[str, ...]:
-        """Parts of a model without a density, which `expected` omits: ``("sinusoid at 0.55 Hz", "rate ramp")``."""
+        """Parts of a model without a density, which `expected` omits: ``("sinusoid at 0.55 Hz", "rate ramp")``.
+
+        Parameters
+        ----------
+        model : ChannelModel or NoiseModel
+            As in `Spectrum.expected`.
+
+        Returns
+        -------
+        tuple of str
+        """
         channels = getattr(model, "channels", None)
         noise = model if channels is None else channels[self.channel]
         lines = [f"sinusoid at {line.frequency:.4g} Hz" for line in getattr(noise, "sinusoid", ())]
@@ -269,10 +298,15 @@ class Spectrum(Printed):
         Parameters
         ----------
         ax : matplotlib axes, optional
+            Default: a new figure.
         model : ChannelModel or NoiseModel, optional
             See `expected`.
         unit : str, optional
             Of the rate, ``"deg/s"``: the density is in its square per hertz. Default: SI.
+
+        Returns
+        -------
+        matplotlib figure
         """
         from sigmatau.plot.spectrum import draw_spectrum
         from sigmatau.plot.style import figure_of
@@ -306,6 +340,17 @@ class Spectra(ByChannel[Spectrum]):
     def plot(self, ax: Panels = None, *, model: HasChannels | None = None) -> Figure:
         """Draw all channels, one panel a quantity and unit, with the densities of the model's channels of the same names;
         `ax` is one axes a panel.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        model : ChannelModel or NoiseModel, optional
+            Drawn over the spectra; see `Spectrum.expected`.
+
+        Returns
+        -------
+        matplotlib figure
         """
         from sigmatau.plot.spectrum import draw_spectra
 

@@ -39,24 +39,51 @@ _DENSITY_FLOOR = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class MinimumPhase(Printed):
-    """A filter with the magnitude of a spectrum and the phase of the minimum-phase filter, which is an assumption. A
-    spectrum cannot distinguish it from a filter with the same magnitude and more delay. The anti-alias filter of a
-    sensor, made of analogue poles or averages, is nearly always minimum-phase except for a delay.
+    """A filter with the magnitude of a spectrum and the phase of the minimum-phase filter.
+
+    The phase is an assumption: a spectrum cannot distinguish this filter from one with the same magnitude and more
+    delay. The anti-alias filter of a sensor, made of analogue poles or averages, is nearly always minimum-phase
+    except for a delay.
+
+    Attributes
+    ----------
+    channel : str
+    frequency : ndarray, shape (n_f,)
+        From 0 to half the sampling rate. [Hz]
+    magnitude : ndarray, shape (n_f,)
+        |H|. [1, or unit of the output over that of the input]
+    low, high : ndarray, shape (n_f,)
+        95 % interval of |H| by χ², of the smoothed magnitude if it was smoothed; NaN below `measured_from`. [as
+        `magnitude`]
+    phase : ndarray, shape (n_f,)
+        Phase of the minimum-phase filter, unwrapped, 0 at 0. [rad]
+    impulse : ndarray, shape (n_taps,)
+        Impulse response in samples: the output is its convolution with the input. [as `magnitude`]
+    input_density : float
+        Two-sided density N² of the white input. [`input_unit`]
+    input_unit : str
+        Unit of the output squared, per hertz.
+    measured_from : float
+        Lowest frequency of the spectrum; the magnitude is constant below it. [Hz]
+    tau0 : float
+        Sample interval. [s]
+
+    See Also
+    --------
+    sigmatau.transfer : makes it.
     """
 
     channel: str
-    frequency: Floats  # shape (n_f,); from 0 to half the sampling rate. [Hz]
-    magnitude: Floats  # shape (n_f,); |H|. [1, or the output's unit over the input's]
-    # shape (n_f,); 95 % interval of |H|, by χ²; of the smoothed magnitude if it was smoothed. NaN below
-    # `measured_from`.
+    frequency: Floats
+    magnitude: Floats
     low: Floats
     high: Floats
-    phase: Floats  # shape (n_f,); assumed phase, unwrapped, 0 at 0. [rad]
-    impulse: Floats  # shape (n_taps,); impulse response in samples: the output is its convolution with the input
-    input_density: float  # Two-sided density N² of the white input. [`input_unit`]
-    input_unit: str  # The output's unit²/Hz
-    measured_from: float  # Lowest frequency of the spectrum; the magnitude is constant below it. [Hz]
-    tau0: float  # Sample interval. [s]
+    phase: Floats
+    impulse: Floats
+    input_density: float
+    input_unit: str
+    measured_from: float
+    tau0: float
 
     def __post_init__(self) -> None:
         freeze(self, "frequency", "magnitude", "low", "high", "phase", "impulse", dtype=np.float64)
@@ -75,7 +102,17 @@ class MinimumPhase(Printed):
         return plain(self, known, "measured_from_hz=measured_from tau0_s=tau0", low=low, high=high, **assumed)
 
     def plot(self, ax: Panels = None) -> Figure:
-        """Draw the magnitude with its 95 % interval, and the phase of the minimum-phase filter."""
+        """Draw the magnitude with its 95 % interval, and the phase of the minimum-phase filter.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, or sequence of two, optional
+            For the magnitude and the phase. Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.spectrum import draw_filter
 
         return draw_filter(self, ax=ax)

@@ -39,23 +39,49 @@ which is 1e-4 of it at a correlation time of 10¹² samples; other errors are be
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Arma(Printed):
     """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e, L the lag by one sample, var e = `variance`.
+
     Filter with `sections`. Flicker noise and long correlation times have roots close to 1, for which polynomial
     coefficients in double precision are not accurate enough: such a filter would be unstable.
+
+    Attributes
+    ----------
+    d : int
+        Differences: 1 with a rate random walk or a ramp, else 0.
+    variance : float
+        Variance of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
+    drift : float
+        Mean of the differenced process before `ar`: a ramp. [unit of the rate]
+    ar_roots : ndarray of complex, shape (p,)
+        Factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle. [1]
+    ma_roots : ndarray of complex, shape (q,)
+        Factors ϑ of ma = Π(1 − ϑL); invertible. [1]
+    dt : float
+        Sample interval. [s]
+    unit : str
+        Of the rate; SI.
+    flicker_error : float
+        Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without flicker noise.
+    tau_max : float or None
+        Longest averaging time for which the flicker noise is accurate. [s]
+    error : float
+        Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and
+        down to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see
+        `flicker_error`.
+
+    See Also
+    --------
+    sigmatau.arma : makes it.
     """
 
-    d: int  # Differences: 1 with a rate random walk or a ramp, else 0
-    variance: float  # Variance of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
-    drift: float  # Mean of the differenced process before `ar`: a ramp. [unit of the rate]
-    ar_roots: Complexes  # shape (p,); factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle
-    ma_roots: Complexes  # shape (q,); factors ϑ of ma = Π(1 − ϑL); invertible
-    dt: float  # [s]
-    unit: str  # Of the rate, SI
-    # Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without
+    d: int
+    variance: float
+    drift: float
+    ar_roots: Complexes
+    ma_roots: Complexes
+    dt: float
+    unit: str
     flicker_error: float = 0.0
-    tau_max: float | None = None  # Longest averaging time for which the flicker noise is accurate. [s]
-    # Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and
-    # down to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see
-    # `flicker_error`.
+    tau_max: float | None = None
     error: float = 0.0
 
     def __post_init__(self) -> None:
@@ -73,14 +99,24 @@ class Arma(Printed):
 
     @property
     def ar(self) -> Floats:
-        """Coefficients 1, −φ₁ … of y, without the differences; shape (p + 1,). Raises `DataError` where coefficients in
-        double precision do not have the roots; take `sections`.
+        """Coefficients 1, −φ₁ … of y, without the differences; shape (p + 1,). [1]
+
+        Raises
+        ------
+        DataError
+            If coefficients in double precision do not have the roots. Use `sections`.
         """
         return _coefficients("ar", self.ar_roots)
 
     @property
     def ma(self) -> Floats:
-        """Coefficients 1, θ₁ … of e; shape (q + 1,). Raises `DataError` as `ar` does."""
+        """Coefficients 1, θ₁ … of e; shape (q + 1,). [1]
+
+        Raises
+        ------
+        DataError
+            As for `ar`.
+        """
         return _coefficients("ma", self.ma_roots)
 
     @property
@@ -90,8 +126,8 @@ class Arma(Printed):
         Returns
         -------
         ndarray, shape (n_sections, 6)
-            b₀, b₁, b₂, 1, a₁, a₂ of each: what `scipy.signal.sosfilt` takes. Real roots stand alone, so that each is as it
-            is in `ar_roots`.
+            b₀, b₁, b₂, 1, a₁, a₂ of each: what `scipy.signal.sosfilt` takes. Real roots stand alone, so that each is as
+            it is in `ar_roots`. [1]
 
         Raises
         ------
@@ -116,7 +152,18 @@ class Arma(Printed):
         return 4 * float(np.finfo(float).eps) <= _MOST_GAIN_CHANGE * self._closest() ** 2
 
     def psd(self, f: ArrayLike) -> Floats:
-        """Two-sided density of the process, without its drift; frequencies in Hz, positive. [(unit of the rate)²/Hz]"""
+        """Two-sided density of the process, without its drift.
+
+        Parameters
+        ----------
+        f : array_like, shape (n_f,)
+            Frequencies, positive. [Hz]
+
+        Returns
+        -------
+        ndarray, shape (n_f,)
+            [(unit of the rate)²/Hz, two-sided]
+        """
         w = 4 * np.sin(math.pi * np.asarray(f, dtype=np.float64) * self.dt) ** 2
         return np.asarray(
             self.dt * self.variance * _gain(self.ma_roots, w) / (_gain(self.ar_roots, w) * w**self.d), dtype=np.float64
@@ -159,10 +206,11 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     Parameters
     ----------
     model : ChannelModel
+        Noise of one channel.
     dt : float
         Sample interval. [s]
     tau_max, flicker_error : float
-        As in `sigmatau.statespace.state_space`.
+        As in `sigmatau.state_space`.
 
     Returns
     -------
@@ -174,10 +222,10 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     Raises
     ------
     OptionError
-        As `sigmatau.statespace.state_space`.
+        As `sigmatau.state_space`.
     DataError
-        For a sinusoid, which is not an ARIMA process, or a ramp without noise; if the spectrum of the result differs from
-        the model's by more than 1e-4.
+        For a sinusoid, which is not an ARIMA process, or a ramp without noise; if the spectrum of the result differs
+        from the model's by more than 1e-4.
 
     See Also
     --------

@@ -17,18 +17,48 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Steps:
-    """Transition and noise of some steps of a linear system."""
+    """Transition and noise of some steps of a linear system.
 
-    transition: Floats  # shape (n_states, n_states)
-    noise: Floats  # shape (n_states, n_states); covariance of the noise added by the steps
+    Attributes
+    ----------
+    transition : ndarray, shape (n_states, n_states)
+        Transition matrix of all steps together. [SI units of the states]
+    noise : ndarray, shape (n_states, n_states)
+        Covariance of the noise that the steps add. [SI units of the states, squared]
+    """
+
+    transition: Floats
+    noise: Floats
 
     def then(self, later: Steps) -> Self:
-        """These steps, followed by the `later` ones."""
+        """These steps, followed by the `later` ones.
+
+        Parameters
+        ----------
+        later : Steps
+            Steps of the same states.
+
+        Returns
+        -------
+        Steps
+            Both together.
+        """
         noise = later.transition @ self.noise @ later.transition.T + later.noise
         return type(self)(later.transition @ self.transition, (noise + noise.T) / 2)
 
     def times(self, n: int) -> Steps:
-        """These steps `n` times in a row; n ≥ 0."""
+        """These steps `n` times in a row.
+
+        Parameters
+        ----------
+        n : int
+            How many times, from 0.
+
+        Returns
+        -------
+        Steps
+            All of them together, made by doubling.
+        """
         size = len(self.transition)
         result, power = Steps(np.eye(size), np.zeros((size, size))), self
         while n:
@@ -40,5 +70,16 @@ class Steps:
         return result
 
     def covariance(self, before: Floats) -> Floats:
-        """Covariance of the state after these steps, from the covariance before; both of shape (n_states, n_states)."""
+        """Covariance of the state after these steps.
+
+        Parameters
+        ----------
+        before : ndarray, shape (n_states, n_states)
+            Covariance before them. [SI units of the states, squared]
+
+        Returns
+        -------
+        ndarray, shape (n_states, n_states)
+            [SI units of the states, squared]
+        """
         return np.asarray(self.transition @ before @ self.transition.T + self.noise)

@@ -45,26 +45,60 @@ _SERIES = 40
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StateSpace(Printed):
-    """A channel's noise as a linear system; see the module for its equations."""
+    """A channel's noise as a linear system: x′ = F·x + G·w, y = H·x + v.
 
-    F: Floats  # shape (n_states, n_states)
-    G: Floats  # shape (n_states, n_inputs)
-    H: Floats  # shape (1, n_states)
-    Qd: Floats  # shape (n_inputs, n_inputs); covariance of the noise of one step
-    R: Floats  # shape (1, 1); variance of one measurement
-    # shape (n_states, n_states); covariance at the start: of stationary processes their own, of a bias its variance at
-    # turn-on
+    w has the covariance Qd, v the variance R, and x at the start the covariance P0.
+
+    Attributes
+    ----------
+    F : ndarray, shape (n_states, n_states)
+        Transition matrix of one step. [SI units of the states]
+    G : ndarray, shape (n_states, n_inputs)
+        Input matrix. [SI units of the states]
+    H : ndarray, shape (1, n_states)
+        Measurement matrix. [SI units of the states]
+    Qd : ndarray, shape (n_inputs, n_inputs)
+        Covariance of the noise of one step. [SI units of the states, squared]
+    R : ndarray, shape (1, 1)
+        Variance of one measurement. [SI unit of y, squared]
+    P0 : ndarray, shape (n_states, n_states)
+        Covariance at the start: of stationary processes their own, of a bias its variance at turn-on. [SI units of the
+        states, squared]
+    states, inputs : tuple of str
+        Names of the states and of the noise inputs.
+    dt : float
+        Step. [s]
+    output : {"rate", "increments", "integrated"}
+        Meaning of y: the mean rate of a step, its integral over the step, or its integral since the start.
+    unit : str
+        Of the rate; SI.
+    flicker_error : float
+        Largest relative error of the Allan deviation of the flicker noise from `dt` to `tau_max`; 0 without flicker
+        noise.
+    tau_max : float or None
+        Longest averaging time for which the flicker noise is accurate. [s]
+    alike_from : float or None
+        A Gauss-Markov process of this or a longer correlation time explains the record of the model as well as its rate
+        random walk. [s]
+
+    See Also
+    --------
+    sigmatau.state_space : makes it.
+    """
+
+    F: Floats
+    G: Floats
+    H: Floats
+    Qd: Floats
+    R: Floats
     P0: Floats
     states: tuple[str, ...]
     inputs: tuple[str, ...]
-    dt: float  # [s]
-    # Meaning of y: the mean rate of a step, its integral over the step, or its integral since the start
+    dt: float
     output: Output = "rate"
-    unit: str = "rad/s"  # Of the rate, SI
-    # Largest relative error of the Allan deviation of the flicker noise from dt to `tau_max`; 0 without
+    unit: str = "rad/s"
     flicker_error: float = 0.0
-    tau_max: float | None = None  # Longest averaging time for which the flicker noise is accurate. [s]
-    # A Gauss-Markov process of this or a longer time explains the record of the model as well as its rate random walk. [s]
+    tau_max: float | None = None
     alike_from: float | None = None
 
     def __post_init__(self) -> None:
@@ -76,12 +110,13 @@ class StateSpace(Printed):
         Returns
         -------
         step : Steps
+            Transition and noise of one step.
         before : ndarray, shape (n_states + 1, n_states + 1)
-            Covariance at the start, the integral being 0.
+            Covariance at the start, the integral being 0. [SI]
         row : ndarray, shape (n_states + 1,)
-            Measurement matrix of the integral.
+            Measurement matrix of the integral. [1]
         noise : float
-            Variance of that measurement.
+            Variance of that measurement. [SI]
         """
         n = len(self.states)
         if self.output == "integrated":
@@ -169,6 +204,7 @@ def state_space(
     Parameters
     ----------
     model : ChannelModel
+        Noise of one channel.
     dt : float
         Step of the filter, the sample interval. [s]
     output : {"rate", "increments", "integrated"}
@@ -201,6 +237,10 @@ def state_space(
     -----
     The rate random walk is sampled, b' = b + K·√dt·w; a ramp is a slope of variance R². All terms except flicker noise are
     exact at `dt`.
+
+    References
+    ----------
+    docs/theory/state-space.md has the matrices of each term.
 
     Examples
     --------

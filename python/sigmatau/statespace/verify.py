@@ -38,23 +38,58 @@ _LEAST_CLUSTERS = 3
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Verification(Printed):
-    """Ratio of the Allan deviation of a linear model to that of a record."""
+    """Ratio of the Allan deviation of a linear model to that of a record.
 
-    # Curve of the record at the averaging times compared, with the degrees of freedom of the model
+    Attributes
+    ----------
+    curve : DeviationCurve
+        Curve of the record at the averaging times compared, with the degrees of freedom of the model.
+    avar : ndarray, shape (n_tau,)
+        Allan variance of the linear model. [unit²]
+    ratio : ndarray, shape (n_tau,)
+        Deviation of the model over that of the record, a ratio.
+    low, high : ndarray, shape (n_tau,)
+        Band that contains the ratio with probability `level` if the model is true, by χ².
+    used : ndarray of bool, shape (n_tau,)
+        Whether the averaging time is one of the octaves of the misfit.
+    misfit : float
+        uᵀC⁻¹u, see `verify`. [1]
+    freedom : int
+        Expected misfit if the model is true.
+    p_value : float
+        Probability of a larger misfit if the model is true.
+    worst : int
+        Index of the octave with the least likely ratio.
+    tau_min : float
+        Shortest averaging time of the misfit. [s]
+    of_fit : bool
+        Whether `tau_min` is that of the fit of the model.
+    states : int
+        Number of states of the linear model.
+    flicker_error : float
+        Largest relative error of the model's Allan deviation of flicker noise.
+    level : float
+        Probability of the bands.
+
+    See Also
+    --------
+    sigmatau.verify : makes it.
+    """
+
     curve: DeviationCurve
-    avar: Floats  # shape (n_tau,); allan variance of the linear model. [unit²]
-    ratio: Floats  # shape (n_tau,); deviation of the model over that of the record
-    low: Floats  # shape (n_tau,); band that contains the ratio with probability `level` if the model is true, by χ²
+    avar: Floats
+    ratio: Floats
+    low: Floats
     high: Floats
-    used: NDArray[np.bool_]  # shape (n_tau,); whether the averaging time is one of the octaves of the misfit
-    misfit: float  # uᵀC⁻¹u; see `verify`
-    freedom: int  # Expected misfit if the model is true
-    p_value: float  # Probability of a larger misfit if the model is true
-    worst: int  # Index of the octave with the least likely ratio
-    tau_min: float  # Shortest averaging time of the misfit. [s]
-    of_fit: bool  # Whether `tau_min` is that of the fit of the model
+    used: NDArray[np.bool_]
+    misfit: float
+    freedom: int
+    p_value: float
+    worst: int
+    tau_min: float
+    of_fit: bool
     states: int
-    flicker_error: float  # Largest relative error of the model's Allan deviation of flicker noise
+    flicker_error: float
     level: float
 
     def __post_init__(self) -> None:
@@ -73,7 +108,19 @@ class Verification(Printed):
         return plain(self, known, worst=worst, model_adev=np.sqrt(self.avar), **of_curve)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Figure:
-        """Draw the record's curve with its band, and the model's, in new axes or those given."""
+        """Draw the record's curve with its band, and the model's, in new axes or those given.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Default: a new figure.
+        unit : str, optional
+            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.model import draw_verification
         from sigmatau.plot.style import figure_of
 
@@ -111,7 +158,17 @@ class Verifications(ByChannel[Verification]):
         return {channel: found.to_dict() for channel, found in self.items()}
 
     def plot(self, ax: Panels = None) -> Figure:
-        """Draw all of them, a panel each; `ax` is one axes a panel."""
+        """Draw all of them, one panel each.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
+        """
         from sigmatau.plot.model import draw_verifications
 
         return draw_verifications(
@@ -150,6 +207,7 @@ def verify(
     Parameters
     ----------
     model : ChannelModel or NoiseModel
+        Noise of one channel, or of several.
     curves : DeviationCurve, or mapping of str to DeviationCurve
         One curve for a `ChannelModel`, curves by channel for a `NoiseModel`: overlapped, of a record in which no sample
         is missing.
@@ -157,7 +215,7 @@ def verify(
         Shortest averaging time of the misfit, for sensors with a filter. Default: `ChannelModel.tau_min`, the
         shortest averaging time of the fit. [s]
     flicker_error : float
-        As in `sigmatau.statespace.state_space`.
+        As in `sigmatau.state_space`.
     level : float
         Probability of the bands.
 
@@ -195,6 +253,10 @@ def verify(
     standard deviation, 10 %. Far below the time constant of a steep filter neighbouring variances are almost identical:
     of 150 true records with order 9 at 1 Hz, sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60. Strided
     curves are treated as if their clusters began at every sample.
+
+    References
+    ----------
+    docs/theory/state-space.md derives the Allan variance of a linear system.
 
     Examples
     --------

@@ -17,20 +17,46 @@ if TYPE_CHECKING:
 
 @frozen
 class Chosen:
-    """Which runs: all that are current, or those of units, of a sensor model, of a state, or of a time."""
+    """Which runs: all that are current, or those of units, of a sensor model, of a state, or of a time.
 
-    units: tuple[str, ...] = ()  # names; with a * any that begin or end so
+    Attributes
+    ----------
+    units : tuple of str
+        Names; a ``*`` in a name stands for any text. Default: all units.
+    model : str or None
+        Sensor model.
+    states : tuple of {"fitted", "not_fitted", "not_at_rest", "failed"}
+        Default: all states.
+    since, until : datetime or None
+        Beginning of the record: from `since` to before `until`, UTC.
+    pattern : bool
+        Whether ``*`` in the name of a unit stands for any text.
+    history : bool
+        Whether results that were replaced are chosen too.
+
+    See Also
+    --------
+    sigmatau.Store : its methods take it.
+    """
+
+    units: tuple[str, ...] = ()
     model: str | None = None
     states: tuple[str, ...] = ()
-    since: datetime | None = None  # UTC
+    since: datetime | None = None
     until: datetime | None = None
-    pattern: bool = True  # whether * in the name of a unit stands for any text
-    history: bool = False  # whether results that were replaced are chosen too
+    pattern: bool = True
+    history: bool = False
 
 
 @frozen(kw_only=False)
 class Table(Tabular):
-    """Rows of a store."""
+    """Rows of a store.
+
+    Attributes
+    ----------
+    content : mapping of str to list
+        Values by column.
+    """
 
     content: Mapping[str, list[Any]]
 
@@ -48,7 +74,17 @@ class Table(Tabular):
         }
 
     def shown(self, names: Sequence[str]) -> Table:
-        """Some of the columns."""
+        """Some of the columns.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of the columns, in the order to show.
+
+        Returns
+        -------
+        Table
+        """
         return Table({name: self.content[name] for name in names})
 
     def __repr__(self) -> str:

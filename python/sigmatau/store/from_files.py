@@ -29,7 +29,16 @@ _AHEAD = 3  # batches a process that are read before they are written
 
 @frozen
 class Problem:
-    """A file that was not added."""
+    """A file that was not added.
+
+    Attributes
+    ----------
+    file : Path
+    reason : str
+        Why it was not added.
+    unit_unknown : bool
+        Whether nothing names its unit.
+    """
 
     file: Path
     reason: str
@@ -38,7 +47,15 @@ class Problem:
 
 @frozen
 class FilesAdded:
-    """What `add_files` did."""
+    """What `add_files` did.
+
+    Attributes
+    ----------
+    added : Added
+        What was added.
+    problems : tuple of Problem
+        Files that were not added.
+    """
 
     added: Added = Added()
     problems: tuple[Problem, ...] = ()

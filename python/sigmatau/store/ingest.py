@@ -27,11 +27,21 @@ _ATTEMPTS = 5  # of a transaction that meets another writer
 
 @frozen
 class Added:
-    """What `add` did."""
+    """What `add` did.
 
-    new: int = 0  # runs that were not there
-    revised: int = 0  # results that replace earlier ones of the same log and options
-    known: int = 0  # results that were there
+    Attributes
+    ----------
+    new : int
+        Runs that were not there.
+    revised : int
+        Results that replace earlier ones of the same log and options.
+    known : int
+        Results that were there.
+    """
+
+    new: int = 0
+    revised: int = 0
+    known: int = 0
 
     def __add__(self, other: Added) -> Added:
         return Added(new=self.new + other.new, revised=self.revised + other.revised, known=self.known + other.known)

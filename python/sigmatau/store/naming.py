@@ -58,7 +58,13 @@ class Naming:
     temperature: float | None = None
 
     def check(self) -> None:
-        """Raise `OptionError` for options that are wrong."""
+        """Check the options.
+
+        Raises
+        ------
+        OptionError
+            For two names of the unit, an empty one, a date that is not ISO 8601, or an expression without a group.
+        """
         if self.unit is not None and self.unit_from is not None:
             raise OptionError("--unit and --unit-from both name the unit; give one of them", option="unit_from")
         if self.unit is not None and not self.unit.strip():
@@ -83,12 +89,21 @@ class Naming:
     def entry(self, result: Mapping[str, Any], file: Path) -> Entry:
         """A result with its names.
 
+        Parameters
+        ----------
+        result : mapping
+            ``Analysis.to_dict()``, or the JSON of ``sigmatau analyze``.
+        file : Path
+            File of the result.
+
+        Returns
+        -------
+        Entry
+
         Raises
         ------
-        UnknownUnitError
-            If nothing names its unit.
         DataError
-            If a date or a temperature cannot be read.
+            If nothing names its unit, or a date or a temperature cannot be read.
         """
         stated = result.get("notes")
         by_key = stated.items() if isinstance(stated, Mapping) else ()

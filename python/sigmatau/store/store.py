@@ -47,6 +47,10 @@ class Store:
     ImportError
         Without SQLAlchemy and Alembic.
 
+    See Also
+    --------
+    compare_runs : the same comparison without a store.
+
     Examples
     --------
     >>> import sigmatau as st
@@ -82,6 +86,7 @@ class Store:
         Parameters
         ----------
         entries : iterable of Entry, Entry, or Analysis
+            Results with their units and runs; or one analysis.
         unit : str, optional
             Serial number for an `Analysis`. Default: its note "serial number".
         batch : int
@@ -110,13 +115,41 @@ class Store:
     def add_files(
         self, files: Sequence[Path], naming: Naming, *, jobs: int = 1, done: Callable[[int], None] = lambda _: None
     ) -> FilesAdded:
-        """Add the JSON files of results; see `sigmatau.store.from_files.add_files`."""
+        """Add the JSON files of results.
+
+        Parameters
+        ----------
+        files : sequence of Path
+            What ``sigmatau analyze --json`` wrote.
+        naming : Naming
+            How units and runs are named.
+        jobs : int
+            Number of processes that read the files.
+        done : callable, optional
+            Called with the number of files that are done. Default: nothing is called.
+
+        Returns
+        -------
+        FilesAdded
+            How many were added, and the files that were not.
+        """
         from sigmatau.store.from_files import add_files
 
         return add_files(self._engine, files, naming, jobs=jobs, done=done)
 
     def versions(self, options_key: str) -> dict[str, str]:
-        """Logs that have a current result with these options: by path, the version of the file that was analysed."""
+        """Logs that have a current result with some options.
+
+        Parameters
+        ----------
+        options_key : str
+            Checksum of the options of `sigmatau.analyze`, see `sigmatau.store.rows.options_key`.
+
+        Returns
+        -------
+        dict of str to str
+            By path of the log, the version of the file that was analysed.
+        """
         from sqlalchemy import select
 
         from sigmatau.store.tables import run
@@ -149,7 +182,17 @@ class Store:
         return Table(dict(zip(names, columns, strict=True)))
 
     def units(self, chosen: Chosen | None = None) -> Table:
-        """A row a unit: name, sensor model, runs by state, first and last time."""
+        """A row a unit: name, sensor model, runs by state, first and last time.
+
+        Parameters
+        ----------
+        chosen : Chosen, optional
+            Which runs. Default: all that are current.
+
+        Returns
+        -------
+        Table
+        """
         from sqlalchemy import case, func, select
 
         from sigmatau.store.tables import model, run, unit
@@ -169,7 +212,17 @@ class Store:
         return self._table(query)
 
     def runs(self, chosen: Chosen | None = None) -> Table:
-        """A row a run: unit, name, time, state, and why it failed."""
+        """A row a run: unit, name, time, state, and why it failed.
+
+        Parameters
+        ----------
+        chosen : Chosen, optional
+            Which runs. Default: all that are current.
+
+        Returns
+        -------
+        Table
+        """
         from sqlalchemy import select
 
         from sigmatau.store.tables import model, run, unit
@@ -188,7 +241,21 @@ class Store:
     def coefficients(
         self, chosen: Chosen | None = None, *, term: str | None = None, channels: Sequence[str] = ()
     ) -> Table:
-        """A row a run, channel and term: value with interval, or limit, in SI."""
+        """A row a run, channel and term: value with interval, or limit, in SI.
+
+        Parameters
+        ----------
+        chosen : Chosen, optional
+            Which runs. Default: all that are current.
+        term : str, optional
+            A key of `sigmatau.noise.terms.TERMS`. Default: all terms.
+        channels : sequence of str
+            Default: every channel.
+
+        Returns
+        -------
+        Table
+        """
         from sqlalchemy import and_, select
 
         from sigmatau.store import tables
@@ -235,8 +302,13 @@ class Store:
             Default: every channel.
         by : {"day", "week", "month", "quarter", "year"}
         chosen : Chosen, optional
+            Which runs. Default: all that are current.
         level : float
             Confidence level of intervals and tests.
+
+        Returns
+        -------
+        Trend
 
         Raises
         ------
@@ -262,6 +334,17 @@ class Store:
 
         Of the results of a log with several options, the latest is compared. The clocks of the runs are not compared.
 
+        Parameters
+        ----------
+        chosen : Chosen, optional
+            Which runs. Default: all that are current.
+        by, level
+            As in `sigmatau.compare_runs`.
+
+        Returns
+        -------
+        RunComparison
+
         Raises
         ------
         DataError
@@ -277,7 +360,21 @@ class Store:
         return compare_table(table, by=by, level=level)
 
     def latest(self, unit: str, *, run: str | None = None) -> tuple[Mapping[str, Any], dict[str, Any]]:
-        """The latest run of a unit, as in `runs`, with its result: of those with coefficients if there are any.
+        """The latest run of a unit, with its result: of the runs with coefficients if there are any.
+
+        Parameters
+        ----------
+        unit : str
+            Name of the unit.
+        run : str, optional
+            Name of the run. Default: the latest one.
+
+        Returns
+        -------
+        row : mapping
+            The row of the run, as in `runs`.
+        result : dict
+            Its result as it was added.
 
         Raises
         ------
@@ -295,8 +392,20 @@ class Store:
         return row, self._result(row["id"])
 
     def units_latest(self, chosen: Chosen | None = None) -> dict[str, dict[str, Any]]:
-        """The latest result of each unit, in the order of the units' first records: a failure too, because what was measured
-        before it says nothing of the unit now. Results without a time have that of their addition.
+        """The latest result of each unit, in the order of the units' first records.
+
+        A failure is a result too, because what was measured before it says nothing of the unit now. Results without
+        a time have that of their addition.
+
+        Parameters
+        ----------
+        chosen : Chosen, optional
+            Which runs. Default: all that are current.
+
+        Returns
+        -------
+        dict of str to dict
+            By unit, the result as it was added.
         """
         from sqlalchemy import func, select
 
@@ -319,7 +428,17 @@ class Store:
         return {name: found[key] for name, key in latest.items()}
 
     def findings(self, run_id: int) -> list[tuple[str, str]]:
-        """Severity and message of the findings of a run, the column `id` of `runs`."""
+        """Severity and message of the findings of a run.
+
+        Parameters
+        ----------
+        run_id : int
+            The column `id` of `runs`.
+
+        Returns
+        -------
+        list of (str, str)
+        """
         from sqlalchemy import select
 
         from sigmatau.store.tables import finding
@@ -340,7 +459,20 @@ class Store:
         return unpack(*found)
 
     def results(self, chosen: Chosen | None = None) -> Iterator[tuple[Mapping[str, Any], dict[str, Any]]]:
-        """Each run, as in `runs`, with its result as it was added."""
+        """Each run, as in `runs`, with its result as it was added.
+
+        Parameters
+        ----------
+        chosen : Chosen, optional
+            Which runs. Default: all that are current.
+
+        Yields
+        ------
+        row : mapping
+            The row of the run, as in `runs`.
+        result : dict
+            Its result as it was added.
+        """
         from sqlalchemy import select
 
         from sigmatau.store.packing import unpack

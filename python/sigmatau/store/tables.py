@@ -19,7 +19,7 @@ from sqlalchemy import (
     UniqueConstraint,
 )
 
-metadata = MetaData(
+metadata: MetaData = MetaData(
     naming_convention={
         "ix": "ix_%(table_name)s_%(column_0_N_name)s",
         "uq": "uq_%(table_name)s_%(column_0_N_name)s",
@@ -37,10 +37,10 @@ def _to(table: str, *, nullable: bool = False) -> Column[int]:
     return Column(f"{table}_id", ForeignKey(f"{table}.id", ondelete="CASCADE"), nullable=nullable)
 
 
-model = Table("model", metadata, _key(), Column("name", String(200), nullable=False, unique=True))
+model: Table = Table("model", metadata, _key(), Column("name", String(200), nullable=False, unique=True))
 """Types of sensors."""
 
-unit = Table(
+unit: Table = Table(
     "unit",
     metadata,
     _key(),
@@ -48,7 +48,7 @@ unit = Table(
     _to("model", nullable=True),
 )
 
-run = Table(
+run: Table = Table(
     "run",
     metadata,
     _key(),
@@ -77,7 +77,7 @@ run = Table(
     Index(None, "options_key"),
 )
 
-result = Table(
+result: Table = Table(
     "result",
     metadata,
     Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
@@ -87,7 +87,7 @@ result = Table(
 )
 """Whole results, beside the tables that queries scan."""
 
-channel = Table(
+channel: Table = Table(
     "channel",
     metadata,
     Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
@@ -102,7 +102,7 @@ channel = Table(
     sqlite_with_rowid=False,
 )
 
-label = Table(
+label: Table = Table(
     "label",
     metadata,
     _key(),
@@ -115,7 +115,7 @@ label = Table(
 )
 """What a coefficient is of: the same few for all runs."""
 
-coefficient = Table(
+coefficient: Table = Table(
     "coefficient",
     metadata,
     Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
@@ -129,7 +129,7 @@ coefficient = Table(
     sqlite_with_rowid=False,
 )
 
-finding = Table(
+finding: Table = Table(
     "finding",
     metadata,
     _key(),

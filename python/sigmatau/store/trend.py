@@ -57,6 +57,7 @@ class InPeriod:
     spread_high: float | None
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "name units runs limits middle low high spread spread_low spread_high")
 
 
@@ -69,10 +70,11 @@ class Drift:
     kind : {"production", "ageing"}
         Over the means of units, or within units.
     units, runs : int
+        Numbers that the slope comes from.
     slope, low, high : float
-        Per month: relative, or in SI of a term with a sign.
+        Slope and its interval. [1/month, relative; of a term with a sign SI/month]
     p_value : float
-        Of no drift, two-sided.
+        Two-sided p-value of no drift.
     drifts : bool
         Whether that is rejected, at the level of all slopes of the table together (Bonferroni).
     """
@@ -87,21 +89,38 @@ class Drift:
     drifts: bool
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "kind units runs slope low high p_value drifts")
 
 
 @frozen
 class ChannelTrend:
-    """A coefficient of a channel over time."""
+    """A coefficient of a channel over time.
+
+    Attributes
+    ----------
+    channel : str
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    unit : str
+        Of the coefficient; SI.
+    rate_unit : str
+        Of the channel; SI.
+    periods : tuple of InPeriod
+        In order of time.
+    drifts : tuple of Drift
+        Over production and within units, where they can be estimated.
+    """
 
     channel: str
     quantity: str
-    unit: str  # SI
+    unit: str
     rate_unit: str
     periods: tuple[InPeriod, ...]
     drifts: tuple[Drift, ...]
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "channel unit periods drifts")
 
 
@@ -141,6 +160,7 @@ class Trend(Tabular):
         return {key: [row[key] for row in rows] for key in rows[0]} if rows else {}
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
         return plain(self, "term by level undated channels")
 
     def __repr__(self) -> str:

@@ -8,51 +8,99 @@ from sigmatau.frozen import frozen
 
 @frozen
 class WarmUp(Details, code="warm_up"):
-    """The signal settles exponentially from the first sample on, which the fit allows for; the size is by how much."""
+    """The signal settles exponentially from the first sample on, which the fit allows for; the size is by how much.
+
+    Attributes
+    ----------
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    time_constant : float
+        [s]
+    low, high : float
+        Interval of the size. [unit of the finding]
+    """
 
     quantity: str
-    time_constant: float  # [s]
-    low: float  # interval of the size
+    time_constant: float
+    low: float
     high: float
 
 
 @frozen
 class TemperatureDrift(Details, code="temperature_drift"):
-    """The signal follows the temperature, which the fit allows for; the size is the coefficient per kelvin."""
+    """The signal follows the temperature, which the fit allows for; the size is the coefficient per kelvin.
+
+    Attributes
+    ----------
+    quantity : str
+        ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
+    rate_unit : str
+        Unit of the signal.
+    low, high : float
+        Interval of the coefficient. [rate_unit/K]
+    """
 
     quantity: str
-    rate_unit: str  # unit of the signal
-    low: float  # interval of the coefficient [rate_unit/K]
+    rate_unit: str
+    low: float
     high: float
 
 
 @frozen
 class SegmentSpread:
-    """How much the Allan deviations of segments of the record differ, where the evidence is strongest."""
+    """How much the Allan deviations of segments of the record differ, where the evidence is strongest.
 
-    ratio: float  # largest over smallest Allan deviation
-    tau: float  # [s]
-    # shortest and longest averaging time at which the segments differ significantly; both are `tau` if that is not so
-    # at any time by itself [s]
+    Attributes
+    ----------
+    ratio : float
+        Largest over smallest Allan deviation. [1]
+    tau : float
+        [s]
+    tau_min, tau_max : float
+        Shortest and longest averaging time at which the segments differ significantly; both are `tau` if that is not so
+        at any time by itself. [s]
+    largest_at, smallest_at : float
+        Beginnings of the segments with the largest and the smallest deviation, from the beginning of the record. [s]
+    length : float
+        Length of a segment. [s]
+    """
+
+    ratio: float
+    tau: float
     tau_min: float
     tau_max: float
-    # beginnings of the segments with the largest and the smallest deviation, from the beginning of the record [s]
     largest_at: float
     smallest_at: float
-    length: float  # length of a segment [s]
+    length: float
 
 
 @frozen
 class NoiseChange:
-    """A change of the short-time noise, found by the cusum of squared first differences."""
+    """A change of the short-time noise, found by the cusum of squared first differences.
 
-    time: float  # from the beginning of the record [s]
-    ratio: float  # root mean square of the first differences after the change over that before
+    Attributes
+    ----------
+    time : float
+        From the beginning of the record. [s]
+    ratio : float
+        Root mean square of the first differences after the change over that before. [1]
+    """
+
+    time: float
+    ratio: float
 
 
 @frozen
 class NonStationary(Details, code="non_stationary"):
-    """The noise changes during the record; at least one of the two tests found it."""
+    """The noise changes during the record; at least one of the two tests found it.
+
+    Attributes
+    ----------
+    segments : SegmentSpread or None
+        Difference between segments; None if it is not significant.
+    change : NoiseChange or None
+        Change of the short-time noise; None if it is not significant.
+    """
 
     segments: SegmentSpread | None = None
     change: NoiseChange | None = None

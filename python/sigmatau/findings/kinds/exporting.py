@@ -8,47 +8,95 @@ from sigmatau.frozen import frozen
 
 @frozen
 class ChoiceWithoutPlace(Details, code="choice_without_place"):
-    """A choice was made for several targets, and one of them has no field for it."""
+    """A choice was made for several targets, and one of them has no field for it.
+
+    Attributes
+    ----------
+    target : str
+        Name of the target.
+    option : str
+        Name of the option, with underscores: ``"noise_factor"``.
+    key : str
+        For option ``"name"``, the name; else empty.
+    """
 
     target: str
-    option: str  # name of the option, with underscores: ``"noise_factor"``
-    key: str = ""  # for option ``"name"``, the name; else empty
+    option: str
+    key: str = ""
 
 
 @frozen
 class ChoiceNotUsed(Details, code="choice_not_used"):
-    """A value was chosen for a coefficient that was observed, or for a sensor that the model does not have."""
+    """A value was chosen for a coefficient that was observed, or for a sensor that the model does not have.
 
-    sensor: str  # "gyro" or "accel"
-    term: str  # "random_walk" or "rate_random_walk"
-    observed: bool  # whether the coefficient was observed; else the model does not have the sensor
+    Attributes
+    ----------
+    sensor : str
+        "gyro" or "accel".
+    term : str
+        "random_walk" or "rate_random_walk".
+    observed : bool
+        Whether the coefficient was observed; else the model does not have the sensor.
+    """
+
+    sensor: str
+    term: str
+    observed: bool
 
 
 @frozen
 class OmittedTerm:
-    """A coefficient of the model that is not in the file."""
+    """A coefficient of the model that is not in the file.
+
+    Attributes
+    ----------
+    channel : str
+        Name of the channel.
+    term : str
+        A key of `sigmatau.noise.terms.TERMS`, ``"gauss_markov"`` or ``"resonance"``.
+    value : float
+        Coefficient, or standard deviation of the process. [SI]
+    """
 
     channel: str
-    term: str  # a key of `sigmatau.noise.terms.TERMS`, ``"gauss_markov"`` or ``"resonance"``
-    value: float  # coefficient, or standard deviation of the process [SI]
+    term: str
+    value: float
 
 
 @frozen
 class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
-    """The bias process in the file has less slow noise than the model."""
+    """The bias process in the file has less slow noise than the model.
 
-    sensor: str  # "gyro" or "accel"
-    # Allan deviation of all slow noise of the model, in units of that of the process; None if a random walk was chosen
+    Attributes
+    ----------
+    sensor : str
+        "gyro" or "accel".
+    ratio : float or None
+        Allan deviation of all slow noise of the model, in units of that of the process; None if a random walk was
+        chosen. [1]
+    tau : float or None
+        Averaging time of the ratio. [s]
+    omitted : tuple of OmittedTerm
+        Terms that the chosen random walk replaces.
+    """
+
+    sensor: str
     ratio: float | None = None
-    tau: float | None = None  # averaging time of the ratio [s]
-    omitted: tuple[OmittedTerm, ...] = ()  # terms that the chosen random walk replaces
+    tau: float | None = None
+    omitted: tuple[OmittedTerm, ...] = ()
 
 
 @frozen
 class LimitWritten(Details, code="limit_written"):
-    """A coefficient was not observed, and its upper limit is in the file."""
+    """A coefficient was not observed, and its upper limit is in the file.
 
-    term: str  # a key of `sigmatau.noise.terms.TERMS`
+    Attributes
+    ----------
+    term : str
+        A key of `sigmatau.noise.terms.TERMS`.
+    """
+
+    term: str
 
 
 @frozen
@@ -63,25 +111,46 @@ class PoorTrust(Details, code="poor_trust"):
 
 @frozen
 class OtherRate(Details, code="other_rate"):
-    """The file is for another sampling rate than that of the record."""
+    """The file is for another sampling rate than that of the record.
 
-    rate: float  # of the file and of the record [Hz]
+    Attributes
+    ----------
+    rate, record_rate : float
+        Of the file and of the record. [Hz]
+    """
+
+    rate: float
     record_rate: float
 
 
 @frozen
 class CorrelatedSamples(Details, code="correlated_samples"):
-    """Samples of a channel are correlated, so that their variance is not N²·rate."""
+    """Samples of a channel are correlated, so that their variance is not N²·rate.
 
-    # measured variance of a sample, in units of N²·rate; None if it was not measured and N²·rate is in the file
+    Attributes
+    ----------
+    ratio : float or None
+        Measured variance of a sample, in units of N²·rate; None if it was not measured and N²·rate is in the file. [1]
+    independent_variance : float
+        N²·rate. [(rate unit)²]
+    corner : float or None
+        Corner of the low-pass filter that the analysis found. [Hz]
+    """
+
     ratio: float | None
-    independent_variance: float  # N²·rate [(rate unit)²]
-    corner: float | None  # corner of the low-pass filter that the analysis found [Hz]
+    independent_variance: float
+    corner: float | None
 
 
 @frozen
 class KeysNotRead(Details, code="keys_not_read"):
-    """Keys of another program's file that were not read."""
+    """Keys of another program's file that were not read.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        Names of the keys.
+    """
 
     keys: tuple[str, ...]
 
@@ -93,13 +162,25 @@ class ImportedWithoutIntervals(Details, code="imported_without_intervals"):
 
 @frozen
 class DeviationAsDensity(Details, code="deviation_as_density"):
-    """imu_utils calls the standard deviation of a sample a density."""
+    """imu_utils calls the standard deviation of a sample a density.
 
-    rate: float  # sampling rate by whose root they were divided [Hz]
+    Attributes
+    ----------
+    rate : float
+        Sampling rate by whose root they were divided. [Hz]
+    """
+
+    rate: float
 
 
 @frozen
 class MinimumAsWalk(Details, code="minimum_as_walk"):
-    """imu_utils calls the minimum of the Allan deviation a random walk."""
+    """imu_utils calls the minimum of the Allan deviation a random walk.
 
-    keys: tuple[str, ...]  # ``("gyr_w", "acc_w")``; not read
+    Attributes
+    ----------
+    keys : tuple of str
+        ``("gyr_w", "acc_w")``; not read.
+    """
+
+    keys: tuple[str, ...]

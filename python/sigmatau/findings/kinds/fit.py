@@ -10,12 +10,20 @@ from sigmatau.frozen import frozen
 
 @frozen
 class TooFewTimes:
-    """Not fitted: too few averaging times up to a third of the record."""
+    """Not fitted: too few averaging times up to a third of the record.
+
+    Attributes
+    ----------
+    times, needed : int
+        Averaging times that there are, and that a fit needs.
+    samples : int
+        Length of the record.
+    """
 
     kind: str = field(default="too_few_times", init=False)
-    times: int  # averaging times that there are, and that a fit needs
+    times: int
     needed: int
-    samples: int  # length of the record
+    samples: int
 
 
 @frozen
@@ -27,14 +35,25 @@ class ZeroVariance:
 
 @frozen
 class Misfit:
-    """Not adequate: neither the five terms nor a Gauss-Markov process beside them fit the curve."""
+    """Not adequate: neither the five terms nor a Gauss-Markov process beside them fit the curve.
+
+    Attributes
+    ----------
+    p_value : float or None
+        Largest p-value of the goodness of fit of all models tried; None if no model could be fitted.
+    tau_min : float
+        Shortest averaging time of that fit. [s]
+    tau : float
+        Averaging time with the largest misfit. [s]
+    ratio : float
+        Measured Allan deviation over that of the model at `tau`. [1]
+    """
 
     kind: str = field(default="misfit", init=False)
-    # largest p-value of the goodness of fit of all models tried; None if no model could be fitted
     p_value: float | None
-    tau_min: float  # shortest averaging time of that fit [s]
-    tau: float  # averaging time with the largest misfit [s]
-    ratio: float  # measured Allan deviation over that of the model at `tau`
+    tau_min: float
+    tau: float
+    ratio: float
 
 
 @frozen
@@ -46,16 +65,32 @@ class NoCovariance:
 
 @frozen
 class ShortTimesDeviate:
-    """The shortest averaging times do not follow the model and are left out."""
+    """The shortest averaging times do not follow the model and are left out.
+
+    Attributes
+    ----------
+    cluster_size : int
+        Averaging time with the largest deviation. [samples]
+    ratio : float
+        Measured Allan deviation over that of the model there; below 1 as behind a low-pass filter. [1]
+    """
 
     kind: str = field(default="short_times_deviate", init=False)
-    cluster_size: int  # averaging time with the largest deviation [samples]
-    ratio: float  # measured Allan deviation over that of the model there; below 1 as behind a low-pass filter
+    cluster_size: int
+    ratio: float
 
 
 @frozen
 class IncompleteRecord:
-    """Not fitted: samples are missing, and least squares needs all."""
+    """Not fitted: samples are missing, and least squares needs all.
+
+    Attributes
+    ----------
+    missing : int
+        Samples that are missing.
+    samples : int
+        Samples in the record.
+    """
 
     kind: str = field(default="incomplete_record", init=False)
     missing: int
@@ -71,19 +106,33 @@ class CoarseValues:
 
 @frozen
 class BandLeftOut:
-    """The spectrum from a frequency on has a shape that no model describes, and is left out."""
+    """The spectrum from a frequency on has a shape that no model describes, and is left out.
+
+    Attributes
+    ----------
+    highest : float
+        [Hz]
+    """
 
     kind: str = field(default="band_left_out", init=False)
-    highest: float  # [Hz]
+    highest: float
 
 
 @frozen
 class BandsOff:
-    """Widened: the best model is off the spectrum in some bands."""
+    """Widened: the best model is off the spectrum in some bands.
+
+    Attributes
+    ----------
+    frequency : float
+        Where it is worst. [Hz]
+    ratio : float
+        Measured density over that of the model there. [1]
+    """
 
     kind: str = field(default="bands_off", init=False)
-    frequency: float  # where it is worst [Hz]
-    ratio: float  # measured density over that of the model there
+    frequency: float
+    ratio: float
 
 
 Reason = (
@@ -102,57 +151,117 @@ Reason = (
 
 @frozen
 class TooShort(Details, code="too_short"):
-    """The channel is not fitted."""
+    """The channel is not fitted.
+
+    Attributes
+    ----------
+    reasons : tuple of Reason
+        Why; see the kinds of reasons in this module.
+    missing : float
+        Share of the samples that is missing.
+    """
 
     reasons: tuple[Reason, ...]
-    missing: float = 0.0  # share of the samples that is missing
+    missing: float = 0.0
 
 
 @frozen
 class NoAdequateModel(Details, code="no_adequate_model"):
-    """The coefficients describe the curve and have no intervals."""
+    """The coefficients describe the curve and have no intervals.
+
+    Attributes
+    ----------
+    reasons : tuple of Reason
+        Why; see the kinds of reasons in this module.
+    """
 
     reasons: tuple[Reason, ...]
 
 
 @frozen
 class Widened(Details, code="widened"):
-    """The best model is off the spectrum, and the intervals allow for it; the size is the random walk's, relative."""
+    """The best model is off the spectrum, and the intervals allow for it; the size is the random walk's, relative.
 
-    frequency: float  # where the model is worst [Hz]
-    ratio: float  # measured density over that of the model there
-    allowed: float  # largest standard deviation of the logarithm of the density that the intervals allow for
-    lines: int = 0  # spectral lines of the model
+    Attributes
+    ----------
+    frequency : float
+        Where the model is worst. [Hz]
+    ratio : float
+        Measured density over that of the model there. [1]
+    allowed : float
+        Largest standard deviation of the logarithm of the density that the intervals allow for.
+    lines : int
+        Spectral lines of the model.
+    """
+
+    frequency: float
+    ratio: float
+    allowed: float
+    lines: int = 0
 
 
 @frozen
 class ShortTimesLeftOut(Details, code="short_times_left_out"):
-    """The fit begins beyond the shortest averaging time; the reasons are empty where that was asked for."""
+    """The fit begins beyond the shortest averaging time; the reasons are empty where that was asked for.
 
-    tau_min: float  # [s]
+    Attributes
+    ----------
+    tau_min : float
+        [s]
+    reasons : tuple of Reason
+        Why; see the kinds of reasons in this module.
+    """
+
+    tau_min: float
     reasons: tuple[Reason, ...] = ()
 
 
 @frozen
 class OutOfRange(Details, code="out_of_range"):
-    """The squares of the Allan deviations cannot be squared again in double precision: the channel is not analysed."""
+    """The squares of the Allan deviations cannot be squared again in double precision: the channel is not analysed.
 
-    largest: float  # largest Allan deviation [rate_unit]
+    Attributes
+    ----------
+    largest : float
+        Largest Allan deviation. [rate_unit]
+    rate_unit : str
+        SI unit of the channel.
+    """
+
+    largest: float
     rate_unit: str
 
 
 @frozen
 class ConstantChannel(Details, code="constant_channel"):
-    """The samples differ by no more than rounding: the channel is not analysed."""
+    """The samples differ by no more than rounding: the channel is not analysed.
+
+    Attributes
+    ----------
+    samples : int
+        Samples in the record.
+    value : float or None
+        The first sample; None if only the curve is known. [rate_unit]
+    rate_unit : str
+        SI unit of the channel.
+    """
 
     samples: int
-    value: float | None = None  # the first sample; None if only the curve is known [rate_unit]
+    value: float | None = None
     rate_unit: str = ""
 
 
 @frozen
 class TooFewSamples(Details, code="too_few_samples"):
-    """So many samples are missing that there is no Allan variance: the channel is not analysed."""
+    """So many samples are missing that there is no Allan variance: the channel is not analysed.
+
+    Attributes
+    ----------
+    missing : int
+        Samples that are missing.
+    samples : int
+        Samples in the record.
+    """
 
     missing: int
     samples: int
@@ -160,16 +269,34 @@ class TooFewSamples(Details, code="too_few_samples"):
 
 @frozen
 class Strided(Details, code="strided"):
-    """Long clusters do not begin at every sample."""
+    """Long clusters do not begin at every sample.
 
-    tau: float  # shortest averaging time of such clusters [s]
-    samples: int  # length of the record
-    out_of_memory: bool = False  # whether the reason is that the record does not fit in memory, and not an option
+    Attributes
+    ----------
+    tau : float
+        Shortest averaging time of such clusters. [s]
+    samples : int
+        Length of the record.
+    out_of_memory : bool
+        Whether the reason is that the record does not fit in memory, and not an option.
+    """
+
+    tau: float
+    samples: int
+    out_of_memory: bool = False
 
 
 @frozen
 class NoMap(Details, code="no_map"):
-    """The record is too short for the dynamic Allan deviation."""
+    """The record is too short for the dynamic Allan deviation.
+
+    Attributes
+    ----------
+    samples : int
+        Samples in the record.
+    needed : int
+        Samples that a map needs.
+    """
 
     samples: int
     needed: int
@@ -177,15 +304,29 @@ class NoMap(Details, code="no_map"):
 
 @frozen
 class CheckedInPart(Details, code="checked_in_part"):
-    """Only the beginning of a long record is checked for faults."""
+    """Only the beginning of a long record is checked for faults.
 
-    checked: int  # samples that are checked, and all
+    Attributes
+    ----------
+    checked, samples : int
+        Samples that are checked, and all.
+    duration : float
+        Of the samples that are checked. [s]
+    """
+
+    checked: int
     samples: int
-    duration: float  # of the samples that are checked [s]
+    duration: float
 
 
 @frozen
 class CheckedWithoutFit(Details, code="checked_without_fit"):
-    """The record is too long for a quick fit, so that the checks that need a fit are left out."""
+    """The record is too long for a quick fit, so that the checks that need a fit are left out.
 
-    samples: int  # of all channels together
+    Attributes
+    ----------
+    samples : int
+        Of all channels together.
+    """
+
+    samples: int

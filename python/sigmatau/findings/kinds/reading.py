@@ -14,132 +14,270 @@ from sigmatau.frozen import frozen
 
 @frozen(kw_only=False)
 class Place:
-    """A place in a file."""
+    """A place in a file.
 
-    # what is counted: ``"byte"``, ``"line"``, ``"row"``, ``"message"``, ``"batch"``, ``"row group"`` or ``"segment"``.
-    # Bytes and rows count from 0, the others from 1
+    Attributes
+    ----------
+    unit : str
+        What is counted: ``"byte"``, ``"line"``, ``"row"``, ``"message"``, ``"batch"``, ``"row group"`` or
+        ``"segment"``. Bytes and rows count from 0, the others from 1.
+    number : int
+        Which one.
+    of : int or None
+        How many of them the file has.
+    byte : int or None
+        Where the unit begins. [bytes]
+    """
+
     unit: str
     number: int
-    of: int | None = None  # how many of them the file has
-    byte: int | None = None  # where the unit begins [bytes]
+    of: int | None = None
+    byte: int | None = None
 
 
 @frozen
 class InFile(Details):
-    """Base of findings about a file."""
+    """Base of findings about a file.
 
-    part: str = ""  # name of the file, if the log is split into several
+    Attributes
+    ----------
+    part : str
+        Name of the file, if the log is split into several.
+    """
+
+    part: str = ""
 
 
 @frozen
 class Damaged(InFile, code="damaged"):
-    """A file that is damaged at a place, or truncated there. It is read up to it."""
+    """A file that is damaged at a place, or truncated there. It is read up to it.
+
+    Attributes
+    ----------
+    truncated : bool
+        Whether the file ends there.
+    what : str
+        What is damaged: ``"file"``, ``"array"``, ``"variable acc"`` ….
+    place : Place or None
+        Where; None if that is not known.
+    inside : str
+        What the place lies in: ``"message"``, ``"line"``, ``"row"``; empty if that is not known.
+    reason : str
+        The fault, as the decoder or a library calls it; may be empty.
+    kept : int or None
+        How many rows or messages are read.
+    declared : int or None
+        How many the file declares.
+    counted, topic : str
+        What `kept` and `declared` count.
+    """
 
     truncated: bool = False
-    what: str = "file"  # what is damaged: ``"file"``, ``"array"``, ``"variable acc"`` …
+    what: str = "file"
     place: Place | None = None
-    # what the place lies in: ``"message"``, ``"line"``, ``"row"``; empty if that is not known
     inside: str = ""
-    reason: str = ""  # the fault, as the decoder or a library calls it; may be empty
-    kept: int | None = None  # how many rows or messages are read
-    declared: int | None = None  # how many the file declares
-    counted: str = "rows"  # what `kept` and `declared` count
+    reason: str = ""
+    kept: int | None = None
+    declared: int | None = None
+    counted: str = "rows"
     topic: str = ""
 
 
 @frozen
 class PartMissing(InFile, code="part_missing"):
-    """A file of a split log that is missing, or cannot be read for a `reason`; or the only one that is read."""
+    """A file of a split log that is missing, or cannot be read for a `reason`; or the only one that is read.
 
-    number: int  # of the file, counted from 1
+    Attributes
+    ----------
+    number, of : int
+        Of the file, counted from 1.
+    reason : str
+        Why it cannot be read; empty if it is missing.
+    alone : bool
+        Whether it is the only part that is read.
+    """
+
+    number: int
     of: int
     reason: str = ""
-    alone: bool = False  # whether it is the only part that is read
+    alone: bool = False
 
 
 @frozen
 class SkippedMessages(InFile, code="skipped_messages"):
-    """Messages or lines that are left out: damaged ones, or those of other types. An error if rows are missing for it."""
+    """Messages or lines that are left out: damaged ones, or those of other types. An error if rows are missing for it.
+
+    Attributes
+    ----------
+    count : int
+        How many.
+    unit : {"lines", "messages"}
+        What is counted.
+    other : bool
+        Whether they are of other types, and whole.
+    place : Place or None
+        Of the first, or of the first of those that stand in place of rows.
+    example : str
+        What is wrong with one of them, or its type.
+    kept : int or None
+        How many are read; None if that is not known.
+    """
 
     count: int
     unit: Literal["lines", "messages"] = "messages"
-    other: bool = False  # whether they are of other types, and whole
-    place: Place | None = None  # of the first, or of the first of those that stand in place of rows
-    example: str = ""  # what is wrong with one of them, or its type
+    other: bool = False
+    place: Place | None = None
+    example: str = ""
     kept: int | None = None
 
 
 @frozen
 class BytesNotRead(InFile, code="bytes_not_read"):
-    """Bytes before or after the contents: padding, or possibly another log."""
+    """Bytes before or after the contents: padding, or possibly another log.
+
+    Attributes
+    ----------
+    bytes : int
+        How many. [bytes]
+    place : Place
+        Where they begin.
+    after : str
+        What ends there: ``"the array"``; empty if they precede what is read.
+    padding : bool
+        Whether all of them are 0 or 255.
+    """
 
     bytes: int
     place: Place
-    after: str = ""  # what ends there: ``"the array"``; empty if they precede what is read
-    padding: bool = False  # whether all of them are 0 or 255
+    after: str = ""
+    padding: bool = False
 
 
 @frozen
 class MissingChunks(InFile, code="missing_chunks"):
-    """Chunks of an array that are not stored. Their samples are missing."""
+    """Chunks of an array that are not stored. Their samples are missing.
+
+    Attributes
+    ----------
+    array : str
+        Name of the array.
+    count : int
+        Chunks that are not stored.
+    of : int
+        Chunks of the array.
+    first : int
+        First row of the first of them.
+    """
 
     array: str
     count: int
     of: int
-    first: int  # first row of the first of them
+    first: int
 
 
 @frozen
 class SkippedLines(InFile, code="skipped_lines"):
     """Lines of a text table that are left out: rows behind a comment mark, a last line without a line end, or all
     lines from a header on that names other columns.
+
+    Attributes
+    ----------
+    what : {"comments", "last", "header"}
+        Which of these they are.
+    line : int or None
+        The first of them.
+    count : int
+        How many lines.
+    kept : int or None
+        How many rows are read.
     """
 
     what: Literal["comments", "last", "header"]
-    line: int | None = None  # the first of them
+    line: int | None = None
     count: int = 1
     kept: int | None = None
 
 
 @frozen
 class NeverWritten(InFile, code="never_written"):
-    """Zeros at the end of a preallocated file."""
+    """Zeros at the end of a preallocated file.
 
-    rows: int  # number of all rows, and of the rows at the end that are zero. The row before them is left out too
+    Attributes
+    ----------
+    rows, zeros, kept : int
+        Number of all rows, of the rows at the end that are zero, and of those that are read. The row before the zeros
+        is left out too.
+    column : str
+        The column that is zero; empty for all columns.
+    """
+
+    rows: int
     zeros: int
     kept: int
-    column: str = ""  # the column that is zero; empty for all columns
+    column: str = ""
 
 
 @frozen
 class ColumnsByGravity(InFile, code="columns_by_gravity"):
-    """Columns without names, whose accelerometers are detected by gravity."""
+    """Columns without names, whose accelerometers are detected by gravity.
 
-    gyro: tuple[int, int]  # first and last column
+    Attributes
+    ----------
+    gyro, accel : (int, int)
+        First and last column.
+    time : int or None
+        The time column.
+    gravity, other : float
+        Size of the mean of the accelerometer's and of the gyro's columns, [units of the file]
+    """
+
+    gyro: tuple[int, int]
     accel: tuple[int, int]
-    time: int | None  # the time column
-    gravity: float  # size of the mean of the accelerometer's and of the gyro's columns, in the units of the file
+    time: int | None
+    gravity: float
     other: float
 
 
 @frozen
 class GravityOnGyro(InFile, code="gravity_on_gyro"):
-    """The columns that are read as the gyro have the mean of gravity, and those of the accelerometer have not."""
+    """The columns that are read as the gyro have the mean of gravity, and those of the accelerometer have not.
 
-    gyro: float  # size of the mean of each, in the unit of the file
+    Attributes
+    ----------
+    gyro, accel : float
+        Size of the mean of each, [unit of the file]
+    """
+
+    gyro: float
     accel: float
 
 
 @frozen
 class Unusable(InFile, code="unusable"):
-    """A table that cannot be read; `reason` is the text of the error."""
+    """A table that cannot be read.
+
+    Attributes
+    ----------
+    reason : str
+        Text of the error.
+    """
 
     reason: str
 
 
 @frozen
 class LoggerDropouts(InFile, code="dropouts"):
-    """Times when the logger lost data, as it reports: number, total duration and longest one. [s]"""
+    """Times when the logger lost data, as it reports.
+
+    Attributes
+    ----------
+    count : int
+        How many.
+    total : float
+        Their duration together. [s]
+    longest : float
+        Duration of the longest. [s]
+    """
 
     count: int
     total: float
@@ -148,9 +286,19 @@ class LoggerDropouts(InFile, code="dropouts"):
 
 @frozen
 class UnitOverruled(InFile, code="unit_overruled"):
-    """A unit given by the user that differs from the one that the file states."""
+    """A unit given by the user that differs from the one that the file states.
+
+    Attributes
+    ----------
+    given, stated : str
+        Unit by the user, and by the file.
+    known : bool
+        Whether the unit stated is a known unit of the quantity.
+    scaled : bool
+        Whether a scale is given.
+    """
 
     given: str
     stated: str
-    known: bool = True  # whether the unit stated is a known unit of the quantity
-    scaled: bool = False  # whether a scale is given
+    known: bool = True
+    scaled: bool = False

@@ -10,47 +10,101 @@ from sigmatau.frozen import frozen
 
 @frozen
 class Motion:
-    """The strongest sign that a sensor moves."""
+    """The strongest sign that a sensor moves.
+
+    Attributes
+    ----------
+    channel : str
+        That shows it.
+    quantity : str
+        Of the channel.
+    size : float
+        Change of the mean from one averaging time to the next, or the mean rate. [SI unit]
+    times : float
+        Size over that of the noise at rest, or over the largest bias. [1]
+    tau : float
+        Averaging time. [s]
+    """
 
     channel: str
-    quantity: str  # of the channel
-    kind: Literal["varies", "turns"]  # means that vary beyond noise, or a mean rate beyond any bias
-    size: float  # change of the mean from one averaging time to the next, or the mean rate [SI unit]
-    times: float  # size over that of the noise at rest, or over the largest bias
-    tau: float  # averaging time [s]
+    quantity: str
+    kind: Literal["varies", "turns"]
+    size: float
+    times: float
+    tau: float
 
 
 @frozen
 class NotAtRest(Details, code="not_at_rest"):
-    """The sensor moves: no coefficients are given."""
+    """The sensor moves: no coefficients are given.
+
+    Attributes
+    ----------
+    motion : Motion
+        The strongest sign of it.
+    duration : float
+        Of the record. [s]
+    still : tuple of (float, float)
+        Longest stretches at rest, the longest first, from the beginning of the log. [s]
+    """
 
     motion: Motion
-    duration: float  # of the record [s]
-    still: tuple[Span, ...] = ()  # longest stretches at rest, the longest first, from the beginning of the log [s]
+    duration: float
+    still: tuple[Span, ...] = ()
 
 
 @frozen
 class KeptOfStream:
-    """What is analysed of a stream: from `start` to `stop`, from the beginning of the log, without `left_out`. [s]"""
+    """What is analysed of a stream, from the beginning of the log.
+
+    Attributes
+    ----------
+    stream : str
+        Name of the stream.
+    start : float
+        Beginning. [s]
+    stop : float
+        End. [s]
+    left_out : float
+        Length of the stretches within that are left out. [s]
+    share : float
+        Of the record that is left. [1]
+    """
 
     stream: str
     start: float
     stop: float
-    left_out: float  # length of the stretches within that are left out
-    share: float  # of the record that is left
+    left_out: float
+    share: float
 
 
 @frozen
 class PartlyAtRest(Details, code="partly_at_rest"):
-    """The sensor moves for a part of the record, which is left out."""
+    """The sensor moves for a part of the record, which is left out.
+
+    Attributes
+    ----------
+    motion : Motion
+        The strongest sign of it.
+    moved : tuple of (float, float)
+        In order of time, from the beginning of the log. [s]
+    kept : tuple of KeptOfStream
+        By stream.
+    """
 
     motion: Motion
-    moved: tuple[Span, ...]  # in order of time, from the beginning of the log [s]
+    moved: tuple[Span, ...]
     kept: tuple[KeptOfStream, ...]
 
 
 @frozen
 class AssumedAtRest(Details, code="assumed_at_rest"):
-    """The sensor moves, and is analysed as if it rested, as asked."""
+    """The sensor moves, and is analysed as if it rested, as asked.
+
+    Attributes
+    ----------
+    motion : Motion
+        The strongest sign of it.
+    """
 
     motion: Motion

@@ -8,7 +8,15 @@ from sigmatau.frozen import frozen
 
 @frozen
 class InStretches(Details, code="in_stretches"):
-    """A record that was too large for one process: its curve is complete, and its samples were not checked."""
+    """A record that was too large for one process: its curve is complete, and its samples were not checked.
+
+    Attributes
+    ----------
+    stretches : int
+        How many.
+    samples : int
+        Samples of the record.
+    """
 
     stretches: int
     samples: int
@@ -16,9 +24,19 @@ class InStretches(Details, code="in_stretches"):
 
 @frozen
 class PairsAcrossGaps(Details, code="pairs_across_gaps"):
-    """Missing samples of a record in stretches: pairs of clusters across a gap are left out."""
+    """Missing samples of a record in stretches: pairs of clusters across a gap are left out.
 
-    missing: int  # samples
+    Attributes
+    ----------
+    missing, samples : int
+        Samples.
+    longest : float
+        Averaging time that the curve reaches. [s]
+    fitted : float
+        Up to which the fit uses it: at least 9 of 10 pairs are left [s]; 0 without a fit.
+    """
+
+    missing: int
     samples: int
-    longest: float  # averaging time that the curve reaches [s]
-    fitted: float  # up to which the fit uses it: at least 9 of 10 pairs are left [s]; 0 without a fit
+    longest: float
+    fitted: float

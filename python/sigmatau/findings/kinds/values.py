@@ -10,12 +10,24 @@ from sigmatau.frozen import frozen
 
 @frozen
 class HeldRuns(Details):
-    """Runs of samples that are not the sensor's: base of `Dropout` and `StuckSamples`. Of the channel with the most."""
+    """Runs of samples that are not the sensor's: base of `Dropout` and `StuckSamples`. Of the channel with the most.
 
-    samples: int  # samples concerned
-    share: float  # part of all samples
-    runs: int  # number of runs
-    start: float  # beginning of the longest run, from the beginning of the record, and its length [s]
+    Attributes
+    ----------
+    samples : int
+        Samples concerned.
+    share : float
+        Part of all samples. [1]
+    runs : int
+        Number of runs.
+    start, longest : float
+        Beginning of the longest run, from the beginning of the record, and its length. [s]
+    """
+
+    samples: int
+    share: float
+    runs: int
+    start: float
     longest: float
 
 
@@ -31,115 +43,245 @@ class StuckSamples(HeldRuns, code="stuck_samples"):
 
 @frozen
 class Saturation(Details, code="saturation"):
-    """Samples at an end of the measuring range."""
+    """Samples at an end of the measuring range.
 
-    strongest: str  # the channel with the largest effect, which all numbers are of
-    samples: int  # samples at an end of the range
-    share: float  # part of all samples
-    low: float | None  # the ends that are reached [unit]
+    Attributes
+    ----------
+    strongest : str
+        The channel with the largest effect, which all numbers are of.
+    samples : int
+        Samples at an end of the range.
+    share : float
+        Part of all samples. [1]
+    low, high : float or None
+        The ends that are reached. [unit]
+    unit : str
+        Of the stream; SI.
+    start : float
+        Time of the first of these samples, from the beginning of the record. [s]
+    longest : float
+        Longest run of one value; 0 if no run is longer than the noise can explain. [s]
+    spread : bool
+        Whether these samples are spread over the whole record, so that the effect on white noise is known.
+    """
+
+    strongest: str
+    samples: int
+    share: float
+    low: float | None
     high: float | None
     unit: str
-    start: float  # time of the first of these samples, from the beginning of the record [s]
-    longest: float  # longest run of one value; 0 if no run is longer than the noise can explain [s]
-    spread: bool  # whether these samples are spread over the whole record, so that the effect on white noise is known
+    start: float
+    longest: float
+    spread: bool
 
 
 @frozen
 class RepeatedSamples(Details, code="repeated_samples"):
-    """Samples that equal the one before, more often than chance makes them."""
+    """Samples that equal the one before, more often than chance makes them.
 
-    # a sensor at a lower rate than its log; copies at irregular places; single rows that are in the log twice
+    Attributes
+    ----------
+    pattern : {"held", "irregular", "rows"}
+        A sensor at a lower rate than its log; copies at irregular places; single rows that are in the log twice.
+    copies : int
+        Samples that equal the one before.
+    share : float
+        Part of all samples. [1]
+    times : float
+        How often a sample occurs on average. [1]
+    shortest, longest : int
+        How often a sample occurs, without the rarest 2.5 % at either end.
+    log_rate : float
+        Rate of the rows. [Hz]
+    sensor_rate : float
+        Rate of distinct samples. [Hz]
+    rate_given : bool
+        Whether the rate was given by the user, so that it may be the sensor's and not that of the rows.
+    sigma_one_sample : float
+        σ at one sample over that of white noise with the same σ at long averaging times. [1]
+    right_from : int
+        Number of samples from which on σ is right.
+    walk_at_log_rate, walk_at_sensor_rate : float
+        Random walk over the sensor's own, if the sensor runs at the rate of the log or at that of distinct samples. [1]
+    """
+
     pattern: Literal["held", "irregular", "rows"]
-    copies: int  # samples that equal the one before
-    share: float  # part of all samples
-    times: float  # how often a sample occurs on average
-    shortest: int  # how often a sample occurs, without the rarest 2.5 % at either end
+    copies: int
+    share: float
+    times: float
+    shortest: int
     longest: int
-    log_rate: float  # rate of the rows [Hz]
-    sensor_rate: float  # rate of distinct samples [Hz]
-    rate_given: bool  # whether the rate was given by the user, so that it may be the sensor's and not that of the rows
-    sigma_one_sample: float  # σ at one sample over that of white noise with the same σ at long averaging times
-    right_from: int  # number of samples from which on σ is right
-    # random walk over the sensor's own, if the sensor runs at the rate of the log or at that of distinct samples
+    log_rate: float
+    sensor_rate: float
+    rate_given: bool
+    sigma_one_sample: float
+    right_from: int
     walk_at_log_rate: float
     walk_at_sensor_rate: float
 
 
 @frozen
 class Upsampled:
-    """How all samples were interpolated from a lower rate."""
+    """How all samples were interpolated from a lower rate.
 
-    sensor_rate: float  # rate of the samples before, and of the log [Hz]
+    Attributes
+    ----------
+    sensor_rate, log_rate : float
+        Rate of the samples before, and of the log. [Hz]
+    aligned : bool
+        Whether the sensor's samples are among those of the log.
+    sigma_one_sample : float
+        σ at one sample over that of the sensor's white noise. [1]
+    right_from : float
+        Averaging time from which on σ is right. [s]
+    """
+
+    sensor_rate: float
     log_rate: float
-    aligned: bool  # whether the sensor's samples are among those of the log
-    sigma_one_sample: float  # σ at one sample over that of the sensor's white noise
-    right_from: float  # averaging time from which on σ is right [s]
+    aligned: bool
+    sigma_one_sample: float
+    right_from: float
 
 
 @frozen
 class FilledOutages:
-    """Long stretches that were filled in with straight lines."""
+    """Long stretches that were filled in with straight lines.
+
+    Attributes
+    ----------
+    count : int
+        How many.
+    start, longest : float
+        Beginning of the longest, from the beginning of the record, and its length. [s]
+    """
 
     count: int
-    start: float  # beginning of the longest, from the beginning of the record, and its length [s]
+    start: float
     longest: float
 
 
 @frozen
 class FilledSamples:
-    """Single lost samples that were filled in with straight lines."""
+    """Single lost samples that were filled in with straight lines.
 
-    random_walk: float  # random walk over the sensor's own, at all averaging times of more than some samples
-    sigma_one_sample: float  # σ at one sample over the sensor's own
+    Attributes
+    ----------
+    random_walk : float
+        Random walk over the sensor's own, at all averaging times of more than some samples. [1]
+    sigma_one_sample : float
+        σ at one sample over the sensor's own. [1]
+    """
+
+    random_walk: float
+    sigma_one_sample: float
 
 
 @frozen
 class Interpolated(Details, code="interpolated"):
-    """Samples on the straight line through their neighbours: all made from a lower rate, or lost ones filled in."""
+    """Samples on the straight line through their neighbours: all made from a lower rate, or lost ones filled in.
 
-    strongest: str  # the channel which all numbers are of
-    share: float  # part of the samples that were made up: single ones if there are `singles`, else all
+    Attributes
+    ----------
+    strongest : str
+        The channel which all numbers are of.
+    share : float
+        Part of the samples that were made up: single ones if there are `singles`, else all. [1]
+    upsampled : Upsampled or None
+        If all samples were made from a lower rate.
+    outages : FilledOutages or None
+        If long stretches were filled in.
+    singles : FilledSamples or None
+        If single samples were filled in.
+    """
+
+    strongest: str
+    share: float
     upsampled: Upsampled | None = None
     outages: FilledOutages | None = None
-    singles: FilledSamples | None = None  # those of the three that were found
+    singles: FilledSamples | None = None
 
 
 @frozen
 class CoarseResolution(Details, code="coarse_resolution"):
-    """A step of the numbers that is coarse against the noise."""
+    """A step of the numbers that is coarse against the noise.
 
-    step: float  # step of the numbers and standard deviation of the white part of a sample [unit]
+    Attributes
+    ----------
+    step, noise : float
+        Step of the numbers and standard deviation of the white part of a sample. [unit]
+    unit : str
+        Of the stream; SI.
+    rounding : {"quantization", "white", "unknown"}
+        What rounding adds: quantization noise to increments, white noise to rates; neither below half a step of noise.
+    added : float or None
+        Coefficient of the noise added: Q [unit·s], at most, or N [unit·√s]; None if unknown.
+    """
+
+    step: float
     noise: float
     unit: str
-    # what rounding adds: quantization noise to increments, white noise to rates; neither below half a step of noise
     rounding: Literal["quantization", "white", "unknown"]
-    added: float | None  # coefficient of the noise added: Q [unit·s], at most, or N [unit·√s]; None if unknown
+    added: float | None
 
 
 @frozen
 class ImplausibleUnit(Details, code="implausible_unit"):
-    """Samples that are probably in another unit than stated."""
+    """Samples that are probably in another unit than stated.
 
-    # mean of an accelerometer triad; a step known from datasheets; noise beyond that of all gyros; a bias too large for
-    # gyros with so little noise
+    Attributes
+    ----------
+    evidence : {"gravity", "step", "noise", "bias"}
+        Mean of an accelerometer triad; a step known from datasheets; noise beyond that of all gyros; a bias too large
+        for gyros with so little noise.
+    quantity : str
+        What the stream measures.
+    stated, likely : str
+        The unit that was stated, and the one that the samples look like; empty if no unit explains them.
+    option : str
+        Option of the command line that corrects it; empty if only a scale for raw counts can.
+    mean : float or None
+        Length of the mean vector. [SI unit of the stream]
+    noise : float or None
+        White noise. [SI unit of the stream, per √Hz]
+    step : float or None
+        Step of the numbers. [SI unit of the stream]
+    sensitivity : float or None
+        The known sensitivity that the step agrees with. [LSB per deg/s]
+    times : float or None
+        White noise over that of the noisiest gyros. [1]
+    """
+
     evidence: Literal["gravity", "step", "noise", "bias"]
-    quantity: str  # what the stream measures
-    stated: str = ""  # the unit that was stated, and the one that the samples look like; empty if no unit explains them
+    quantity: str
+    stated: str = ""
     likely: str = ""
-    option: str = ""  # option of the command line that corrects it; empty if only a scale for raw counts can
-    mean: float | None = None  # length of the mean vector [SI unit of the stream]
-    noise: float | None = None  # white noise [SI unit of the stream, per √Hz]
-    step: float | None = None  # step of the numbers [SI unit of the stream]
-    sensitivity: float | None = None  # the known sensitivity that the step agrees with [LSB per deg/s]
-    times: float | None = None  # white noise over that of the noisiest gyros
+    option: str = ""
+    mean: float | None = None
+    noise: float | None = None
+    step: float | None = None
+    sensitivity: float | None = None
+    times: float | None = None
 
 
 @frozen
 class Gravity(Details, code="gravity"):
-    """A mean acceleration that is not gravity."""
+    """A mean acceleration that is not gravity.
 
-    mean: float  # length of the mean vector [m/s^2]
-    deviation: float  # how far it is from standard gravity, as a part of it; negative if less
-    low: float  # gravity on the ground [m/s^2]
+    Attributes
+    ----------
+    mean : float
+        Length of the mean vector. [m/s^2]
+    deviation : float
+        How far it is from standard gravity, as a part of it; negative if less. [1]
+    low, high : float
+        Gravity on the ground. [m/s^2]
+    cause : {"bias_or_scale", "removed", "unknown"}
+        What it may come from.
+    """
+
+    mean: float
+    deviation: float
+    low: float
     high: float
     cause: Literal["bias_or_scale", "removed", "unknown"]

@@ -57,43 +57,69 @@ def read(
     rate : float, optional
         Sampling rate, if the file has no time column or its time stamps are wrong. [Hz]
     unit : mapping, optional
-        Unit by channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``) or of the time stamps (``"time"``). It overrules
-        the unit in the file. A signal may have any unit, ``"1"`` for none.
+        Unit by channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``) or of the time stamps (``"time"``). It
+        overrules the unit in the file. A signal may have any unit, ``"1"`` for none.
     channels : mapping, optional
         Channel to column: a name, a number counted from 1, or three numbers for a sensor, e.g. ``{"time": "stamp",
         "gyro_x": 2, "accel": "5:7", "phase": "x"}``. Names that do not begin with ``gyro`` or ``accel`` are signals.
-        Then only these are read, and the time column if it is recognised. With ``"time"`` alone the sensors are recognised
-        by name, and ``{"time": "none"}`` ignores the time stamps. By default all channels are recognised by name.
+        Then only these are read, and the time column if it is recognised. With ``"time"`` alone the sensors are
+        recognised by name, and ``{"time": "none"}`` ignores the time stamps. By default all channels are recognised by
+        name.
     input : {"rate", "increments", "accumulated"}
-        Kind of the numbers: rates; the angle or velocity increment of a sample interval; or the accumulated increments, of
-        which N points give N-1 rates.
-    scale, offset : mapping, optional
-        By channel or sensor, for counts or volts: value = (raw - offset) * scale, in the stated unit. ``"time"`` may have a
-        scale too.
+        Kind of the numbers: rates; the angle or velocity increment of a sample interval; or the accumulated increments,
+        of which N points give N-1 rates.
+    scale, offset : mapping of str to float, optional
+        By channel or sensor, for counts or volts: value = (raw - offset) * scale, in the stated unit. ``"time"`` may
+        have a scale too. [stated unit per count; counts]
     topic : str or sequence of str, optional
-        Topic, message or variable to read, if the file has several; or one for each sensor. By default the only one whose
-        column names are those of a gyro and an accelerometer, or the only one of each.
+        Topic, message or variable to read, if the file has several; or one for each sensor. By default the only one
+        whose column names are those of a gyro and an accelerometer, or the only one of each.
     layout : str, optional
-        Fields of a row of a raw binary file, in order, such as ``"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"``. A field
-        is a count (default 1), a NumPy type (i1 to i8, u1 to u8, f4, f8), a name, and an optional unit in brackets. A count
-        of three gives x, y and z. ``<`` (low byte first, the usual order) and ``>`` (high byte first) hold for all fields
-        that follow. ``4x`` skips four bytes, and ``header 512`` at the beginning skips 512 bytes before the first row.
+        Fields of a row of a raw binary file, in order, such as ``"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"``. A
+        field is a count (default 1), a NumPy type (i1 to i8, u1 to u8, f4, f8), a name, and an optional unit in
+        brackets. A count of three gives x, y and z. ``<`` (low byte first, the usual order) and ``>`` (high byte first)
+        hold for all fields that follow. ``4x`` skips four bytes, and ``header 512`` at the beginning skips 512 bytes
+        before the first row.
     max_expansion : float, optional
         Largest ratio of unpacked to compressed size. Default: 100; up to 64 MiB are always unpacked.
 
     Returns
     -------
     Record
-        Streams ``gyro`` (rad/s), ``accel`` (m/s²) and one for each signal (in its own unit); each channel of shape (n,).
-        `Record.provenance` lists the conversions, `Record.findings` the faults of the file and of its time stamps.
+        Streams ``gyro`` (rad/s), ``accel`` (m/s²) and one for each signal (in its own unit); each channel of shape
+        (n,), NaN where a value is missing or infinite. `Record.provenance` lists the conversions, `Record.findings`
+        the faults of the file and of its time stamps.
 
     Raises
     ------
     OptionError
         If an option is missing (no rate, no unit, no column recognised) or wrong.
     DataError
-        If the file is missing, empty, damaged or of an unknown format; if a row has another length or contains a non-numeric
-        value; if time goes backwards. Subclasses: `NonFiniteError` for an infinite value, and `RecordTooShortError`.
+        If the file is missing, empty, damaged or of an unknown format; if a row has another length or contains a
+        non-numeric value; if time goes backwards.
+    NonFiniteError
+        If more than half of the rows have no time stamp.
+    RecordTooShortError
+        For fewer than 4 samples.
+
+    See Also
+    --------
+    from_frame : a record from a data frame.
+    inspect : what a file contains.
+    write : writes a record.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     log = pathlib.Path(folder) / "log.csv"
+    ...     _ = st.simulate_to(log, model, duration=10, rate=100, rng=1)
+    ...     record = st.read(log)
+    >>> record
+    Record of 1 stream
+      gyro: gyro_x [rad/s], 1000 samples at 100 Hz (10 s)
     """
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic

@@ -55,10 +55,27 @@ def from_frame(
     OptionError
         If an argument is missing or wrong.
     DataError
-        If columns have unequal lengths or non-numeric values, or time goes backwards; `NonFiniteError` for an infinite
-        value, `RecordTooShortError`.
+        If columns have unequal lengths or non-numeric values, or time goes backwards.
+    NonFiniteError
+        If more than half of the rows have no time stamp.
+    RecordTooShortError
+        For fewer than 4 samples.
     TypeError
         If `frame` is not a data frame.
+
+    See Also
+    --------
+    read : a record from a file.
+    Record.from_arrays : a record from arrays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> frame = {"time [s]": np.arange(1000) / 100, "gyro_x [deg/s]": np.zeros(1000)}
+    >>> st.from_frame(frame)
+    Record of 1 stream
+      gyro: gyro_x [rad/s], 1000 samples at 100 Hz (10 s)
     """
     options = Options.check(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=None

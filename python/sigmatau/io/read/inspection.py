@@ -27,42 +27,94 @@ _LISTED = 40
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnInfo:
-    """A column of a table."""
+    """A column of a table.
 
-    name: str  # As the file has it; empty if it has none
-    channel: str | None  # The channel it is recognised as: ``"gyro_x"``, ``"time"`` …; None if it is not recognised
-    unit: str | None  # As the file spells it; None if it states none
+    Attributes
+    ----------
+    name : str
+        As the file has it; empty if it has none.
+    channel : str or None
+        The channel it is recognised as, ``"gyro_x"``, ``"time"`` …; None if it is not recognised.
+    unit : str or None
+        As the file spells it; None if it states none.
+    """
+
+    name: str
+    channel: str | None
+    unit: str | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableInfo:
-    """A table of a file."""
+    """A table of a file.
 
-    topic: str  # Name in the file; empty if the file has only one table
-    rows: int | None  # Number of rows; None if they were not counted
+    Attributes
+    ----------
+    topic : str
+        Name in the file; empty if the file has one table only.
+    rows : int or None
+        Number of rows; None if they were not counted.
+    columns : tuple of ColumnInfo
+    rate : float or None
+        Sampling rate; None if it was not found. [Hz]
+    rate_source : str
+        How the rate was found; empty if it was not.
+    notes : tuple of str
+        Properties of the table, and conversions on reading.
+    findings : tuple of Finding
+        Faults of the table.
+    chosen : bool
+        Whether the table is read by default.
+    wanting : str
+        Options that are needed to analyse it, in words, as they are typed; empty if there are none.
+    """
+
+    topic: str
+    rows: int | None
     columns: tuple[ColumnInfo, ...]
-    rate: float | None = None  # Sampling rate. [Hz]
-    rate_source: str = ""  # How the rate was found; empty if it was not
-    notes: tuple[str, ...] = ()  # Properties of the table, and conversions on reading
+    rate: float | None = None
+    rate_source: str = ""
+    notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
-    chosen: bool = False  # Whether the table is read by default
-    wanting: str = ""  # Options that are needed to analyse it, in words, as they are typed; empty if none
+    chosen: bool = False
+    wanting: str = ""
 
     def to_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
         columns = [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns]
         return plain(self, "topic rows rate_hz=rate rate_source notes findings chosen wanting", columns=columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Inspection(Printed):
-    """The contents of a file."""
+    """The contents of a file, and the findings about them.
+
+    Attributes
+    ----------
+    path : str
+        The file, as given.
+    format : str
+        Name of the format.
+    tables : tuple of TableInfo
+        In the order of the file.
+    wanting : str
+        Options that are needed to analyse the file, in words, such as the topic; empty if there are none.
+    checks : tuple of Finding
+        Findings about the samples of the tables that are read by default.
+    record : Record or None
+        The record that would be analysed; None if options are needed first.
+
+    See Also
+    --------
+    sigmatau.inspect : makes it.
+    """
 
     path: str
     format: str
     tables: tuple[TableInfo, ...]
-    wanting: str = ""  # Options that are needed to analyse the file, in words, such as the topic; empty if none
-    checks: tuple[Finding, ...] = ()  # Findings about the samples of the tables that are read by default
-    record: Record | None = None  # The record that would be analysed; None if options are needed first
+    wanting: str = ""
+    checks: tuple[Finding, ...] = ()
+    record: Record | None = None
 
     @property
     def findings(self) -> tuple[Finding, ...]:

@@ -45,10 +45,13 @@ class LiveStretches:
         input: Literal["rate", "increments"],  # noqa: A002  as in `Accumulator`
         assumed: bool,
     ) -> None:
-        self.channels, self.rate, self.unit, self.input = tuple(channels), rate, dict(unit), input
+        self.channels: tuple[str, ...] = tuple(channels)
+        self.rate = rate
+        self.unit: dict[str, str] = dict(unit)
+        self.input = input
         self.assumed = assumed
-        self.judged = PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
-        self.n = 0  # samples that came
+        self.judged: bool = PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
+        self.n: int = 0  # samples that came
         self.motion: Motion | None = None  # the strongest
         self._block = min(max(round(_BLOCK * rate), _LEAST_BLOCK), _MOST_BLOCK)
         self._before: Floats = np.empty((0, len(self.channels)))  # the last block that was summed

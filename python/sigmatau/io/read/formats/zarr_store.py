@@ -172,7 +172,8 @@ class ChunkedRows(Rows):
     """
 
     def __init__(self, array: Any, name: str, *, scale: tuple[float, float] = (1.0, 0.0)) -> None:  # noqa: ANN401
-        self._array, self.name, self._scale = array, name, scale
+        self._array, self._scale = array, scale
+        self.name = name
         self._whole = array.dtype.kind in "iu"
         self._blosc = _by_blosc(array)
         self._twins = [_with_fill(array, fill) for fill in ((0, 1) if self._whole else (math.nan,))]

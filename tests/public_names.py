@@ -1,0 +1,203 @@
+"""The public surface of sigmatau, defined here once for the tests of docstrings, types and errors.
+
+A name is public if a user meets it:
+
+1. the names of `sigmatau.__all__`;
+2. names that a page of the documentation imports from a submodule;
+3. the classes of sigmatau that an argument, a result or a field of a public name has.
+
+Of a public class its methods, properties and fields without an underscore are public, inherited ones of sigmatau included;
+except `INTERNAL`, which other rooms of the package need. The kinds of findings (`KINDS`) are public as data.
+"""
+
+import ast
+import functools
+import importlib
+import inspect
+import json
+import re
+import sys
+import typing
+from dataclasses import fields, is_dataclass
+
+import sigmatau
+from conftest import ROOT
+from sigmatau.findings.finding import Details
+
+# Attributes that are not for users, and why they are not underscored: another module of the package reads them.
+INTERNAL = {
+    "RunComparison.table": "rows of all runs as arrays; users have columns() and values()",
+    "RunComparison.cells": "groups of these rows; users have comparison[group, channel, term]",
+    "RunComparison.effects": "estimates of these groups; users have row() and judgements()",
+}
+
+PRIVATE = "sigmatau._"  # no page imports the extension and its door for a user
+
+
+@functools.cache
+def exported():
+    """The names of `sigmatau.__all__` with their objects, without the version."""
+    return {name: getattr(sigmatau, name) for name in sigmatau.__all__ if not name.startswith("__")}
+
+
+@functools.cache
+def imported_by_pages():
+    """Names that README.md and the pages and notebooks of docs import from submodules, with their objects."""
+    pages = [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
+    texts = [page.read_text(encoding="utf-8") for page in pages]
+    for notebook in sorted(ROOT.glob("docs/**/*.ipynb")):
+        cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+        texts += ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    found = {}
+    for text in texts:
+        for module, names in re.findall(r"^from (sigmatau\.[\w.]+) import ([\w, ]+)", text, flags=re.MULTILINE):
+            for name in names.split(","):
+                if not module.startswith(PRIVATE):
+                    found[f"{module}.{name.strip()}"] = getattr(importlib.import_module(module), name.strip())
+    return found
+
+
+def data_imported_by_pages():
+    """Constants that pages import, as module and name."""
+    for name, one in imported_by_pages().items():
+        if not (inspect.isclass(one) or inspect.isfunction(one) or inspect.ismodule(one)):
+            module, _, last = name.rpartition(".")
+            yield module, last
+
+
+@functools.cache
+def _imports(module):
+    """Names that a module imports, at its top or for type checkers only, with where they come from."""
+    tree = ast.parse(inspect.getsource(sys.modules[module]))
+    return {
+        alias.asname or alias.name: (node.module, alias.name)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("sigmatau")
+        for alias in node.names
+    }
+
+
+def _resolved(name, module):
+    found = getattr(sys.modules[module], name, None)
+    if found is None and name in _imports(module):
+        source, there = _imports(module)[name]
+        found = getattr(importlib.import_module(source), there, None)
+    return found
+
+
+def is_own(found):
+    return inspect.isclass(found) and found.__module__.startswith("sigmatau") and not found.__name__.startswith("_")
+
+
+def classes_of(annotation, module):
+    """The classes of sigmatau in an annotation, those behind an alias too."""
+    for name in re.findall(r"[A-Za-z_]\w*", str(annotation)):
+        found = _resolved(name, module)
+        if is_own(found):
+            yield found
+        else:
+            for part in typing.get_args(found):
+                part = part.__forward_arg__ if isinstance(part, typing.ForwardRef) else part
+                if is_own(part):
+                    yield part
+                elif isinstance(part, str):
+                    yield from classes_of(part, module)
+
+
+def function_of(member):
+    """The function of a method, a property or a class method; None for anything else."""
+    member = member.fget if isinstance(member, property) else getattr(member, "func", member)
+    member = getattr(member, "__func__", member)
+    return inspect.unwrap(member) if inspect.isfunction(member) else None
+
+
+def is_protocol(cls):
+    """Whether a class only says what an argument must have: its attributes are documented where they are implemented."""
+    return getattr(cls, "_is_protocol", False)
+
+
+def members(cls):
+    """Public methods and properties of a class, inherited ones of sigmatau included: by name, the class that has it."""
+    found = {}
+    if is_protocol(cls):
+        return found
+    for owner in cls.__mro__:
+        if owner.__module__.startswith("sigmatau"):
+            for name, member in vars(owner).items():
+                if not name.startswith("_") and function_of(member) and f"{cls.__name__}.{name}" not in INTERNAL:
+                    found.setdefault(name, (owner, member))
+    return found
+
+
+def public_fields(cls):
+    """Fields of a dataclass that users meet, with the class whose annotations they have."""
+    if not is_dataclass(cls):
+        return {}
+    named = [one.name for one in fields(cls) if not one.name.startswith("_")]
+    named = [name for name in named if f"{cls.__name__}.{name}" not in INTERNAL]
+    return {name: next(k for k in cls.__mro__ if name in vars(k).get("__annotations__", {})) for name in named}
+
+
+def _reached_from(found):
+    if not inspect.isclass(found):
+        for annotation in found.__annotations__.values():
+            yield from classes_of(annotation, found.__module__)
+        return
+    for name, owner in public_fields(found).items():
+        yield from classes_of(owner.__annotations__[name], owner.__module__)
+    for _, member in members(found).values():
+        yield from _reached_from(function_of(member))
+
+
+def is_finding_kind(found):
+    return is_own(found) and found.__module__.startswith("sigmatau.findings.kinds")
+
+
+@functools.cache
+def public():
+    """Every public class and function by its name: ``"allan"``, ``"sigmatau.noise.terms.avar"``, …"""
+    found = dict(exported())
+    for name, one in imported_by_pages().items():
+        if one not in found.values() and (inspect.isclass(one) or inspect.isfunction(one)):
+            found[name] = one
+    waiting = [*found.values()]
+    for module, name in data_imported_by_pages():
+        annotation = vars(sys.modules[module]).get("__annotations__", {}).get(name, "")
+        waiting += [one for one in classes_of(annotation, module) if one not in found.values()]
+    found |= {f"{one.__module__}.{one.__name__}": one for one in waiting if one not in found.values()}
+    while waiting:
+        for one in _reached_from(waiting.pop()):
+            if one not in found.values() and not is_finding_kind(one) and one is not Details:
+                found[f"{one.__module__}.{one.__name__}"] = one
+                waiting.append(one)
+    return found
+
+
+@functools.cache
+def public_functions():
+    """Functions, and methods and properties of classes, of the public names: each once, with the class that has it."""
+    found = {}
+    for name, one in public().items():
+        if inspect.isclass(one):
+            for member_name, (owner, member) in members(one).items():
+                if not any(member is other for _, other in found.values()):
+                    short = name.rpartition(".")[0]
+                    found[f"{short}.{owner.__name__}.{member_name}".lstrip(".")] = (owner, member)
+        else:
+            found[name] = (None, one)
+    return found
+
+
+@functools.cache
+def kinds():
+    """The classes of `sigmatau.findings.kinds`: the parameters of findings, and the reasons of fits."""
+    import pkgutil
+
+    from sigmatau.findings import kinds as package
+
+    modules = [
+        importlib.import_module(f"{package.__name__}.{one.name}") for one in pkgutil.iter_modules(package.__path__)
+    ]
+    return [
+        one for module in modules for one in vars(module).values() if is_own(one) and one.__module__ == module.__name__
+    ]

@@ -4,6 +4,7 @@
 ``distribute.py sdist``            dist/sigmatau-VERSION.tar.gz, with the man pages and the README of the package index
 ``distribute.py wheel [--target TRIPLE] [--zig]``   a wheel from that file; ``--zig`` links for glibc 2.17 (manylinux2014)
 ``distribute.py check``            contents, sizes, symbols and paths of all files in dist/
+``distribute.py recipe``           the conda recipe, rendered for all platforms; needs py-rattler-build
 
 Needs maturin on the path or beside this Python, and ziglang for ``--zig``. ``sdist`` needs the package itself, built.
 """
@@ -50,6 +51,7 @@ NEEDED = (
 )
 # What a source distribution must have beside what the wheel needs.
 NEEDED_OF_SOURCE = ("Cargo.lock", "README.md", "pyproject.toml", "tests/smoke.py", *LICENCES)
+CONDA_PLATFORMS = ("linux-64", "linux-aarch64", "osx-64", "osx-arm64", "win-64")
 _SYMBOL_TABLE = 2  # type of a section of an ELF file: SHT_SYMTAB
 
 
@@ -193,10 +195,25 @@ def check() -> int:
     return int(wrong > 0)
 
 
+def recipe() -> None:
+    """Render the conda recipe for each platform, with versions as conda-forge sets them."""
+    import rattler_build
+
+    text = (ROOT / "packaging" / "conda" / "recipe.yaml").read_text(encoding="utf-8")
+    pins = {"python": ["3.11.* *_cpython"], "c_compiler": ["gcc"], "rust_compiler": ["rust"], "c_stdlib": ["sysroot"]}
+    for platform in CONDA_PLATFORMS:
+        config = rattler_build.RenderConfig(platform=rattler_build.PlatformConfig(target_platform=platform))
+        variants = rattler_build.VariantConfig(pins)
+        (made,) = rattler_build.Stage0Recipe.from_yaml(text).render(variants, config)
+        sys.stdout.write(
+            f"{platform}: {made.recipe.package.name} {made.recipe.package.version}, build {made.recipe.build.string}\n"
+        )
+
+
 def main() -> int:
     """Do what the command line says."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["sdist", "wheel", "check"])
+    parser.add_argument("what", choices=["sdist", "wheel", "check", "recipe"])
     parser.add_argument("--target", help="Rust target triple of the wheel; default: this machine's")
     parser.add_argument("--zig", action="store_true", help="compile C and link with zig")
     given = parser.parse_args()
@@ -205,6 +222,8 @@ def main() -> int:
         sdist()
     elif given.what == "wheel":
         wheel(given.target, zig=given.zig)
+    elif given.what == "recipe":
+        recipe()
     else:
         return check()
     return 0

@@ -23,6 +23,7 @@ for target in "${targets[@]}"; do
     quietly "building the wheel for $target (two minutes)" "$PY" scripts/distribute.py wheel --target "$target" "${zig[@]}"
 done
 "$PY" scripts/distribute.py check
+"$PY" scripts/distribute.py recipe
 quietly "twine check" "$PY" -m twine check --strict dist/*
 quietly "abi3audit" "$PY" -m abi3audit --strict dist/*.whl
 

@@ -106,6 +106,8 @@ def wheel(target: str | None, *, zig: bool) -> None:
         run(
             *command,
             cwd=tree,
+            # maturin finds zig by the first python3 of the path
+            PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
             CARGO_ENCODED_RUSTFLAGS="\x1f".join(f"--remap-path-prefix={old}={new}" for old, new in renamed.items()),
             CFLAGS=" ".join([os.environ.get("CFLAGS", ""), *(f"-ffile-prefix-map={a}={b}" for a, b in renamed.items())])
             if os.name != "nt"

@@ -92,28 +92,26 @@ def wheel(target: str | None, *, zig: bool) -> None:
     source = DIST / f"{NAME}.tar.gz"
     if not source.exists():
         sys.exit(f"{source} is missing: run distribute.py sdist first")
-    with tempfile.TemporaryDirectory() as folder:
-        with tarfile.open(source) as archive:
-            archive.extractall(folder, filter="data")
-        tree = Path(folder).resolve() / NAME
-        cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")).resolve()
-        renamed = {str(tree): "sigmatau", str(cargo): "cargo"}
-        command = [maturin(), "build", "--release", "--locked", "--compatibility", "pypi", "--out", str(DIST)]
-        if target:
-            command += ["--target", target]
-        if zig:
-            command += ["--zig"]
-        run(
-            *command,
-            cwd=tree,
-            # maturin finds zig by the first python3 of the path
-            PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
-            CARGO_ENCODED_RUSTFLAGS="\x1f".join(f"--remap-path-prefix={old}={new}" for old, new in renamed.items()),
-            CFLAGS=" ".join([os.environ.get("CFLAGS", ""), *(f"-ffile-prefix-map={a}={b}" for a, b in renamed.items())])
-            if os.name != "nt"
-            else os.environ.get("CFLAGS", ""),
-            CARGO_TARGET_DIR=os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target" / "wheel")),
-        )
+    folder = ROOT / "target" / "from-sdist"  # always the same: its name is among the flags, on which all crates depend
+    shutil.rmtree(folder, ignore_errors=True)
+    with tarfile.open(source) as archive:
+        archive.extractall(folder, filter="data")
+    tree = folder / NAME
+    cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")).resolve()
+    renamed = {str(tree): "sigmatau", str(cargo): "cargo"}
+    command = [maturin(), "build", "--release", "--locked", "--compatibility", "pypi", "--out", str(DIST)]
+    if target:
+        command += ["--target", target]
+    if zig:
+        command += ["--zig"]
+    flags = {"CARGO_ENCODED_RUSTFLAGS": "\x1f".join(f"--remap-path-prefix={old}={new}" for old, new in renamed.items())}
+    if os.name != "nt":  # of C code; the compiler of Windows has no such option
+        prefixes = [f"-ffile-prefix-map={old}={new}" for old, new in renamed.items()]
+        flags["CFLAGS"] = " ".join([os.environ.get("CFLAGS", ""), *prefixes]).strip()
+    flags["CARGO_TARGET_DIR"] = os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target" / "wheel"))
+    # maturin finds zig by the first python3 of the path
+    flags["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    run(*command, cwd=tree, **flags)
 
 
 def faults_of_wheel(path: Path) -> Iterator[str]:

@@ -31,6 +31,14 @@ def test_form(path, schema):
     assert valid(schema, path)
 
 
+def test_the_citation_is_of_this_version():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert str(citation["version"]) == project["version"]
+    assert citation["license"] == project["license"].split(" OR ")
+    assert citation["authors"] == project["authors"]
+
+
 def test_a_wrong_workflow_is_found(tmp_path):
     text = WORKFLOWS[0].read_text(encoding="utf-8")
     (tmp_path / "wrong.yml").write_text(text.replace("runs-on:", "run-on:"), encoding="utf-8")

@@ -2,7 +2,7 @@
 # PYTHON=python3.12 chooses the Python of .venv; by default it is the first of python3.13 … python3.11, python3 that will do.
 export PYTHON
 .DEFAULT_GOAL := help
-.PHONY: help doctor build demo test docs bench bench-io fuzz study paper lock clean
+.PHONY: help doctor build demo test docs bench bench-io fuzz study paper wheel lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-9s%s\n' "$$name" "$$what"; done
@@ -48,10 +48,14 @@ paper: build ## the paper, reproduced: figures, tables and outputs of docs/paper
 	@.venv/bin/python -m studies.paper
 	@.venv/bin/python tests/docs/pages.py --write docs/paper/*.md
 
+wheel: build ## dist/: source distribution and manylinux wheels, checked, and tried in empty environments; TARGETS="TRIPLE…"
+	@scripts/venv.sh release
+	@scripts/wheel.sh $(TARGETS)
+
 lock: ## newest versions into requirements/
 	@scripts/lock.sh
 
 clean: ## remove all that was made here
-	rm -rf .venv target demo .bench .study python/sigmatau/_core*.so
+	rm -rf .venv target dist demo .bench .study python/sigmatau/_core*.so
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find python tests benches studies -name __pycache__ -prune -exec rm -rf {} +

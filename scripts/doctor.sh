@@ -93,13 +93,13 @@ if ((${#missing[@]})) && command -v apt-get >/dev/null; then
 fi
 
 # Of use, but not needed: without valgrind no instructions are counted, without chromium no page is opened, without PostgreSQL
-# the store is tested on SQLite alone. CI fails then. PostgreSQL keeps initdb off the path; its Debian package starts a server
+# the store is tested on SQLite alone, without zsh and fish their completion is not tested. CI fails then. PostgreSQL keeps initdb off the path; its Debian package starts a server
 # of its own unless it is told not to.
 has_postgresql() { command -v initdb >/dev/null || compgen -G "/usr/lib/postgresql/*/bin/initdb" >/dev/null; }
 
 useful=()
 if [[ $what == test ]]; then
-    for program in valgrind chromium; do command -v $program >/dev/null || useful+=("$program"); done
+    for program in valgrind chromium zsh fish; do command -v $program >/dev/null || useful+=("$program"); done
     has_postgresql || useful+=(postgresql)
 fi
 if ((${#useful[@]})) && command -v apt-get >/dev/null && ((EUID == 0)); then

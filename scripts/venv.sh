@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# venv.sh runtime|dev|docs|bench: bring .venv up to a lock file. The stamp of each, .venv/.NAME.lock, is a copy of the lock
+# venv.sh runtime|dev|docs|bench|release: bring .venv up to a lock file. The stamp of each, .venv/.NAME.lock, is a copy of the lock
 # file it was installed from, so that nothing is done until the lock file changes.
 # shellcheck source=scripts/common.sh
 source "$(dirname "$0")/common.sh"
@@ -31,5 +31,6 @@ install runtime "installing the Python packages (a minute the first time)"
 case $want in
 dev) install dev "installing the packages of the tests (a minute the first time)" ;;
 docs) install docs "installing the packages of the documentation (half a minute the first time)" ;;
+release) install release "installing the packages of a release (zig is large)" ;;
 bench) install bench "installing the peers of the benchmark" --no-deps ;;
 esac

@@ -1,0 +1,233 @@
+#!/usr/bin/env python3
+"""Make and check what is released: one source distribution, and wheels that are built from it.
+
+``distribute.py sdist``            dist/sigmatau-VERSION.tar.gz, with the man pages and the README of the package index
+``distribute.py wheel [--target TRIPLE] [--zig]``   a wheel from that file; ``--zig`` links for glibc 2.17 (manylinux2014)
+``distribute.py check``            contents, sizes, symbols and paths of all files in dist/
+``distribute.py recipe``           the conda recipe, rendered for all platforms; needs py-rattler-build
+
+Needs maturin on the path or beside this Python, and ziglang for ``--zig``. ``sdist`` needs the package itself, built.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tarfile
+import tempfile
+import tomllib
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+DIST = ROOT / "dist"
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+NAME = f"{PROJECT['name']}-{PROJECT['version']}"
+PYTHON_TAG = "cp311-abi3"  # one wheel a platform, for Python 3.11 and later
+GLIBC = (2, 17)  # newest symbols of glibc that a wheel may need: manylinux2014
+LARGEST = 4_000_000  # of a distribution [bytes]; the largest of November 2026 was 2.1 MB
+LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY_LICENSES")
+# What a wheel must have. A missing one is an error of a user that no test in the source tree sees.
+NEEDED = (
+    "sigmatau/__init__.py",
+    "sigmatau/__init__.pyi",
+    "sigmatau/py.typed",
+    "sigmatau/data/hg1700.toml",
+    "sigmatau/data/datasheets/bmi088.toml",
+    "sigmatau/reporting/assets/uplot/LICENSE",
+    "sigmatau/reporting/assets/uplot/uPlot.iife.min.js",
+    "sigmatau/reporting/assets/report.typ",
+    "sigmatau/store/migrations/env.py",
+    "sigmatau/schema/result-2.schema.json",
+    f"{NAME}.data/data/share/man/man1/sigmatau.1",
+    f"{NAME}.data/data/share/man/man1/sigmatau-analyze.1",
+    *(f"{NAME}.dist-info/licenses/{name}" for name in LICENCES),
+)
+# What a source distribution must have beside what the wheel needs.
+NEEDED_OF_SOURCE = ("Cargo.lock", "README.md", "pyproject.toml", "tests/smoke.py", *LICENCES)
+CONDA_PLATFORMS = ("linux-64", "linux-aarch64", "osx-64", "osx-arm64", "win-64")
+_SYMBOL_TABLE = 2  # type of a section of an ELF file: SHT_SYMTAB
+
+
+def run(*command: str | Path, cwd: Path = ROOT, **more: str) -> None:
+    """Run a command, with more variables in its environment; ends the program if it fails."""
+    done = subprocess.run([str(word) for word in command], cwd=cwd, env=os.environ | more, check=False)
+    if done.returncode:
+        sys.exit(f"failed: {' '.join(str(word) for word in command)}")
+
+
+def maturin() -> str:
+    """The maturin of this environment."""
+    beside = Path(sys.executable).with_name("maturin" + (".exe" if os.name == "nt" else ""))
+    found = str(beside) if beside.exists() else shutil.which("maturin")
+    if found is None:
+        sys.exit("maturin is not installed: pip install maturin")
+    return found
+
+
+def sdist() -> None:
+    """The source distribution, from a copy of the files that git knows; the tree is not changed."""
+    with tempfile.TemporaryDirectory() as folder:
+        stage = Path(folder) / NAME
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout
+        for name in listed.decode().split("\0"):
+            if name and (ROOT / name).is_file():
+                (stage / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(ROOT / name, stage / name)
+        path = os.pathsep.join([str(ROOT / "python"), *filter(None, [os.environ.get("PYTHONPATH")])])
+        man = stage / "sigmatau.data" / "data" / "share" / "man" / "man1"
+        run(sys.executable, ROOT / "scripts" / "manual.py", man, PYTHONPATH=path)
+        run(sys.executable, stage / "scripts" / "long_description.py", "-o", stage / "README.md")
+        run(maturin(), "sdist", "--out", DIST, cwd=stage)
+
+
+def wheel(target: str | None, *, zig: bool) -> None:
+    """A wheel from the source distribution, without a path of this machine in it."""
+    source = DIST / f"{NAME}.tar.gz"
+    if not source.exists():
+        sys.exit(f"{source} is missing: run distribute.py sdist first")
+    folder = ROOT / "target" / "from-sdist"  # always the same: its name is among the flags, on which all crates depend
+    shutil.rmtree(folder, ignore_errors=True)
+    with tarfile.open(source) as archive:
+        archive.extractall(folder, filter="data")
+    tree = folder / NAME
+    cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")).resolve()
+    renamed = {str(tree): "sigmatau", str(cargo): "cargo"}
+    command = [maturin(), "build", "--release", "--locked", "--compatibility", "pypi", "--out", str(DIST)]
+    if target:
+        command += ["--target", target]
+    if zig:
+        command += ["--zig"]
+    flags = {"CARGO_ENCODED_RUSTFLAGS": "\x1f".join(f"--remap-path-prefix={old}={new}" for old, new in renamed.items())}
+    if os.name != "nt":  # of C code; the compiler of Windows has no such option
+        prefixes = [f"-ffile-prefix-map={old}={new}" for old, new in renamed.items()]
+        flags["CFLAGS"] = " ".join([os.environ.get("CFLAGS", ""), *prefixes]).strip()
+    flags["CARGO_TARGET_DIR"] = os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target" / "wheel"))
+    # maturin finds zig by the first python3 of the path
+    flags["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    run(*command, cwd=tree, **flags)
+
+
+def faults_of_wheel(path: Path) -> Iterator[str]:
+    """What is wrong with a wheel."""
+    with zipfile.ZipFile(path) as archive:
+        contents = {info.filename: archive.read(info) for info in archive.infolist() if not info.is_dir()}
+    if not path.name.startswith(f"{NAME}-{PYTHON_TAG}-"):
+        yield f"the name is not {NAME}-{PYTHON_TAG}-…"
+    if path.name.endswith("-linux_x86_64.whl") or path.name.endswith("-linux_aarch64.whl"):
+        yield "the wheel is not a manylinux wheel; the package index takes no other for Linux"
+    yield from (f"{name} is missing" for name in NEEDED if name not in contents)
+    for name, content in contents.items():
+        if not name.startswith(("sigmatau/", f"{NAME}.dist-info/", f"{NAME}.data/data/share/man/man1/")):
+            yield f"{name} does not belong into a wheel"
+        if "__pycache__" in name or name.endswith((".pyc", ".rs", ".orig")) or re.match(r"sigmatau/tests?/", name):
+            yield f"{name} does not belong into a wheel"
+        yield from (f"{name} contains the path {place}" for place in paths_of_the_machine(content))
+        if name.endswith((".so", ".pyd")):
+            yield from (f"{name}: {fault}" for fault in faults_of_library(content))
+    libraries = [name for name in contents if name.endswith((".so", ".pyd", ".dll", ".dylib"))]
+    if len(libraries) != 1:
+        yield f"one library is expected, not {libraries}"
+    metadata = contents.get(f"{NAME}.dist-info/METADATA", b"").decode()
+    if "](docs/" in metadata:
+        yield "the long description has relative links"
+
+
+def paths_of_the_machine(content: bytes) -> list[str]:
+    """Folders of the machine that built a file, as far as they are named in it."""
+    places = {str(Path.home()), str(ROOT), tempfile.gettempdir(), os.environ.get("CARGO_HOME", "")} - {"", "/"}
+    return sorted(place for place in places if re.search(re.escape(place.encode()) + rb"[/\\]", content))
+
+
+def faults_of_library(content: bytes) -> Iterator[str]:
+    """What is wrong with a compiled library; only ELF is examined."""
+    if content[:4] != b"\x7fELF":
+        return
+    if _SYMBOL_TABLE in section_types(content):
+        yield "not stripped"
+    newest = max(((int(a), int(b)) for a, b in re.findall(rb"GLIBC_(\d+)\.(\d+)", content)), default=GLIBC)
+    if newest > GLIBC:
+        yield f"needs glibc {newest[0]}.{newest[1]}, newer than {GLIBC[0]}.{GLIBC[1]}"
+
+
+def section_types(content: bytes) -> list[int]:
+    """Types of the sections of a 64-bit little-endian ELF file."""
+    (start,) = struct.unpack_from("<Q", content, 0x28)
+    size, count = struct.unpack_from("<HH", content, 0x3A)
+    return [struct.unpack_from("<I", content, start + place * size + 4)[0] for place in range(count)]
+
+
+def faults_of_source(path: Path) -> Iterator[str]:
+    """What is wrong with a source distribution."""
+    with tarfile.open(path) as archive:
+        members = [member for member in archive.getmembers() if member.isfile()]
+        contents = {member.name: archive.extractfile(member).read() for member in members}  # type: ignore[union-attr]
+    own = [name.replace("sigmatau/", "python/sigmatau/", 1) for name in NEEDED if name.startswith("sigmatau/")]
+    man = "sigmatau.data/data/share/man/man1/sigmatau.1"
+    for name in (*own, man, *NEEDED_OF_SOURCE):
+        if f"{NAME}/{name}" not in contents:
+            yield f"{name} is missing"
+    for name, content in contents.items():
+        if name.endswith((".so", ".pyc", ".pyd")) or "/target/" in name:
+            yield f"{name} does not belong into a source distribution"
+        yield from (f"{name} contains the path {place}" for place in paths_of_the_machine(content))
+
+
+def check() -> int:
+    """Report what is wrong with the files in dist/; 1 if anything is."""
+    files = sorted(DIST.glob(f"{NAME}*"))
+    if not files:
+        sys.exit(f"nothing to check in {DIST}")
+    wrong = 0
+    for path in files:
+        faults = list(faults_of_wheel(path) if path.suffix == ".whl" else faults_of_source(path))
+        if path.stat().st_size > LARGEST:
+            faults.append(f"{path.stat().st_size} bytes, more than {LARGEST}")
+        sys.stdout.write(f"{path.name}: {path.stat().st_size / 1e6:.2f} MB, {'FAULTS' if faults else 'good'}\n")
+        sys.stdout.writelines(f"  {fault}\n" for fault in faults)
+        wrong += len(faults)
+    return int(wrong > 0)
+
+
+def recipe() -> None:
+    """Render the conda recipe for each platform, with versions as conda-forge sets them."""
+    import rattler_build
+
+    text = (ROOT / "packaging" / "conda" / "recipe.yaml").read_text(encoding="utf-8")
+    pins = {"python": ["3.11.* *_cpython"], "c_compiler": ["gcc"], "rust_compiler": ["rust"], "c_stdlib": ["sysroot"]}
+    for platform in CONDA_PLATFORMS:
+        config = rattler_build.RenderConfig(platform=rattler_build.PlatformConfig(target_platform=platform))
+        variants = rattler_build.VariantConfig(pins)
+        (made,) = rattler_build.Stage0Recipe.from_yaml(text).render(variants, config)
+        sys.stdout.write(
+            f"{platform}: {made.recipe.package.name} {made.recipe.package.version}, build {made.recipe.build.string}\n"
+        )
+
+
+def main() -> int:
+    """Do what the command line says."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["sdist", "wheel", "check", "recipe"])
+    parser.add_argument("--target", help="Rust target triple of the wheel; default: this machine's")
+    parser.add_argument("--zig", action="store_true", help="compile C and link with zig")
+    given = parser.parse_args()
+    DIST.mkdir(exist_ok=True)
+    if given.what == "sdist":
+        sdist()
+    elif given.what == "wheel":
+        wheel(given.target, zig=given.zig)
+    elif given.what == "recipe":
+        recipe()
+    else:
+        return check()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+import numpy as np
+
 from conftest import ROOT
 from known import seed_of
 from sigmatau import Imperfections, NoiseModel, Record, simulate
@@ -47,3 +49,21 @@ def lossy(path: Path, case: str, model: NoiseModel, *, seconds: float, rate: flo
     write(simulated(case, model, seconds=seconds, rate=rate, imperfections=lost), path)
     rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
     path.write_text("".join(row for row in rows if "NaN" not in row), encoding="utf-8")
+
+
+def bench() -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Times and samples of ten minutes at 50 Hz on a bench, before something happens to them: two gyros, and gravity."""
+    noise = {"random_walk": "0.3 deg/sqrt(h)", "bias_instability": "5 deg/h"}
+    accel = {"random_walk": "120 ug/sqrt(Hz)", "bias_instability": "40 ug"}
+    model = model_of(gyro_x=noise, gyro_y=noise, accel_z=accel)
+    record = simulated("how-to: moving", model, seconds=600, rate=50)
+    columns = {name: record.stream_of(name).column(name).copy() for name in model.channels}
+    columns["accel_z"] += 9.80665
+    return np.arange(30_000) / 50, columns
+
+
+def write_table(path: Path, times: np.ndarray, columns: dict[str, np.ndarray]) -> None:
+    """A text table in SI."""
+    names = (f"{name} [{'rad/s' if name.startswith('gyro') else 'm/s^2'}]" for name in columns)
+    rows = np.column_stack([times, *columns.values()])
+    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header=",".join(["time [s]", *names]), comments="")

@@ -28,5 +28,7 @@ def make(folder: Path) -> None:
 
 
 def _table(path: Path, times: np.ndarray, rates: np.ndarray) -> None:
-    rows = (f"{t:.6f},{'' if np.isnan(x) else f'{x:.9g}'}\n" for t, x in zip(times.tolist(), rates.tolist(), strict=True))
+    rows = (
+        f"{t:.6f},{'' if np.isnan(x) else f'{x:.9g}'}\n" for t, x in zip(times.tolist(), rates.tolist(), strict=True)
+    )
     path.write_text("time [s],gyro_x [rad/s]\n" + "".join(rows), encoding="utf-8")

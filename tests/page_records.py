@@ -8,6 +8,7 @@ import numpy as np
 from conftest import ROOT
 from known import seed_of
 from sigmatau import Imperfections, NoiseModel, Record, simulate
+from sigmatau._native import formats
 from sigmatau.io.write import write
 from sigmatau.simulation.imperfections import Outage
 
@@ -65,5 +66,5 @@ def bench() -> tuple[np.ndarray, dict[str, np.ndarray]]:
 def write_table(path: Path, times: np.ndarray, columns: dict[str, np.ndarray]) -> None:
     """A text table in SI."""
     names = (f"{name} [{'rad/s' if name.startswith('gyro') else 'm/s^2'}]" for name in columns)
-    rows = np.column_stack([times, *columns.values()])
-    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header=",".join(["time [s]", *names]), comments="")
+    rows = formats.format_text(None, ",", [times, *columns.values()])
+    path.write_bytes(",".join(["time [s]", *names]).encode() + b"\n" + rows)

@@ -9,7 +9,7 @@ from benches.logs import CHANNELS, KINDS, START, made
 
 from page_records import index_model, simulated
 
-_ROWS = 800
+_ROWS = 520
 _MADE = (
     *("CSV", "CSV, decimal comma", "VectorNav ASCII", "ROS 2 db3", "ROS 1 bag, lz4", "PX4 ULog", "ArduPilot DataFlash"),
     *("MATLAB 5", "HDF5, fletcher32", "Parquet, page checksums", "LabVIEW TDMS", "NumPy .npy", "raw binary"),
@@ -17,7 +17,7 @@ _MADE = (
 
 
 def make(folder: Path) -> None:
-    """Four seconds of one sensor at 200 Hz, in many formats."""
+    """A few seconds of one sensor at 200 Hz, in many formats."""
     stamps, _ = made(_ROWS)
     record = simulated("how-to: formats", index_model(folder / "imu.toml"), seconds=_ROWS / 200, rate=200)
     values = np.stack([record.stream_of(name).column(name) for name in CHANNELS], axis=1)
@@ -36,6 +36,6 @@ def make(folder: Path) -> None:
     root = zarr.open_group(str(folder / "log.zarr"), mode="w", attributes={"rate": 200.0})
     for k, name in enumerate(CHANNELS):
         unit = {"unit": "rad/s" if k < 3 else "m/s^2"}
-        root.create_array(name, shape=(_ROWS,), chunks=(400,), dtype="f8", attributes=unit)[:] = values[:, k]
+        root.create_array(name, shape=(_ROWS,), chunks=(260,), dtype="f8", attributes=unit)[:] = values[:, k]
     data = (folder / "log.bag").read_bytes()
     (folder / "cut.bag").write_bytes(data[: len(data) // 2])

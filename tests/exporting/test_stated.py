@@ -53,6 +53,17 @@ def test_the_walk_matches_what_is_stated_at_the_horizon():
     assert "not stated" not in chosen
 
 
+@pytest.mark.parametrize("name", ["bmi088", "stim300"])  # without and with a bias instability
+def test_the_horizon_of_the_command_line(name, capsys):
+    walks = []
+    for horizon in ("10s", "40s"):
+        assert main(["export", "--from-datasheet", name, "--to", "kalibr", "--rate", "200", "--horizon", horizon]) == 0
+        walks.append(vio.parse(capsys.readouterr().out)["gyroscope_random_walk"])
+    assert walks[0] / walks[1] == pytest.approx(4 if name == "bmi088" else 2, rel=1e-5)
+    assert main(["export", "--from-datasheet", name, "--to", "ros", "--rate", "200", "--horizon", "10s"]) == 2
+    assert "--horizon does not apply to ros" in capsys.readouterr().err
+
+
 def test_a_process_is_matched_where_the_stated_bias_instability_is():
     n, b = 1e-4, 2e-5
     both = {"random_walk": n, "bias_instability": b}

@@ -14,10 +14,10 @@ GYRO = tuple(f"gyro_{a} [rad/s]" for a in "xyz")
 ACCEL = tuple(f"accel_{a} [m/s^2]" for a in "xyz")
 
 
-def table(topic, names, rate=100.0, n=50, findings=(), late=(), times=None):
+def table(topic, names, rate=100.0, n=50, findings=(), late=(), times=None, zero=()):
     names = ("time [s]", *names)
     columns = {0: np.arange(n) / rate if times is None else times} | {
-        i: np.full(n, float(i)) for i in range(1, len(names))
+        i: np.full(n, 0.0 if names[i] in zero else float(i)) for i in range(1, len(names))
     }
     return Table(
         format="made",
@@ -120,6 +120,21 @@ class TestRecord:
     def test_the_same_sensor_twice(self, file):
         with pytest.raises(OptionError, match="g and h both have gyro"):
             assemble.assemble([table("g", GYRO), table("h", GYRO)], file, options())
+
+    def test_each_with_the_fields_of_both(self, file):
+        """Of a depth camera: two topics of one type, in each of which the other sensor is zero."""
+        gyro, accel = (
+            table(name, (*GYRO, *ACCEL), rate=r, zero=z) for name, r, z in (("g", 200, ACCEL), ("a", 63, GYRO))
+        )
+        record = assemble.assemble([gyro, accel], file, options())
+        assert [(stream.name, round(stream.grid.rate)) for stream in record.streams] == [("gyro", 200), ("accel", 63)]
+        assert "g: accel: zero in all rows, and in another topic too" in record.provenance.ignored
+        off = table("a", (*GYRO, *ACCEL), zero=(*GYRO, *ACCEL))
+        with pytest.raises(OptionError, match="g and a both have gyro"):
+            assemble.assemble([gyro, off], file, options())
+        both = table("b", (*GYRO, *ACCEL))
+        with pytest.raises(OptionError, match="g and b both have gyro"):
+            assemble.assemble([gyro, both], file, options())
 
     def test_columns_are_of_one_topic(self, file):
         with pytest.raises(OptionError, match="--channels applies to one topic"):

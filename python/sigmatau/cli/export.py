@@ -84,7 +84,8 @@ def export_command(
         refuse_same(source, output=output)
     choices = (choosing or Choosing()).choices(rate)
     with as_typed():
-        check_choices(wanted, choices)  # before a file is read
+        # Before a file is read. Whether a datasheet needs the horizon, its values tell.
+        check_choices(wanted, choices if from_datasheet is None else choices.without("horizon"))
         if output is not None:
             check_path(wanted, output)
         expect(output)

@@ -43,7 +43,7 @@ def prepare_stated(
     """
     wanted = target(to)
     horizon = choices.horizon or (not wanted.has_walk and _minimum(model)) or HORIZON
-    walks, reasons = dict(choices.walk), list(origins)
+    walks, reasons, matched = dict(choices.walk), list(origins), False
     for sensor, kind in KINDS.items():
         names = [name for name in model.channels if stream_name(name) == sensor]
         lacking = names and not any("rate_random_walk" in model.channels[name] for name in names)
@@ -58,6 +58,7 @@ def prepare_stated(
             if not noise:
                 continue
             walks[sensor], match = math.sqrt(3) * noise / horizon, "random walk, as no bias instability is stated"
+        matched = True
         reasons.append(
             f"Rate random walk of the {kind}: not stated; with the Allan variance at {seconds(horizon)} s (--horizon)"
             f" of the {match}"
@@ -67,7 +68,7 @@ def prepare_stated(
     try:
         return prepare(source, to=to, path=path, choices=chosen)
     except NoPlaceError as error:
-        if error.choice != "horizon" or choices.horizon is not None:
+        if error.choice != "horizon" or (choices.horizon is not None and not matched):
             raise
         return prepare(source, to=to, path=path, choices=chosen.without("horizon"))
 

@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from sigmatau.errors import OptionError
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
@@ -40,6 +42,7 @@ def of_one_clock(parts: Sequence[Part]) -> list[Part]:
 
 def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) -> Record:
     """A record from the streams of its tables; raises `OptionError` if two tables have the same sensor."""
+    parts = _without_empty_sensors(parts)
     checksum = None if file is None else Checksum(file)
     streams = _one_temperature([stream for each in parts for stream in each.streams])
     for stream in streams:
@@ -60,6 +63,26 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
         ),
         findings=tuple(dict.fromkeys(finding for each in parts for finding in each.findings)),
     )
+
+
+def _without_empty_sensors(parts: Sequence[Part]) -> list[Part]:
+    """The parts without the sensors that are zero in them and are in another part: some drivers send the gyro and the
+    accelerometer in messages of their own, each with the fields of both.
+    """
+    names = [stream.name for each in parts for stream in each.streams]
+    found = []
+    for each in parts:
+        empty = tuple(stream for stream in each.streams if names.count(stream.name) > 1 and _is_zero(stream))
+        if len(empty) == len(each.streams):  # a sensor that is off is told later
+            empty = ()
+        ignored = tuple(f"{stream.name}: zero in all rows, and in another topic too" for stream in empty)
+        streams = tuple(stream for stream in each.streams if stream not in empty)
+        found.append(replace(each, streams=streams, ignored=(*each.ignored, *ignored)))
+    return found
+
+
+def _is_zero(stream: Stream) -> bool:
+    return not any(np.nan_to_num(chunk).any() for chunk in stream.chunks())
 
 
 def _one_temperature(streams: list[Stream]) -> list[Stream]:

@@ -577,8 +577,9 @@ def test_help_has_examples(capsys):
 
 
 def test_a_figure_needs_no_backend(one, tmp_path):
+    figure = tmp_path / "p.png"
     done = subprocess.run(
-        [sys.executable, "-m", "sigmatau", "analyze", one, "--rate", "100", "--method", "read-off", "--plot", tmp_path / "p.png"],
-        env={**os.environ, "MPLBACKEND": "not_installed"}, capture_output=True, text=True, check=False,
+        [sys.executable, "-m", "sigmatau", "analyze", one, "--rate", "100", "--method", "read-off", "--plot", figure],
+        capture_output=True, text=True, check=False, env={**os.environ, "MPLBACKEND": "not_installed"},
     )  # fmt: skip
-    assert (done.returncode, (tmp_path / "p.png").exists()) == (0, True), done.stderr
+    assert (done.returncode, figure.exists()) == (0, True), done.stderr

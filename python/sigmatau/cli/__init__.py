@@ -29,7 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     # The matrices are small: threads of BLAS would only wait for each other. Read when NumPy is first imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if "matplotlib" not in sys.modules:
-        os.environ.pop("MPLBACKEND", None)  # no window is opened; Jupyter names a backend that may not be installed here
+        os.environ.pop(
+            "MPLBACKEND", None
+        )  # no window is opened; Jupyter names a backend that may not be installed here
     keep_freed()
     atexit.register(gc.freeze)  # at the end nothing is searched for what can be freed: it took as long as an import
     from cyclopts import CycloptsError, UnusedCliTokensError

@@ -519,7 +519,7 @@ PROVOKED = {
             lambda: jointly(record(), record("gyro_y")),
             lambda: jointly(common=["drift"]),
             lambda: jointly(names=["one"]),
-            lambda: jointly(*[record(n=500)] * 101),
+            lambda: jointly(*[record(n=1000)] * 101),
         ),
         st.DataError: (
             lambda: jointly(record(), record(rate=20.0)),

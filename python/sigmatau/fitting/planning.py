@@ -270,9 +270,9 @@ def plan(
     --------
     >>> import sigmatau as st
     >>> kind = {"channel": "gyro_x", "quantity": "angular_rate", "rate_unit": "rad/s"}
-    >>> found = st.plan({"random_walk": 1e-4}, "bias_instability", rate=100, value=5e-6, **kind)
-    >>> round(found.half_in / 3600, 1), round(found.most_in / 3600, 1)  # hours, to see it with 50 % and with 90 %
-    (3.7, 10.2)
+    >>> found = st.plan({"random_walk": 1e-4}, "bias_instability", rate=10, value=2e-5, **kind)
+    >>> round(found.half_in), round(found.most_in)  # seconds, to see it with 50 % and with 90 %
+    (953, 2639)
     """
     if duration is None and value is None:
         raise OptionError("give the length of a record, a value, or both", option="hours")

@@ -95,10 +95,21 @@ def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, 
     ValueError
         For an unknown term, a size that leaves no pair, a tau0 that is not positive.
 
+    See Also
+    --------
+    degrees_of_freedom : what follows for each variance.
+
     References
     ----------
     C. A. Greenhall, W. J. Riley, "Uncertainty of stability variances based on finite differences," Proc. 35th PTTI,
     2003, for the single variance; the covariance of two is the same sum over both.
+
+    Examples
+    --------
+    >>> from sigmatau.noise.uncertainty import avar_covariance
+    >>> covariance = avar_covariance({"random_walk": 1.0}, n=1000, m=[1, 10, 100], tau0=1.0)
+    >>> covariance.diagonal().round(7)  # variances of the Allan variances of white noise
+    array([3.002e-03, 1.369e-04, 1.560e-05])
     """
     unknown = set(coefficients) - {*_LINEAR, "rate_ramp"}
     if unknown:
@@ -184,6 +195,7 @@ def chi2_factors(edf: ArrayLike, *, level: float = 0.95) -> tuple[NDArray[np.flo
     Returns
     -------
     low, high : ndarray, shape (n_tau,)
+        Factors on the deviation.
 
     Raises
     ------

@@ -26,12 +26,13 @@ def page() -> str:
         module = importlib.import_module(f"sigmatau.findings.kinds.{subject}")
         kinds = [one for one in vars(module).values() if inspect.isclass(one) and issubclass(one, Details)]
         kinds = [one for one in kinds if one.code and one.__module__ == module.__name__]
-        lines += heading(module.__name__, "-")
+        lines += [*heading(subject.capitalize(), "-"), f"Module ``{module.__name__}``.", ""]
         for kind in sorted(kinds, key=lambda one: one.code):
+            summary = " ".join((kind.__doc__ or "").partition("Attributes\n")[0].split())
             lines += [
                 f".. describe:: {kind.code}",
                 "",
-                f"   ``{kind.__name__}``: {' '.join((kind.__doc__ or '').split())}",
+                f"   ``{kind.__name__}``: {summary}",
                 "",
             ]
             lines += [f"   - ``{name}``: {type_}{f'; {about}' if about else ''}" for name, type_, about in fields(kind)]
@@ -40,9 +41,22 @@ def page() -> str:
 
 
 def fields(kind: type[Details]) -> Iterator[tuple[str, str, str]]:
-    """Name, type and comment of each field of a kind, those of its bases first."""
+    """Name, type and meaning of each field of a kind, those of its bases first."""
     for owner in reversed(kind.__mro__):
         if issubclass(owner, Details) and owner is not Details:
             about = {line["name"]: line["about"] or "" for line in _FIELD.finditer(inspect.getsource(owner))}
+            about |= _described(vars(owner).get("__doc__") or "")
             for name, type_ in vars(owner).get("__annotations__", {}).items():
-                yield name, type_.replace(" | ", " or "), about.get(name, "")
+                yield name, type_.replace(" | ", " or "), about.get(name, "").removesuffix(".")
+
+
+def _described(docstring: str) -> dict[str, str]:
+    """What the section of attributes of a docstring says of each."""
+    found: dict[str, str] = {}
+    names: list[str] = []
+    for line in inspect.cleandoc(docstring).partition("Attributes\n----------\n")[2].splitlines():
+        if line[:1].strip():
+            names = line.partition(" : ")[0].split(", ")
+        else:
+            found |= {name: f"{found.get(name, '')} {line.strip()}".strip() for name in names}
+    return found

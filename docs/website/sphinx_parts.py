@@ -14,7 +14,9 @@ from numpydoc.docscrape_sphinx import SphinxDocString
 from pygments.lexers.python import PythonLexer
 from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 from sphinx.util import logging
+from sphinx.util.nodes import make_refnode
 
 _log = logging.getLogger(__name__)
 _BAR = re.compile(r"``.*?``|`[^`]*`|\|")  # code, which keeps its bars, or a bar
@@ -55,10 +57,15 @@ def _exists(name: str) -> bool:
     return False
 
 
-def _missing(app: Sphinx, env: object, node: pending_xref, content: nodes.Element) -> nodes.Element | None:
-    """A name without a page stays as code; one of this package must exist."""
+def _missing(app: Sphinx, env: BuildEnvironment, node: pending_xref, content: nodes.Element) -> nodes.Element | None:
+    """A class is found by its last name if no other has it; a name without a page stays as code, if it exists."""
     if node.get("refdomain") == "py":
         target = node["reftarget"].removesuffix("()")
+        objects = env.domains.python_domain.objects
+        alike = [name for name in objects if name.endswith(f".{target}")] if target[:1].isupper() else []
+        if len(alike) == 1:
+            there = objects[alike[0]]
+            return make_refnode(app.builder, node["refdoc"], there.docname, there.node_id, content, alike[0])
         if target.startswith("sigmatau.") and not _exists(target):
             _log.warning("no such name in the package: %s", target, location=node, type="ref", subtype="python")
         return content

@@ -47,7 +47,7 @@ BELOW = {
         "json",
     ),
     "performance": ("scale",),
-    "contributing": ("fuzzing",),
+    "contributing": ("fuzzing", "security", "code-of-conduct"),
 }
 # What a folder is called that has no README.md.
 UNTITLED = {

@@ -10,6 +10,7 @@ import pytest
 import sigmatau
 from conftest import ROOT
 from sigmatau.cli.app import EXAMPLES
+from sigmatau.findings.finding import Details
 
 sys.path.append(str(ROOT / "docs"))
 
@@ -97,7 +98,30 @@ def test_the_details_of_every_finding_are_on_the_page():
         r"^\| `([a-z_]+)` \|", (ROOT / "docs" / "findings.md").read_text().partition("## Time stamps")[2], re.M
     )
     assert sorted(re.findall(r"^\.\. describe:: (.*)$", page, flags=re.MULTILINE)) == sorted(explained)
-    assert "   - ``samples``: int; samples concerned\n   - ``share``: float; part of all samples\n" in page
+    assert re.search(
+        r"   - ``samples``: int; samples concerned.*\n   - ``share``: float; part of all samples", page, re.IGNORECASE
+    )
+
+
+def test_fields_are_described_by_comments_or_by_a_section():
+    class Kind(Details, code="kind"):
+        """A kind.
+
+        Attributes
+        ----------
+        low, high : float
+            Ends. [s]
+        """
+
+        low: "float"
+        high: "float | None"
+        count: "int"  # how many
+
+    assert [*kinds.fields(Kind)] == [
+        ("low", "float", "Ends. [s]"),
+        ("high", "float or None", "Ends. [s]"),
+        ("count", "int", ""),
+    ]
 
 
 def test_every_field_of_the_schema_is_on_the_page():

@@ -16,7 +16,7 @@
   ];
   const TITLE = 3; // weight of a word in a title, over that in the text
   const PARTIAL = 0.4; // of a word that is only a part of one in the page
-  const ENOUGH = 0.55; // least share of the weight of all words that a page has
+  const ENOUGH = 0.4; // least share of the weight of all words that a page has
 
   const list = (files) => (files === undefined ? [] : Array.isArray(files) ? files : [files]);
 

@@ -197,8 +197,7 @@ class _Tally:
         """Write what waits, in one transaction; what is written stays whatever happens."""
         if self._waiting:
             waiting, self._waiting = self._waiting, []
-            self._stored.add([one.rows for one in waiting])
-            self._stored.settle([one.log for one in waiting])
+            self._stored.add([one.rows for one in waiting], [one.log for one in waiting])
             self.written += len(waiting)
 
     def summary(self, before: str) -> str:

@@ -96,8 +96,8 @@ def run_fleet(client: Client, logs: Sequence[Log], job: Job, *, done: Callable[[
     about twice a second.
 
     If the worker of a task of several logs ends, each of its logs becomes a task. If the worker of a log ends then too, the
-    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times. A task whose
-    result is lost with its worker is started again.
+    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times. A task
+    whose result is lost with its worker is started again.
 
     Raises
     ------

@@ -107,7 +107,7 @@ def fleet_command(
     options = {of: values for of, values in stated.items() if values}
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
     naming.check()
-    found = find(logs)
+    found = [log for log in find(logs) if not _of_store(log.place, place)]
     for log in found:  # a name that is missing is an error now, and not of each log later
         naming.entry({"source": {"path": log.place}}, Path(log.place))
     stored = Stored(engine_of(place), options)
@@ -159,6 +159,12 @@ def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
     causes_to_keep(chosen["keep"])
     if chosen["terms"] is not None:
         wanted_terms(chosen["terms"])
+
+
+def _of_store(log: str, store: str) -> bool:
+    """Whether a file is the store, or one that SQLite keeps beside it."""
+    names = {store, *(f"{store}{end}" for end in ("-wal", "-shm", "-journal"))}
+    return "://" not in log and os.path.abspath(log) in {os.path.abspath(name) for name in names}  # noqa: PTH100
 
 
 def _before(known: int, failed: int) -> str:

@@ -107,6 +107,8 @@ def fleet_command(
     options = {of: values for of, values in stated.items() if values}
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
     naming.check()
+    if scheduler is not None:  # its workers are in other folders
+        logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     found = [log for log in find(logs) if not _of_store(log.place, place)]
     for log in found:  # a name that is missing is an error now, and not of each log later
         naming.entry({"source": {"path": log.place}}, Path(log.place))
@@ -129,7 +131,7 @@ def fleet_command(
                     show(tally.finished)
 
                 try:
-                    run_fleet(client, wanted, job, done=done)
+                    run_fleet(client, wanted, job, done=done, tell=lambda text: say(text, quiet=quiet))
                 finally:
                     tally.write()
         except DataError as error:

@@ -172,7 +172,7 @@ def _rows(entry: Entry) -> Rows:
         labels=tuple(labels),
         terms=tuple(terms),
         numbers=packed_numbers,
-        findings=tuple(findings),  # type: ignore[arg-type]
+        findings=tuple(findings),
         packed=packed,
     )
 

@@ -117,8 +117,9 @@ class Store:
             content = one.to_dict()
             return naming.entry(content, Path(str(content["source"].get("path") or "")))
 
-        several = isinstance(entries, Iterable) and not isinstance(entries, Mapping) and not hasattr(entries, "to_dict")
-        return add(self._engine, map(entry, entries if several else [entries]), batch=batch)
+        if isinstance(entries, Iterable) and not isinstance(entries, Mapping) and not hasattr(entries, "to_dict"):
+            return add(self._engine, map(entry, entries), batch=batch)
+        return add(self._engine, [entry(entries)], batch=batch)  # type: ignore[arg-type]
 
     def add_files(
         self, files: Sequence[Path], naming: Naming, *, jobs: int = 1, done: Callable[[int], None] = lambda _: None

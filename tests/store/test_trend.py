@@ -187,3 +187,15 @@ def test_terms_with_a_sign_are_not_relative():
 def test_errors(change, options, error):
     with pytest.raises(error):
         trend_of(rows([1.0, 2.0, 3.0], [0, 1, 2], [0, 1, 2]) | change, term="random_walk", **options)
+
+
+def test_units_are_not_mixed():
+    """A channel that was read in deg/s by one log and as an acceleration by another is two channels."""
+    values = np.array([1.0, 1.02, 0.99, 1.01, 1.0, 1.0]) * 1e-4
+    found = rows([*values, *1e3 * values], np.arange(12), range(12))
+    found["si"][6:] = found["rate_unit"][6:] = ["m/s^2"] * 6
+    trend = trend_of(found, term="random_walk")
+    assert list(trend.channels) == ["gyro_x [rad/sqrt(s)]", "gyro_x [m/s^2]"]
+    assert [one.unit for one in trend.channels.values()] == ["rad/sqrt(s)", "m/s^2"]
+    assert not any(one.drifts for part in trend.channels.values() for one in part.drifts)
+    assert trend.channels["gyro_x [m/s^2]"].periods[0].middle == pytest.approx(0.1, rel=1e-12)

@@ -7,12 +7,10 @@ import logging
 import math
 import pkgutil
 import queue
-import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, Literal
 
 from sigmatau._version import __version__
@@ -20,6 +18,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.fleet.logs import Log
 from sigmatau.fleet.stretches import Plan, merged, sums
 from sigmatau.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
+from sigmatau.process import uninterrupted
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -78,7 +77,7 @@ def cluster(
     with dask.config.set(settings):
         if scheduler is None:
             with contextlib.ExitStack() as stack:
-                with _uninterrupted():
+                with uninterrupted():
                     local = stack.enter_context(LocalCluster(
                         n_workers=workers, threads_per_worker=1, dashboard_address=":0",
                         memory_limit="auto" if memory is None else int(memory), silence_logs=60,
@@ -96,23 +95,6 @@ def cluster(
             yield client
         finally:
             client.close(timeout=2)
-
-
-@contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Keep Ctrl-C for the end: processes that it meets while they start print what they were doing.
-
-    They begin with the signal blocked, also those that are started again later, because their threads inherit it from here.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    resource_tracker.ensure_running()  # else the first process starts it, and lets signals through again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _answers(scheduler: str) -> None:

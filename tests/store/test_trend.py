@@ -199,3 +199,19 @@ def test_units_are_not_mixed():
     assert [one.unit for one in trend.channels.values()] == ["rad/sqrt(s)", "m/s^2"]
     assert not any(one.drifts for part in trend.channels.values() for one in part.drifts)
     assert trend.channels["gyro_x [m/s^2]"].periods[0].middle == pytest.approx(0.1, rel=1e-12)
+
+
+@pytest.mark.parametrize(("batches", "share"), [(0.02, 0.17), (0.05, 0.41)])
+def test_random_batches_pass_for_drifts(batches, share):
+    """What docs/how-to/store.md states of batches that differ at random, in 60 units of six months without a trend."""
+    rng = np.random.default_rng(seed_of(f"drift of batches {batches}"))
+    sets = 300
+    found = 0
+    for _ in range(sets):
+        months = rng.uniform(0, 6, 60)
+        batch = batches * rng.standard_normal(6)[months.astype(int)]
+        values = 1e-4 * np.exp(batch + 0.05 * rng.standard_normal(60))
+        [one] = trend_of(rows(values, months, range(60)), term="random_walk")["gyro_x"].drifts
+        found += one.drifts
+    # The stated share is of 600 sets, so both errors count.
+    assert abs(found / sets - share) <= 3 * np.sqrt(share * (1 - share) * (1 / sets + 1 / 600))

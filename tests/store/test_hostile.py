@@ -11,6 +11,7 @@ import sigmatau as st
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
 from sigmatau.store.choosing import Chosen
+from sigmatau.store.connect import _shown
 from sigmatau.store.ingest import Added
 from sigmatau.store.naming import Naming
 from sigmatau.store.rows import Entry
@@ -160,6 +161,34 @@ def test_database_of_another_program_that_uses_alembic(tmp_path):
 def test_wrong_urls(place, told):
     with pytest.raises(OptionError, match=told):
         Store(place)
+
+
+@pytest.mark.parametrize(
+    ("place", "shown"),
+    [
+        ("postgresql://lab:p@ss@host/results", "postgresql://lab:…@host/results"),
+        ("postgresql://host/results?user=lab&password=secret&connect_timeout=5",
+         "postgresql://host/results?user=lab&password=…&connect_timeout=5"),
+        ("postgresql://lab@host/results", "postgresql://lab@host/results"),
+    ],
+)  # fmt: skip
+def test_passwords_are_not_shown(place, shown):
+    assert _shown(place) == shown
+
+
+def test_full_disk_says_what_to_do(tmp_path):
+    with Store(tmp_path / "x.db") as store:
+        with store._engine.connect() as connection:
+            connection.exec_driver_sql("PRAGMA max_page_count = 40")
+        with pytest.raises(DataError, match="disk is full; free some space"):
+            store.add([Entry(result=result(k, log=str(k)), unit="A") for k in range(60)])
+        assert len(store.runs()) == 0
+
+
+def test_one_unit_is_chosen_by_its_name(tmp_path):
+    with Store(tmp_path / "x.db") as store:
+        store.add([Entry(result=result(k, log=str(k)), unit=unit) for k, unit in enumerate(["AB", "A", "B"])])
+        assert store.runs(Chosen(units="AB")).columns()["unit"] == ["AB"]
 
 
 def test_output_never_replaces_a_store(tmp_path, capsys):

@@ -24,6 +24,12 @@ _PRAGMAS = (
     "wal_autocheckpoint=8000",  # pages, 32 MiB: pages that several transactions change are written once
 )
 _LOCK = 7_264_830  # of PostgreSQL: one process migrates
+_HINTS = {  # what to do, by words of what a database says
+    "readonly database": "copy the file to where you may write",
+    "disk image is malformed": "restore a copy, or recover it: sqlite3 FILE .recover",
+    "disk is full": "free some space, and run the command again",
+    "database is locked": f"another program has written for {_BUSY} s; run the command again",
+}
 _SQLITE = b"SQLite format 3\0"
 _VERSION = "alembic_version"  # the table with the version of the others
 _OWN = {"unit", "run", "coefficient"}  # tables of all versions
@@ -73,9 +79,11 @@ def engine_of(place: str | Path, *, create: bool = True) -> Engine:
 
 
 def reason(error: BaseException) -> str:
-    """The first line of what a database says."""
+    """The first line of what a database says, and what to do."""
     cause = getattr(error, "orig", None) or error
-    return str(cause).strip().partition("\n")[0] or type(cause).__name__
+    text = str(cause).strip().partition("\n")[0] or type(cause).__name__
+    hint = next((hint for words, hint in _HINTS.items() if words in text), "")
+    return f"{text}; {hint}" if hint else text
 
 
 def _url(place: str | Path, *, create: bool) -> URL:
@@ -139,7 +147,8 @@ def _file(path: Path, *, create: bool) -> Path:
 
 def _shown(place: str | Path) -> str:
     """The place without a password."""
-    return re.sub(r"(://[^:/@]*):[^@]*@", r"\1:…@", str(place))
+    text = re.sub(r"(://[^:/@]*):.*@", r"\1:…@", str(place))
+    return re.sub(r"([?&]password=)[^&]*", r"\1…", text)
 
 
 def _arguments(url: URL) -> dict[str, Any]:

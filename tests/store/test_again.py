@@ -1,9 +1,13 @@
 """A log that fails, is repaired and fails again; one that gets an earlier content; one that has another place."""
 
+from dataclasses import replace
+from datetime import datetime
+
 import pytest
 from store_results import result
 
 from sigmatau.analysed import failed_result
+from sigmatau.errors import DataError
 from sigmatau.fleet.logs import Log
 from sigmatau.fleet.stored import Stored
 from sigmatau.store.choosing import Chosen
@@ -75,3 +79,29 @@ def test_moved_log_and_copies_are_no_revisions(place):
         assert taken(store, result(0), "1", path="old/day1.csv") == Added(known=1)
         assert taken(store, result(0), "1") == Added(known=1)
         assert shown(store, history=True) == [("fitted", 1)]
+
+
+def test_time_and_temperature_are_stated_later(place):
+    """A trend without times says: add results with --date. The same results are then there already, and get it."""
+    entry = Entry(result=result(0), unit="A")
+    with Store(place) as store:
+        store.add([entry])
+        with pytest.raises(DataError, match="add results with --date"):
+            store.trend()
+        day = datetime(2026, 5, 1)  # noqa: DTZ001  UTC
+        assert store.add([replace(entry, recorded=day, temperature=25.0)]) == Added(known=1)
+        assert store.add([entry]) == Added(known=1)  # what is not stated stays
+        runs = store.runs(Chosen(history=True)).columns()
+        assert (runs["recorded"], runs["temperature"]) == ([day], [25.0])
+
+
+def test_fleet_states_the_time_later(place):
+    log = "logs/2026-05-02.csv"
+    with Store(place) as store:
+        taken(store, result(0), "1", path=log)
+        taken(store, result(1), "1", path="logs/other.csv")
+        stored = Stored(store._engine, {})
+        day = datetime(2026, 5, 2)  # noqa: DTZ001  UTC
+        assert stored.describe({log: {"recorded": day}}) == 1
+        assert Stored(store._engine, {}).describe({log: {"recorded": day}, "gone.csv": {"recorded": day}}) == 0
+        assert sorted(store.runs().columns()["recorded"], key=str) == [day, None]

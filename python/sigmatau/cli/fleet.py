@@ -21,6 +21,7 @@ from sigmatau.results import duration_text
 if TYPE_CHECKING:
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Outcome
+    from sigmatau.store.naming import Naming
 
 NOT_AT_REST = 5
 _BATCH = 200  # results of a transaction
@@ -110,10 +111,12 @@ def fleet_command(
     if scheduler is not None:  # its workers are in other folders
         logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     found = [log for log in find(logs) if not _of_store(log.place, place)]
-    for log in found:  # a name that is missing is an error now, and not of each log later
-        naming.entry({"source": {"path": log.place}}, Path(log.place))
+    stated = {log.place: _stated(naming, log.place) for log in found}  # a name that is missing is an error now
     stored = Stored(engine_of(place), options)
     wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
+    known = {log.place for log in found} - {log.place for log in wanted}
+    if renamed := stored.describe({one: values for one, values in stated.items() if values and one in known}):
+        say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
     before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
     if before:
         say(f"of {len(found)} logs {before}", quiet=quiet)
@@ -161,6 +164,15 @@ def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
     causes_to_keep(chosen["keep"])
     if chosen["terms"] is not None:
         wanted_terms(chosen["terms"])
+
+
+def _stated(naming: Naming, place: str) -> dict[str, Any]:
+    """What the options state of the run of a log."""
+    from sigmatau.store.rows import in_utc
+
+    entry = naming.entry({"source": {"path": place}}, Path(place))
+    values = {"recorded": entry.recorded and in_utc(entry.recorded), "temperature": entry.temperature}
+    return {key: value for key, value in values.items() if value is not None}
 
 
 def _of_store(log: str, store: str) -> bool:

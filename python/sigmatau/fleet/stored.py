@@ -43,12 +43,17 @@ class Stored:
 
         self._engine = engine
         self._mine = and_(run.c.current, run.c.options_key == options_key(options), run.c.file_version != "")
-        query = select(run.c.path, run.c.file_version, run.c.state).where(self._mine)
+        query = select(run.c.path, run.c.file_version, run.c.state, run.c.id, run.c.recorded, run.c.temperature).where(
+            self._mine
+        )
         self._runs: dict[str, list[tuple[str, str]]] = {}
+        self._told: dict[str, list[tuple[int, dict[str, Any]]]] = {}
         try:
             with engine.connect() as connection:
-                for path, version, state in connection.execute(query):
+                for path, version, state, key, recorded, temperature in connection.execute(query):
                     self._runs.setdefault(path, []).append((version, state))
+                    told = {"recorded": recorded, "temperature": temperature}
+                    self._told.setdefault(path, []).append((key, told))
         except SQLAlchemyError as error:
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
@@ -61,6 +66,35 @@ class Stored:
         """How many of some logs have failed in their present version, and have no other result."""
         of = ([state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs)
         return sum(bool(states) and set(states) == {"failed"} for states in of)
+
+    def describe(self, stated: Mapping[str, Mapping[str, Any]]) -> int:
+        """State the time or the temperature of the runs of logs that are there, by place; how many runs change.
+
+        Raises
+        ------
+        DataError
+            If the store does not take it.
+        """
+        from sqlalchemy import update
+
+        from sigmatau.store.ingest import add_rows
+        from sigmatau.store.tables import run
+
+        news = {
+            key: values
+            for place, values in stated.items()
+            for key, told in self._told.get(place, ())
+            if any(told[name] != value for name, value in values.items())
+        }
+        if not news:
+            return 0
+
+        def change(connection: Connection) -> None:
+            for key, values in news.items():
+                connection.execute(update(run).where(run.c.id == key).values(values))
+
+        add_rows(self._engine, [], then=change)
+        return len(news)
 
     def add(self, rows: Sequence[Rows], logs: Iterable[Log]) -> Added:
         """Add the results of logs in one transaction; raises `DataError`.

@@ -102,9 +102,8 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
     for one in chunk:
         last = known.get(one.identity, _NONE)
         if last.has(one):
-            if last.id is not None and last.moved(one):
-                place = {key: one.run[key] for key in ("path", "file_version")}
-                connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(place))
+            if last.id is not None and (news := last.news(one)):
+                connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(news))
             continue
         revision = last.revision + 1
         known[one.identity] = _Last(
@@ -153,6 +152,8 @@ class _Last:
     path: str = ""
     version: str = ""  # of its log
     current: bool = True
+    recorded: datetime | None = None
+    temperature: float | None = None
     id: int | None = None  # None if it is not in the database yet
 
     def has(self, one: Rows) -> bool:
@@ -160,9 +161,16 @@ class _Last:
         back = not self.current and one.run["file_version"]
         return bool(self.revision and self.digest == one.packed.digest and not back)
 
-    def moved(self, one: Rows) -> bool:
-        """Whether the log has another place or another time of change, with the same content."""
-        return bool(one.run["file_version"]) and (self.path, self.version) != (one.run["path"], one.run["file_version"])
+    def news(self, one: Rows) -> dict[str, Any]:
+        """What is now known of the same log: another place or time of change, and what is stated of its run."""
+        found: dict[str, Any] = {}
+        if one.run["file_version"] and (self.path, self.version) != (one.run["path"], one.run["file_version"]):
+            found = {key: one.run[key] for key in ("path", "file_version", "name")}
+        if one.run["recorded"] not in (None, self.recorded):
+            found["recorded"] = one.run["recorded"]
+        if one.run["temperature"] not in (None, self.temperature):
+            found["temperature"] = one.run["temperature"]
+        return found
 
 
 _NONE = _Last()
@@ -174,14 +182,22 @@ def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
 
     run = tables.run.c
     rows = connection.execute(
-        select(run.identity, run.revision, run.digest, run.path, run.file_version, run.current, run.id)
+        select(
+            run.identity,
+            run.revision,
+            run.digest,
+            run.path,
+            run.file_version,
+            run.current,
+            run.recorded,
+            run.temperature,
+            run.id,
+        )
         .where(run.identity.in_(identities))
         .order_by(run.revision)
     )
-    return {
-        identity: _Last(revision=revision, digest=digest, path=path, version=version, current=current, id=key)
-        for identity, revision, digest, path, version, current, key in rows
-    }
+    fields = ("revision", "digest", "path", "version", "current", "recorded", "temperature", "id")
+    return {identity: _Last(**dict(zip(fields, values, strict=True))) for identity, *values in rows}
 
 
 def _new_ids(connection: Connection, count: int) -> list[int]:

@@ -88,3 +88,32 @@ def test_urls(folder):
         assert local == [f"file://{folder}/A1/day1.npy"]
     finally:
         memory.rm("/fleet", recursive=True)
+
+
+def test_links_to_folders_above_are_not_followed(folder):
+    """Two such links would lead to every log more often than can be listed."""
+    (folder / "A1/up").symlink_to("..")
+    (folder / "A2/top").symlink_to(folder)
+    for pattern in ("logs", "logs/**", "./logs/**"):
+        assert [log.place.removeprefix("./") for log in find([pattern])] == EVERY
+    assert [log.place for log in find(["logs/**/day1.npy"])] == ["logs/A1/day1.npy", "logs/A2/day1.npy"]
+    assert [log.place for log in find(["**/day1.npy"])] == ["logs/A1/day1.npy", "logs/A2/day1.npy"]
+
+
+def test_links_to_other_folders_are_followed(folder, tmp_path):
+    np.save(tmp_path / "x.npy", np.zeros(10))
+    (folder / "A4").symlink_to(folder / "A2")
+    (folder / "A2/link.npy").symlink_to(tmp_path / "x.npy")
+    found = [log.place for log in find(["logs"])]
+    assert found == sorted([*EVERY, "logs/A2/link.npy", "logs/A4/day1.npy", "logs/A4/link.npy"])
+
+
+def test_what_cannot_be_read_does_not_keep_the_others_back(folder, monkeypatch):
+    """It is a log whose reader says why, so that it is a row of the store and not forgotten."""
+    (folder / "A1/gone.npy").symlink_to("nowhere.npy")
+    listed = os.access
+    monkeypatch.setattr("os.access", lambda path, *a, **b: "A2" not in str(path) and listed(path, *a, **b))
+    assert [log.place for log in find(["logs"])] == sorted({*EVERY, "logs/A1/gone.npy", "logs/A2"})
+    version = {log.place: log.version for log in find(["logs"])}
+    np.save(folder / "A1/nowhere.npy", np.zeros(10))
+    assert version["logs/A1/gone.npy"] not in [log.version for log in find(["logs/A1/gone.npy"])]

@@ -76,3 +76,17 @@ def test_analysis_is_added_by_its_notes(tmp_path):
     assert table["unit"] == ["A1", "A2"]
     assert table["temperature"] == [25.0, None]
     assert Naming().unit is None
+
+
+def test_rows_are_in_the_order_of_files(tmp_path):
+    """Gyros before accelerometers, whatever the order of the keys of the database."""
+    rng = np.random.default_rng(24)
+    days = []
+    for _ in range(3):
+        gyro, accel = 1e-3 * rng.standard_normal((2, 3000, 3))
+        record = st.Record.from_arrays(rate=100, gyro=gyro, accel=accel, unit={"gyro": "rad/s", "accel": "m/s^2"})
+        days.append(st.analyze(record).to_dict())
+    expected = st.compare_runs(days, names=["1", "2", "3"], units=["A"] * 3)
+    with Store(tmp_path / "x.db") as store:
+        store.add([Entry(result=day, unit="A", name=str(k)) for k, day in enumerate(days)])
+        assert [key[1:] for key in store.compare()] == [key[1:] for key in expected]

@@ -1,6 +1,10 @@
 """Files of results into a store: names, damage, several processes."""
 
 import json
+import os
+import subprocess
+import sys
+import time
 from datetime import datetime
 from pathlib import Path
 
@@ -144,3 +148,50 @@ def test_wrong_options(naming, option):
     with pytest.raises(OptionError) as caught:
         naming.check()
     assert caught.value.option == option
+
+
+KILLS = """
+import os, signal, sys, time
+from pathlib import Path
+import sigmatau.store.from_files as module
+from sigmatau.store.naming import Naming
+from sigmatau.store.store import Store
+
+class Deadly(Naming):
+    def entry(self, result, file):
+        if sys.argv[2] == "reader":
+            os.kill(os.getpid(), signal.SIGKILL)
+        Path("readers").open("a").write(f"{os.getpid()}\\n")
+        time.sleep(60)
+
+if __name__ == "__main__":
+    module._FEW, module.BATCH = 0, 2
+    with Store("x.db") as store:
+        try:
+            store.add_files(module.gather([Path(sys.argv[1])]), Deadly(unit="A"), jobs=2)
+        except module.DataError as error:
+            sys.exit(str(error))
+"""
+
+
+@pytest.mark.parametrize("who", ["reader", "client"])
+def test_killed_processes(tmp_path, who):
+    """Of a reader that is killed a sentence tells; the readers end with a client that is killed."""
+    (tmp_path / "kills.py").write_text(KILLS)
+    process = subprocess.Popen(
+        [sys.executable, "kills.py", str(folder_of(tmp_path)), who], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )  # fmt: skip
+    if who == "client":
+        readers = tmp_path / "readers"
+        until = time.monotonic() + 60
+        while not readers.exists() or not (pids := readers.read_text().split()):
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        process.kill()
+        while any(Path(f"/proc/{pid}").exists() and " Z " not in Path(f"/proc/{pid}/stat").read_text() for pid in pids):
+            assert time.monotonic() < until, "a reader is still there"
+            time.sleep(0.05)
+    _, err = process.communicate(timeout=60)
+    assert ("--jobs 1 adds the others" in err) == (who == "reader"), err
+    assert "Traceback" not in err

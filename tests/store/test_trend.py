@@ -187,3 +187,31 @@ def test_terms_with_a_sign_are_not_relative():
 def test_errors(change, options, error):
     with pytest.raises(error):
         trend_of(rows([1.0, 2.0, 3.0], [0, 1, 2], [0, 1, 2]) | change, term="random_walk", **options)
+
+
+def test_units_are_not_mixed():
+    """A channel that was read in deg/s by one log and as an acceleration by another is two channels."""
+    values = np.array([1.0, 1.02, 0.99, 1.01, 1.0, 1.0]) * 1e-4
+    found = rows([*values, *1e3 * values], np.arange(12), range(12))
+    found["si"][6:] = found["rate_unit"][6:] = ["m/s^2"] * 6
+    trend = trend_of(found, term="random_walk")
+    assert list(trend.channels) == ["gyro_x [rad/sqrt(s)]", "gyro_x [m/s^2]"]
+    assert [one.unit for one in trend.channels.values()] == ["rad/sqrt(s)", "m/s^2"]
+    assert not any(one.drifts for part in trend.channels.values() for one in part.drifts)
+    assert trend.channels["gyro_x [m/s^2]"].periods[0].middle == pytest.approx(0.1, rel=1e-12)
+
+
+@pytest.mark.parametrize(("batches", "share"), [(0.02, 0.17), (0.05, 0.41)])
+def test_random_batches_pass_for_drifts(batches, share):
+    """What docs/how-to/store.md states of batches that differ at random, in 60 units of six months without a trend."""
+    rng = np.random.default_rng(seed_of(f"drift of batches {batches}"))
+    sets = 300
+    found = 0
+    for _ in range(sets):
+        months = rng.uniform(0, 6, 60)
+        batch = batches * rng.standard_normal(6)[months.astype(int)]
+        values = 1e-4 * np.exp(batch + 0.05 * rng.standard_normal(60))
+        [one] = trend_of(rows(values, months, range(60)), term="random_walk")["gyro_x"].drifts
+        found += one.drifts
+    # The stated share is of 600 sets, so both errors count.
+    assert abs(found / sets - share) <= 3 * np.sqrt(share * (1 - share) * (1 / sets + 1 / 600))

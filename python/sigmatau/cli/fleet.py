@@ -21,6 +21,7 @@ from sigmatau.results import duration_text
 if TYPE_CHECKING:
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Outcome
+    from sigmatau.store.naming import Naming
 
 NOT_AT_REST = 5
 _BATCH = 200  # results of a transaction
@@ -109,11 +110,15 @@ def fleet_command(
     options = {of: values for of, values in stated.items() if values}
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
     naming.check()
-    found = find(logs)
-    for log in found:  # a name that is missing is an error now, and not of each log later
-        naming.entry({"source": {"path": log.place}}, Path(log.place))
+    if scheduler is not None:  # its workers are in other folders
+        logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
+    found = [log for log in find(logs) if not _of_store(log.place, place)]
+    stated = {log.place: _stated(naming, log.place) for log in found}  # a name that is missing is an error now
     stored = Stored(engine_of(place), options)
     wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
+    known = {log.place for log in found} - {log.place for log in wanted}
+    if renamed := stored.describe({one: values for one, values in stated.items() if values and one in known}):
+        say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
     before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
     if before:
         say(f"of {len(found)} logs {before}", quiet=quiet)
@@ -131,7 +136,7 @@ def fleet_command(
                     show(tally.finished)
 
                 try:
-                    run_fleet(client, wanted, job, done=done)
+                    run_fleet(client, wanted, job, done=done, tell=lambda text: say(text, quiet=quiet))
                 finally:
                     tally.write()
         except DataError as error:
@@ -161,6 +166,21 @@ def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
     causes_to_keep(chosen["keep"])
     if chosen["terms"] is not None:
         wanted_terms(chosen["terms"])
+
+
+def _stated(naming: Naming, place: str) -> dict[str, Any]:
+    """What the options state of the run of a log."""
+    from sigmatau.store.rows import in_utc
+
+    entry = naming.entry({"source": {"path": place}}, Path(place))
+    values = {"recorded": entry.recorded and in_utc(entry.recorded), "temperature": entry.temperature}
+    return {key: value for key, value in values.items() if value is not None}
+
+
+def _of_store(log: str, store: str) -> bool:
+    """Whether a file is the store, or one that SQLite keeps beside it."""
+    names = {store, *(f"{store}{end}" for end in ("-wal", "-shm", "-journal"))}
+    return "://" not in log and os.path.abspath(log) in {os.path.abspath(name) for name in names}  # noqa: PTH100
 
 
 def _before(known: int, failed: int) -> str:
@@ -199,8 +219,7 @@ class _Tally:
         """Write what waits, in one transaction; what is written stays whatever happens."""
         if self._waiting:
             waiting, self._waiting = self._waiting, []
-            self._stored.add([one.rows for one in waiting])
-            self._stored.settle([one.log for one in waiting])
+            self._stored.add([one.rows for one in waiting], [one.log for one in waiting])
             self.written += len(waiting)
 
     def summary(self, before: str) -> str:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from sigmatau.estimators.allan import DeviationCurve
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+_DATABASE = b"SQLite format 3\0"  # first bytes of a file
 _LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
 _PROGRESS_INTERVAL = 0.2  # [s]
 _LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
@@ -81,6 +82,17 @@ def check_output(path: Path | None, endings: Sequence[str], option: str) -> None
         raise DataError(f"{path}: is not a regular file, and would be replaced; give the name of a file")
     if not path.parent.is_dir():
         raise DataError(f"{path}: there is no directory {path.parent}")
+    if _is_database(path):
+        raise OptionError(f"--{option} {path}: is a database, and would be replaced; name another file", option=option)
+
+
+def _is_database(path: Path) -> bool:
+    """Whether a file is a SQLite database, such as a store."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_DATABASE)) == _DATABASE
+    except OSError:
+        return False
 
 
 def check_folder(path: Path | None, option: str) -> None:

@@ -61,11 +61,11 @@ def _local(pattern: str) -> Iterator[Log]:
 
     several = glob.has_magic(pattern)
     inside: dict[Path, bool] = {}  # by folder, whether it is in one that is a log
-    for name in sorted(glob.glob(pattern, recursive=True)) if several else [pattern]:  # noqa: PTH207  of any root
+    for name in sorted(_matching(pattern)) if several else [pattern]:
         path = Path(name)
         if several and (path.suffix.lower() in NOT_LOGS or _within(path.parent, inside)):
             continue
-        if path.is_dir():
+        if path.is_dir() and _is_listed(path):
             if _is_one_log(path):
                 yield _folder(path)
             elif not several:
@@ -74,9 +74,57 @@ def _local(pattern: str) -> Iterator[Log]:
         try:
             state = path.stat()
         except OSError as error:
-            raise DataError(f"{path}: {error.strerror or error}") from None
+            if not several:
+                raise DataError(f"{path}: {error.strerror or error}") from None
+            yield Log(place=str(path), size=None, changed="")  # a link to nowhere: the reader says so
+            continue
         if state.st_size or not several:
             yield Log(place=str(path), size=state.st_size, changed=str(state.st_mtime_ns))
+
+
+def _matching(pattern: str) -> Iterator[str]:
+    """What `glob.glob` finds, but a link to a folder above it is not followed: it would lead to each log forty times."""
+    parts = pattern.split("/")
+    if parts.count("**") != 1:
+        yield from glob.glob(pattern, recursive=True)  # noqa: PTH207  of any root
+        return
+    at = parts.index("**")
+    above, rest = "/".join(parts[:at]), "/".join(parts[at + 1 :])
+    if at == 1 and not above:
+        above = "/"
+    for root in glob.glob(above) if above else [""]:  # noqa: PTH207
+        if root and not rest:
+            yield root
+        for folder in _folders(root):
+            if rest:
+                yield from glob.glob(os.path.join(glob.escape(folder), rest))  # noqa: PTH118, PTH207
+            else:
+                yield from (os.path.join(folder, name) for name in _names(folder))  # noqa: PTH118
+
+
+def _folders(root: str, above: frozenset[str] = frozenset()) -> Iterator[str]:
+    """A folder and those in it, but not hidden ones."""
+    real = os.path.realpath(root)
+    if real in above:
+        return
+    yield root
+    for name in _names(root):
+        path = os.path.join(root, name)  # noqa: PTH118
+        if os.path.isdir(path):  # noqa: PTH112
+            yield from _folders(path, above | {real})
+
+
+def _names(folder: str) -> list[str]:
+    """What is in a folder and is not hidden; nothing of a folder that may not be listed."""
+    try:
+        return [name for name in os.listdir(folder or ".") if not name.startswith(".")]  # noqa: PTH208
+    except OSError:
+        return []
+
+
+def _is_listed(folder: Path) -> bool:
+    """Whether a folder may be listed; one that may not is a log that cannot be read, so that it is not forgotten."""
+    return os.access(folder, os.R_OK | os.X_OK, effective_ids=os.access in os.supports_effective_ids)
 
 
 def _folder(path: Path) -> Log:

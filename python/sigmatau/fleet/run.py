@@ -5,17 +5,20 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+import pkgutil
 import queue
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
+from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fleet.logs import Log
 from sigmatau.fleet.stretches import Plan, merged, sums
 from sigmatau.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
+from sigmatau.process import uninterrupted
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -24,6 +27,7 @@ _TASK_SECONDS = 2.0  # that a task of several logs takes: its overhead is about 
 _BATCH_LOGS = 64
 _RECOUNT = 3.0  # between counts of the workers [s]
 _TRIES = 3  # of a stretch
+_ANSWER = 20.0  # in which a scheduler answers [s]
 _AHEAD = 2  # tasks a thread of the workers has waiting
 _PATIENCE = 0.5  # between looks at the clock and the scheduler [s]
 _LARGE = 1 << 26  # bytes of a log from which on a worker looks whether it must be divided
@@ -67,44 +71,68 @@ def cluster(
         "distributed.admin.system-monitor.interval": "10s",
         "distributed.scheduler.worker-saturation": 1.0,  # a log that ends its worker then takes no others with it
     }
-    for name in ("distributed", "distributed.client"):  # what it tells becomes an error of one line, or a failed log
+    # What they tell becomes an error of one line, or a failed log.
+    for name in ("distributed", "distributed.client", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with dask.config.set(settings):
         if scheduler is None:
-            with (
-                LocalCluster(
-                    n_workers=workers, threads_per_worker=1, dashboard_address=":0",
-                    memory_limit="auto" if memory is None else int(memory), silence_logs=60,
-                    preload="sigmatau.fleet.worker", preload_nanny=[],
-                ) as local,
-                Client(local) as client,
-            ):  # fmt: skip
-                yield client
+            with contextlib.ExitStack() as stack:
+                with uninterrupted():
+                    local = stack.enter_context(LocalCluster(
+                        n_workers=workers, threads_per_worker=1, dashboard_address=":0",
+                        memory_limit="auto" if memory is None else int(memory), silence_logs=60,
+                        preload="sigmatau.fleet.worker", preload_nanny=[],
+                    ))  # fmt: skip
+                yield stack.enter_context(Client(local))
             return
         try:
-            client = Client(scheduler, timeout=20)
+            _answers(scheduler)
+            client = Client(scheduler, timeout=_ANSWER)
         except (OSError, ValueError) as error:
-            raise DataError(f"{scheduler}: no scheduler answers: {str(error).splitlines()[0]}") from None
+            why = (str(error) or f"nothing was received in {_ANSWER:g} s").splitlines()[0]
+            raise DataError(f"{scheduler}: no scheduler answers: {why}") from None
         try:
             yield client
         finally:
             client.close(timeout=2)
 
 
-def run_fleet(client: Client, logs: Sequence[Log], job: Job, *, done: Callable[[Sequence[Outcome]], None]) -> None:
+def _answers(scheduler: str) -> None:
+    """Raise `OSError` for an address where something listens, and is not a scheduler: a `Client` would wait for it."""
+    import asyncio
+
+    from distributed import Security
+    from distributed.comm import connect
+
+    async def shake_hands() -> None:
+        arguments = Security().get_connection_args("client")
+        comm = await asyncio.wait_for(connect(scheduler, timeout=_ANSWER, **arguments), _ANSWER + 1)
+        await comm.close()
+
+    asyncio.run(shake_hands())
+
+
+def run_fleet(
+    client: Client,
+    logs: Sequence[Log],
+    job: Job,
+    *,
+    done: Callable[[Sequence[Outcome]], None],
+    tell: Callable[[str], None] = lambda _: None,
+) -> None:
     """Analyse logs. `done` gets the outcomes of each task as soon as they are there, in any order; with none, it is called
-    about twice a second.
+    about twice a second. `tell` gets what the user should know meanwhile: that there are no workers.
 
     If the worker of a task of several logs ends, each of its logs becomes a task. If the worker of a log ends then too, the
-    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times. A task is
-    started again if its result is lost with its worker.
+    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times. A task
+    whose result is lost with its worker is started again.
 
     Raises
     ------
     DataError
-        If the scheduler is lost. The outcomes so far have been passed on.
+        If the scheduler is lost, or a worker has no sigmatau, or another version. The outcomes so far have been passed on.
     """
-    _Run(client, job, done).all(logs)
+    _Run(client, job, done, tell).all(logs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,8 +156,12 @@ class _Divided:
 class _Run:
     """The tasks of a fleet: which wait, which run."""
 
-    def __init__(self, client: Client, job: Job, done: Callable[[Sequence[Outcome]], None]) -> None:
-        self._client, self._job, self._done = client, job, done
+    def __init__(
+        self, client: Client, job: Job, done: Callable[[Sequence[Outcome]], None], tell: Callable[[str], None]
+    ) -> None:
+        self._client, self._job, self._done, self._tell = client, job, done, tell
+        self._checked: set[str] = set()  # workers
+        self._waits = False  # for workers
         self._logs: deque[Log] = deque()
         self._waiting: deque[_Task] = deque()
         self._alone: deque[_Task] = deque()
@@ -171,8 +203,11 @@ class _Run:
     def _start(self) -> bool:
         """Start as many tasks as the workers need; whether any is running."""
         if time.monotonic() > self._counted + _RECOUNT:  # workers come and go
-            self._threads = max(sum(self._client.nthreads().values()), 1)
+            threads: Mapping[str, int] = self._client.nthreads()
+            self._threads = max(sum(threads.values()), 1)
             self._counted = time.monotonic()
+            if self._client.cluster is None:
+                self._check(threads)
         while len(self._running) < _AHEAD * self._threads and (task := self._next()) is not None:
             future = self._submit(task)
             self._running[future.key] = task, future
@@ -183,6 +218,28 @@ class _Run:
             self._running[future.key] = task, future
             future.add_done_callback(lambda one: self._ready.put(one.key))
         return bool(self._running)
+
+    def _check(self, workers: Iterable[str]) -> None:
+        """Raise `DataError` for a worker with another sigmatau, which would end with each log that it gets."""
+        found = {*workers}
+        if not found and not self._waits:
+            self._tell("the scheduler has no workers; waiting for them")
+        self._waits = not found
+        if new := found - self._checked:
+            # What is sent is a function of Python's own, so that it runs on every worker.
+            asked = self._client.run(
+                pkgutil.resolve_name, "sigmatau._version:__version__", workers=[*new], on_error="return"
+            )
+            for worker, version in asked.items():
+                if isinstance(version, ImportError | AttributeError):
+                    raise DataError(
+                        f"worker {worker} has no sigmatau: {version}; install sigmatau[cluster] {__version__} there"
+                    )
+                if isinstance(version, str) and version != __version__:
+                    raise DataError(
+                        f"worker {worker} has sigmatau {version}, and this process {__version__}; install the same version"
+                    )
+            self._checked = found
 
     def _next(self) -> _Task | None:
         if any(task.kind == "alone" for task, _ in self._running.values()):

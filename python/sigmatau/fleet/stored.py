@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.errors import DataError
@@ -44,12 +43,17 @@ class Stored:
 
         self._engine = engine
         self._mine = and_(run.c.current, run.c.options_key == options_key(options), run.c.file_version != "")
-        query = select(run.c.path, run.c.file_version, run.c.state).where(self._mine)
+        query = select(run.c.path, run.c.file_version, run.c.state, run.c.id, run.c.recorded, run.c.temperature).where(
+            self._mine
+        )
         self._runs: dict[str, list[tuple[str, str]]] = {}
+        self._told: dict[str, list[tuple[int, dict[str, Any]]]] = {}
         try:
             with engine.connect() as connection:
-                for path, version, state in connection.execute(query):
+                for path, version, state, key, recorded, temperature in connection.execute(query):
                     self._runs.setdefault(path, []).append((version, state))
+                    told = {"recorded": recorded, "temperature": temperature}
+                    self._told.setdefault(path, []).append((key, told))
         except SQLAlchemyError as error:
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
@@ -63,52 +67,69 @@ class Stored:
         of = ([state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs)
         return sum(bool(states) and set(states) == {"failed"} for states in of)
 
-    def add(self, rows: Sequence[Rows]) -> Added:
-        """Add results in one transaction; raises `DataError`."""
+    def describe(self, stated: Mapping[str, Mapping[str, Any]]) -> int:
+        """State the time or the temperature of the runs of logs that are there, by place; how many runs change.
+
+        Raises
+        ------
+        DataError
+            If the store does not take it.
+        """
+        from sqlalchemy import update
+
+        from sigmatau.store.ingest import add_rows
+        from sigmatau.store.tables import run
+
+        news = {
+            key: values
+            for place, values in stated.items()
+            for key, told in self._told.get(place, ())
+            if any(told[name] != value for name, value in values.items())
+        }
+        if not news:
+            return 0
+
+        def change(connection: Connection) -> None:
+            for key, values in news.items():
+                connection.execute(update(run).where(run.c.id == key).values(values))
+
+        add_rows(self._engine, [], then=change)
+        return len(news)
+
+    def add(self, rows: Sequence[Rows], logs: Iterable[Log]) -> Added:
+        """Add the results of logs in one transaction; raises `DataError`.
+
+        The results of earlier versions of the logs, and failures that are past, become history. A log that was touched, and
+        has the same result, keeps its row, which gets the version of the log.
+        """
         from sigmatau.store.ingest import add_rows
 
-        return add_rows(self._engine, rows)
-
-    def settle(self, logs: Iterable[Log]) -> None:
-        """Make the results of earlier versions of logs, and failures that are past, history.
-
-        A log that was touched, and has the same result, keeps its row, which gets the version of the log.
-        """
         known = [log for log in logs if log.place in self._runs]
-        for at in range(0, len(known), _AT_ONCE):
-            self._settle({log.place: log for log in known[at : at + _AT_ONCE]})
 
-    def _settle(self, logs: Mapping[str, Log]) -> None:
+        def settle(connection: Connection) -> None:
+            for at in range(0, len(known), _AT_ONCE):
+                self._settle(connection, {log.place: log for log in known[at : at + _AT_ONCE]})
+
+        return add_rows(self._engine, rows, then=settle)
+
+    def _settle(self, connection: Connection, logs: Mapping[str, Log]) -> None:
         from sqlalchemy import select, update
 
         from sigmatau.store.tables import run
 
-        with self._writing() as connection:
-            query = select(run.c.id, run.c.path, run.c.file_version, run.c.state).order_by(run.c.id)
-            rows = connection.execute(query.where(self._mine, run.c.path.in_(logs))).all()
-            by_place: dict[str, list[tuple[int, str, str]]] = {}
-            for key, path, version, state in rows:
-                by_place.setdefault(path, []).append((key, version, state))
-            past: list[int] = []
-            for place, found in by_place.items():
-                version = logs[place].version
-                kept = [key for key, its, state in found if its == version and state != "failed"]
-                kept = kept or [key for key, its, _ in found if its == version]
-                if not kept:
-                    kept = [found[-1][0]]
-                    connection.execute(update(run).where(run.c.id == kept[-1]).values(file_version=version))
-                past += [key for key, _, _ in found if key != kept[-1]]
-            if past:
-                connection.execute(update(run).where(run.c.id.in_(past)).values(current=False))
-
-    @contextmanager
-    def _writing(self) -> Iterator[Connection]:
-        from sqlalchemy.exc import SQLAlchemyError
-
-        from sigmatau.store.connect import reason
-
-        try:
-            with self._engine.connect().execution_options(writes=True) as connection, connection.begin():
-                yield connection
-        except SQLAlchemyError as error:
-            raise DataError(f"the store did not take the results: {reason(error)}") from None
+        query = select(run.c.id, run.c.path, run.c.file_version, run.c.state).order_by(run.c.id)
+        rows = connection.execute(query.where(self._mine, run.c.path.in_(logs))).all()
+        by_place: dict[str, list[tuple[int, str, str]]] = {}
+        for key, path, version, state in rows:
+            by_place.setdefault(path, []).append((key, version, state))
+        past: list[int] = []
+        for place, found in by_place.items():
+            version = logs[place].version
+            kept = [key for key, its, state in found if its == version and state != "failed"]
+            kept = kept or [key for key, its, _ in found if its == version]
+            if not kept:
+                kept = [found[-1][0]]
+                connection.execute(update(run).where(run.c.id == kept[-1]).values(file_version=version))
+            past += [key for key, _, _ in found if key != kept[-1]]
+        if past:
+            connection.execute(update(run).where(run.c.id.in_(past)).values(current=False))

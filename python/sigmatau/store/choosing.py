@@ -101,8 +101,9 @@ def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
     one = chosen or Chosen()
     found: list[ColumnElement[bool]] = [] if one.history else [run.c.current]
     if one.units:
-        exact = [name for name in one.units if "*" not in name or not one.pattern]
-        alike = (unit.c.name.like(_like(name), escape="\\") for name in one.units if name not in exact)
+        units = [one.units] if isinstance(one.units, str) else one.units
+        exact = [name for name in units if "*" not in name or not one.pattern]
+        alike = (unit.c.name.like(_like(name), escape="\\") for name in units if name not in exact)
         found.append(or_(unit.c.name.in_(exact), *alike))
     if one.model is not None:
         found.append(model.c.name == one.model)

@@ -24,8 +24,15 @@ _PRAGMAS = (
     "wal_autocheckpoint=8000",  # pages, 32 MiB: pages that several transactions change are written once
 )
 _LOCK = 7_264_830  # of PostgreSQL: one process migrates
+_HINTS = {  # what to do, by words of what a database says
+    "readonly database": "copy the file to where you may write",
+    "disk image is malformed": "restore a copy, or recover it: sqlite3 FILE .recover",
+    "disk is full": "free some space, and run the command again",
+    "database is locked": f"another program has written for {_BUSY} s; run the command again",
+}
 _SQLITE = b"SQLite format 3\0"
-_TABLES = "alembic_version"
+_VERSION = "alembic_version"  # the table with the version of the others
+_OWN = {"unit", "run", "coefficient"}  # tables of all versions
 
 
 def engine_of(place: str | Path, *, create: bool = True) -> Engine:
@@ -72,26 +79,33 @@ def engine_of(place: str | Path, *, create: bool = True) -> Engine:
 
 
 def reason(error: BaseException) -> str:
-    """The first line of what a database says."""
+    """The first line of what a database says, and what to do."""
     cause = getattr(error, "orig", None) or error
-    return str(cause).strip().partition("\n")[0] or type(cause).__name__
+    text = str(cause).strip().partition("\n")[0] or type(cause).__name__
+    hint = next((hint for words, hint in _HINTS.items() if words in text), "")
+    return f"{text}; {hint}" if hint else text
 
 
 def _url(place: str | Path, *, create: bool) -> URL:
     from sqlalchemy import make_url
+    from sqlalchemy.exc import ArgumentError
 
     text = str(place)
-    scheme = re.match(r"([a-z+0-9]+)://", text)
-    if scheme is None:
+    found = re.match(r"([A-Za-z+0-9]+)://", text)
+    if found is None:
         return _sqlite_url(_file(Path(place), create=create))
-    if scheme[1] in ("postgresql", "postgres", "postgresql+psycopg"):
-        return make_url("postgresql+psycopg://" + text.partition("://")[2])
-    if scheme[1] == "sqlite":
-        return _sqlite_url(_file(Path(text.partition(":///")[2]), create=create))
-    raise OptionError(
-        f"{_shown(place)}: a store is a file, or postgresql://USER@HOST/NAME; {scheme[1]} is not supported",
-        option="store",
-    )
+    scheme, rest = found[1].lower(), text.partition("://")[2]
+    if scheme in ("postgresql", "postgres", "postgresql+psycopg"):
+        try:
+            return make_url(f"postgresql+psycopg://{rest}")
+        except (ValueError, ArgumentError):
+            raise OptionError(
+                f"{_shown(place)}: is not a URL; give it as postgresql://USER@HOST:5432/NAME", option="store"
+            ) from None
+    if scheme == "sqlite" and len(rest) > 1 and rest.startswith("/"):
+        return _sqlite_url(_file(Path(rest[1:]), create=create))
+    what = "give a file of SQLite by its name" if scheme == "sqlite" else f"{scheme} is not supported"
+    raise OptionError(f"{_shown(place)}: a store is a file, or postgresql://USER@HOST/NAME; {what}", option="store")
 
 
 def _sqlite_url(path: Path) -> URL:
@@ -133,7 +147,8 @@ def _file(path: Path, *, create: bool) -> Path:
 
 def _shown(place: str | Path) -> str:
     """The place without a password."""
-    return re.sub(r"(://[^:/@]*):[^@]*@", r"\1:…@", str(place))
+    text = re.sub(r"(://[^:/@]*):.*@", r"\1:…@", str(place))
+    return re.sub(r"([?&]password=)[^&]*", r"\1…", text)
 
 
 def _arguments(url: URL) -> dict[str, Any]:
@@ -168,10 +183,10 @@ def _up_to_date(engine: Engine, place: str | Path) -> None:
     newest = ScriptDirectory.from_config(config).get_current_head()
     with engine.connect() as connection:
         found = MigrationContext.configure(connection).get_current_revision()
-        tables = inspect(connection).get_table_names() if found is None else []
+        tables = [] if found == newest else inspect(connection).get_table_names()
     if found == newest:
         return
-    if tables and _TABLES not in tables:
+    if tables and (_VERSION not in tables or (found is not None and not _OWN.issubset(tables))):
         raise DataError(
             f"{_shown(place)}: has other tables ({', '.join(sorted(tables)[:3])} …); give an empty database"
         )

@@ -9,6 +9,7 @@ import signal
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
+from sigmatau.process import end_with_parent, uninterrupted
 from sigmatau.store.ingest import BATCH, Added, add_rows
 from sigmatau.store.naming import Naming, UnknownUnitError
 from sigmatau.store.rows import Rows, rows_of
@@ -123,11 +125,17 @@ def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> I
         waiting: deque[Future[_Read]] = deque()
         try:
             for batch in batches:
-                waiting.append(pool.submit(read, batch))
+                with uninterrupted():  # it may start processes
+                    waiting.append(pool.submit(read, batch))
                 if len(waiting) > _AHEAD * jobs:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
+        except BrokenProcessPool:
+            raise DataError(
+                "a process that read files was ended, as the system does when memory is short; what was added stays, and the"
+                " same command with --jobs 1 adds the others"
+            ) from None
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
 
@@ -135,6 +143,7 @@ def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> I
 def _prepare_process() -> None:
     """Ctrl-C reaches all processes of the terminal; the first one ends the others. JSON has no cycles to search for."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
     gc.disable()
 
 

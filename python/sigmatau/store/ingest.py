@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import UTC, datetime
 from itertools import islice
 from typing import TYPE_CHECKING, Any
@@ -72,8 +72,11 @@ def _named(entry: Entry) -> Rows:
         raise DataError(f"{entry.unit}: {error}") from None
 
 
-def add_rows(engine: Engine, chunk: Sequence[Rows]) -> Added:
-    """Add results in a transaction. If another writer added the same runs meanwhile, they are compared with its rows."""
+def add_rows(engine: Engine, chunk: Sequence[Rows], *, then: Callable[[Connection], None] = lambda _: None) -> Added:
+    """Add results, and do what follows from them, in one transaction.
+
+    If another writer added the same runs meanwhile, they are compared with its rows.
+    """
     import sqlalchemy
 
     from sigmatau.store.connect import reason
@@ -82,7 +85,9 @@ def add_rows(engine: Engine, chunk: Sequence[Rows]) -> Added:
     for attempt in range(_ATTEMPTS):
         try:
             with engine.connect().execution_options(writes=True) as connection, connection.begin():
-                return _add(connection, chunk)
+                added = _add(connection, chunk)
+                then(connection)
+                return added
         except (sqlalchemy.exc.SQLAlchemyError, driver) as error:
             if attempt == _ATTEMPTS - 1 or not _may_pass(error):
                 raise DataError(f"the store did not take the results: {reason(error)}") from None
@@ -105,16 +110,21 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
     runs: dict[tuple[str, int], dict[str, Any]] = {}
     results, replaced = [], set()
     for one in chunk:
-        revision, last = known.get(one.identity, (0, ""))
-        if one.packed.digest == last:
+        last = known.get(one.identity, _NONE)
+        if last.has(one):
+            if last.id is not None and (news := last.news(one)):
+                connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(news))
             continue
-        known[one.identity] = (revision + 1, one.packed.digest)
-        if revision:
+        revision = last.revision + 1
+        known[one.identity] = _Last(
+            revision=revision, digest=one.packed.digest, path=one.run["path"], version=one.run["file_version"]
+        )
+        if last.revision:
             replaced.add(one.identity)
-        if (one.identity, revision) in runs:
-            runs[one.identity, revision]["current"] = False
-        keys = {"unit_id": units[one.unit], "identity": one.identity, "revision": revision + 1}
-        runs[one.identity, revision + 1] = {**one.run, **keys, "current": True, "added": now}
+        if (one.identity, last.revision) in runs:
+            runs[one.identity, last.revision]["current"] = False
+        keys = {"unit_id": units[one.unit], "identity": one.identity, "revision": revision}
+        runs[one.identity, revision] = {**one.run, **keys, "current": True, "added": now}
         results.append(one)
     if replaced:
         connection.execute(update(tables.run).where(tables.run.c.identity.in_(replaced)).values(current=False))
@@ -143,15 +153,61 @@ def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> N
         connection.execute(update(tables.run).where(run.id.in_(ids)).values(current=False))
 
 
-def _latest(connection: Connection, identities: set[str]) -> dict[str, tuple[int, str]]:
-    """Last revision and its content, by identity."""
+@frozen
+class _Last:
+    """The last revision of a run."""
+
+    revision: int = 0  # 0: none
+    digest: str = ""
+    path: str = ""
+    version: str = ""  # of its log
+    current: bool = True
+    recorded: datetime | None = None
+    temperature: float | None = None
+    id: int | None = None  # None if it is not in the database yet
+
+    def has(self, one: Rows) -> bool:
+        """Whether a result is this one. A log that is again as it was before it changed gets a new revision."""
+        back = not self.current and one.run["file_version"]
+        return bool(self.revision and self.digest == one.packed.digest and not back)
+
+    def news(self, one: Rows) -> dict[str, Any]:
+        """What is now known of the same log: another place or time of change, and what is stated of its run."""
+        found: dict[str, Any] = {}
+        if one.run["file_version"] and (self.path, self.version) != (one.run["path"], one.run["file_version"]):
+            found = {key: one.run[key] for key in ("path", "file_version", "name")}
+        if one.run["recorded"] not in (None, self.recorded):
+            found["recorded"] = one.run["recorded"]
+        if one.run["temperature"] not in (None, self.temperature):
+            found["temperature"] = one.run["temperature"]
+        return found
+
+
+_NONE = _Last()
+
+
+def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
+    """Last revision by identity; it is not current if the log has changed, or failed and has a result."""
     from sqlalchemy import select
 
     run = tables.run.c
     rows = connection.execute(
-        select(run.identity, run.revision, run.digest).where(run.identity.in_(identities), run.current)
+        select(
+            run.identity,
+            run.revision,
+            run.digest,
+            run.path,
+            run.file_version,
+            run.current,
+            run.recorded,
+            run.temperature,
+            run.id,
+        )
+        .where(run.identity.in_(identities))
+        .order_by(run.revision)
     )
-    return {identity: (revision, content) for identity, revision, content in rows}
+    fields = ("revision", "digest", "path", "version", "current", "recorded", "temperature", "id")
+    return {identity: _Last(**dict(zip(fields, values, strict=True))) for identity, *values in rows}
 
 
 def _new_ids(connection: Connection, count: int) -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from datetime import datetime
@@ -11,7 +12,7 @@ from typing import Any
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.lots.runs import RUN_NOTES, SERIAL_NOTES
-from sigmatau.store.rows import Entry
+from sigmatau.store.rows import Entry, in_utc
 
 FOLDER, LOG_FOLDER = "folder", "log-folder"
 IN_NAME = "name"
@@ -69,8 +70,16 @@ class Naming:
             raise OptionError("--unit and --unit-from both name the unit; give one of them", option="unit_from")
         if self.unit is not None and not self.unit.strip():
             raise OptionError("--unit is empty; give the serial number", option="unit")
-        if self.date not in (None, IN_NAME) and _iso(str(self.date)) is None:
-            raise OptionError(f"--date {self.date}: must be like 2026-05-01T12:00, or name", option="date")
+        if self.date not in (None, IN_NAME):
+            time = _iso(str(self.date))
+            if time is None:
+                raise OptionError(f"--date {self.date}: must be like 2026-05-01T12:00, or name", option="date")
+            in_utc(time)
+        if self.temperature is not None and not -_KELVIN <= self.temperature < math.inf:
+            raise OptionError(
+                f"--temperature {self.temperature:g}: must be a temperature in °C, above {-_KELVIN}",
+                option="temperature",
+            )
         if self.unit_from not in (None, FOLDER, LOG_FOLDER):
             try:
                 groups = re.compile(str(self.unit_from)).groups

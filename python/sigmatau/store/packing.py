@@ -42,7 +42,7 @@ class Packed:
 
     content: bytes  # all but the curves
     curves: bytes  # of all channels in their order; numbers of a curve do not become smaller when compressed
-    digest: str  # checksum of all that the result says, without the version of the program
+    digest: str  # checksum of what the result says, without the version of the program and the place of the log
 
 
 def pack(result: Mapping[str, Any]) -> Packed:
@@ -69,11 +69,19 @@ def pack(result: Mapping[str, Any]) -> Packed:
 
 
 def _compared(content: bytes, told: Mapping[str, Any]) -> bytes:
-    """The JSON without the version of the program, which stands at its beginning in all results of sigmatau."""
-    head = _json({name: told[name] for name in _NOT_COMPARED if name in told})[:-1] + b","
+    """The JSON without the version of the program, and without the place of a log whose bytes are known: what results of
+    sigmatau begin with.
+    """
+    source = told.get("source")
+    if isinstance(source, Mapping) and source.get("sha256"):
+        source = {name: value for name, value in source.items() if name != "path"}
+    first = (*_NOT_COMPARED, "source")
+    head = _json({name: told[name] for name in first if name in told})[:-1] + b","
     if content.startswith(head):
-        return content[len(head) :]
-    return _json({name: value for name, value in told.items() if name not in _NOT_COMPARED})[1:]
+        rest = content[len(head) :]
+    else:
+        rest = _json({name: value for name, value in told.items() if name not in first})[1:]
+    return _json(source) + rest
 
 
 def _packed(values: list[Any]) -> tuple[str, bytes]:

@@ -11,6 +11,8 @@ from datetime import UTC, datetime
 from pathlib import PurePath
 from typing import Any, Literal
 
+import numpy as np
+
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.errors import DataError
 from sigmatau.fitting.noise_fit import QUANTIFIED
@@ -21,6 +23,7 @@ from sigmatau.store.packing import NUMBERS, Packed, pack
 _SCHEMAS = (1, 2)
 _MEAN = "mean"
 _LEVEL = 0.95  # of the interval of a mean
+_MOST_SAMPLES = 2**63 - 1
 _MOST_LETTERS = {"unit": 400, "model": 200, "run": 400, "channel": 100}
 _NUMBERS = struct.Struct("<ii5d")
 assert _NUMBERS.size == NUMBERS.itemsize
@@ -117,7 +120,7 @@ def rows_of(entry: Entry) -> Rows:
         return _rows(entry)
     except DataError:
         raise
-    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError, struct.error) as error:
+    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError, struct.error) as error:
         what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
         raise DataError(f"not a result of sigmatau analyze, or damaged: {what:.100}") from None
 
@@ -141,16 +144,21 @@ def _rows(entry: Entry) -> Rows:
         fitted = channel.get("fit") or {}
         quantity, of = channel["quantity"], channel["curve"]["unit"]
         channels.append((
-            _name(name, "channel"), quantity, of, float(channel["sample_rate_hz"]), int(channel["samples"]),
-            fitted.get("verdict", ""), channel.get("trust", ""), fitted.get("p_value"),
+            _name(name, "channel"), _word(quantity, 60), _word(of, 60), *_size(channel),
+            _word(fitted.get("verdict", ""), 20), _word(channel.get("trust", ""), 20), _number(fitted.get("p_value")),
         ))  # fmt: skip
         fits = fitted.get("verdict") in QUANTIFIED
         for term, found, si in _terms(channel, fitted):
+            if found[0] not in (None, True, False):
+                raise ValueError(f"{name} {term}: observed must be true or false, not {found[0]!r:.20}")
             numbers.append(_NUMBERS.pack(len(labels), fits, *[math.nan if x is None else x for x in found[1:]]))
-            labels.append((name, quantity, term, si, of))
+            labels.append((name, quantity, term, _word(si, 60), of))
             terms.append(found)
+    packed_numbers = b"".join(numbers)
+    if np.isinf(np.frombuffer(packed_numbers, dtype=NUMBERS)["value"]).any():
+        raise ValueError("a coefficient is infinite")
     findings = [
-        (*(_text(one.get(key, "")) for key in ("code", "severity")), _text(" ".join(one.get("channels") or ())),
+        (_text(one.get("code", ""))[:60], _text(one.get("severity", ""))[:10], _text(" ".join(one.get("channels") or ())),
          _text(one.get("message", "")))
         for one in result.get("findings", ())
     ]  # fmt: skip
@@ -163,8 +171,8 @@ def _rows(entry: Entry) -> Rows:
         channels=tuple(channels),
         labels=tuple(labels),
         terms=tuple(terms),
-        numbers=b"".join(numbers),
-        findings=tuple(findings),  # type: ignore[arg-type]
+        numbers=packed_numbers,
+        findings=tuple(findings),
         packed=packed,
     )
 
@@ -194,9 +202,9 @@ def _run(entry: Entry, source: Mapping[str, Any], channels: list[tuple[Any, ...]
     return {
         "name": _name(entry.name or PurePath(path).name or entry.unit, "run"),
         "path": path,
-        "sha256": source.get("sha256"),
+        "sha256": _word(source["sha256"], 64) if source.get("sha256") else None,
         "recorded": None if entry.recorded is None else in_utc(entry.recorded),
-        "temperature": entry.temperature,
+        "temperature": _number(entry.temperature),
         "duration": max((samples / rate for *_, rate, samples, _, _, _ in channels), default=None),
         "state": _state(result),
         "message": _text((result.get("error") or {}).get("message", "")),
@@ -206,8 +214,43 @@ def _run(entry: Entry, source: Mapping[str, Any], channels: list[tuple[Any, ...]
 
 
 def in_utc(time: datetime) -> datetime:
-    """A time as a store keeps it: UTC, without a time zone. One without a zone is UTC."""
-    return time if time.tzinfo is None else time.astimezone(UTC).replace(tzinfo=None)
+    """A time as a store keeps it: UTC, without a time zone. One without a zone is UTC.
+
+    Raises
+    ------
+    DataError
+        For a time that is not in the years 1 to 9999 of UTC.
+    """
+    try:
+        return time if time.tzinfo is None else time.astimezone(UTC).replace(tzinfo=None)
+    except OverflowError:
+        raise DataError(f"the time {time.isoformat()} is not in the years 1 to 9999 in UTC") from None
+
+
+def _size(channel: Mapping[str, Any]) -> tuple[float, int]:
+    """Rate and number of samples."""
+    rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
+    if not (0 < rate < math.inf and 0 <= samples <= _MOST_SAMPLES):
+        raise ValueError(f"{samples:.3g} samples at {rate:g} Hz")
+    return rate, samples
+
+
+def _word(value: object, most: int) -> str:
+    """A text of a column."""
+    if not isinstance(value, str):
+        raise TypeError(f"a text is {value!r:.30}")
+    if len(value) > most:
+        raise ValueError(f"a text has {len(value)} characters, more than {most}: {value:.30}…")
+    return _text(value)
+
+
+def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
+    if value is None:
+        return None
+    found = float(value)
+    if not math.isfinite(found):
+        raise ValueError(f"{found} in place of a number")
+    return found
 
 
 def _state(result: Mapping[str, Any]) -> State:

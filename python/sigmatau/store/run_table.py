@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.lots.runs import LIMITED, MEAN, OBSERVED, SIGNED, WITHOUT_ERROR, WITHOUT_INTERVAL, Label, Run, RunTable
+from sigmatau.noise.terms import TERMS
 from sigmatau.store.packing import NUMBERS
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement
     from sqlalchemy.engine import Connection
+
+_TERMS = (*TERMS, MEAN)
 
 _Floats = NDArray[np.float64]
 
@@ -43,10 +47,19 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
     counts = np.array([len(row[4]) // NUMBERS.itemsize for row in kept], dtype=np.int64)
     return _table(
         runs=tuple(Run(name=name, serial=serial, sha256=sha) for _, serial, name, sha, _ in kept),
-        labels={key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r) for key, c, q, t, u, r in labels},
+        labels={
+            key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r)
+            for key, c, q, t, u, r in sorted(labels, key=_order)
+        },
         run=np.repeat(np.arange(len(kept)), counts),
         numbers=numbers,
     )
+
+
+def _order(label: Sequence[Any]) -> tuple[Any, ...]:
+    """Gyros first, and the terms in the order of results."""
+    _, channel, quantity, term, *units = label
+    return quantity != "angular_rate", quantity, channel, _TERMS.index(term) if term in _TERMS else -1, units
 
 
 def _table(

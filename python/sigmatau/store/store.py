@@ -79,16 +79,18 @@ class Store:
         """Close the connections."""
         self._engine.dispose()
 
-    def add(self, entries: Iterable[Entry] | Entry | Analysis, *, unit: str | None = None, batch: int = BATCH) -> Added:
+    def add(
+        self, entries: Iterable[Entry | Analysis] | Entry | Analysis, *, unit: str | None = None, batch: int = BATCH
+    ) -> Added:
         """Add results, each once: a result that is there already is not added again, another one of the same log and
         options is a new revision.
 
         Parameters
         ----------
-        entries : iterable of Entry, Entry, or Analysis
-            Results with their units and runs; or one analysis.
+        entries : Entry or Analysis, or iterable of them
+            Results, as an `Entry` with unit and run, or as an `Analysis`.
         unit : str, optional
-            Serial number for an `Analysis`. Default: its note "serial number".
+            Serial number for each `Analysis`. Default: its note "serial number".
         batch : int
             Results of a transaction: what was committed stays if the process is killed.
 
@@ -105,12 +107,24 @@ class Store:
         from sigmatau.store.ingest import add
         from sigmatau.store.naming import Naming
 
-        if isinstance(entries, Entry):
-            entries = [entries]
-        elif not isinstance(entries, Iterable) or hasattr(entries, "to_dict"):
-            content = entries.to_dict()
-            entries = [Naming(unit=unit).entry(content, Path(str(content["source"].get("path") or "")))]
-        return add(self._engine, entries, batch=batch)
+        if batch < 1:
+            raise OptionError(f"{{option}} must be at least 1, not {batch}", option="batch")
+        naming = Naming(unit=unit)
+
+        def entry(one: Entry | Analysis) -> Entry:
+            if isinstance(one, Entry):
+                return one
+            if not hasattr(one, "to_dict"):
+                raise TypeError(
+                    f"`entries` must be Entry or Analysis, or several of them, not {type(one).__name__}; for the content of"
+                    " a JSON file use Entry(result=…, unit=…)"
+                )
+            content = one.to_dict()
+            return naming.entry(content, Path(str(content["source"].get("path") or "")))
+
+        if isinstance(entries, Iterable) and not isinstance(entries, Mapping) and not hasattr(entries, "to_dict"):
+            return add(self._engine, map(entry, entries), batch=batch)
+        return add(self._engine, [entry(entries)], batch=batch)  # type: ignore[arg-type]
 
     def add_files(
         self, files: Sequence[Path], naming: Naming, *, jobs: int = 1, done: Callable[[int], None] = lambda _: None
@@ -171,7 +185,9 @@ class Store:
         try:
             with self._engine.connect() as connection:
                 yield connection
-        except SQLAlchemyError as error:
+        except DataError:
+            raise
+        except (SQLAlchemyError, ValueError) as error:  # a value that is not of its type
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
     def _table(self, query: Select[Any]) -> Table:

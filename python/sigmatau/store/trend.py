@@ -135,6 +135,7 @@ class Trend(Tabular):
     level : float
         Confidence level of intervals and tests.
     channels : mapping of str to ChannelTrend
+        By name; a channel that has several units is one for each, ``"gyro_x [rad/s]"``.
     undated : int
         Values without a time, which are not used.
     """
@@ -188,17 +189,21 @@ def trend_of(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "mont
     if not dated.any():
         what = "none of the runs with it has a time; add results with --date" if len(values) else "no run has it"
         raise DataError(f"no trend of {term}: {what}")
-    channel = np.array(rows["channel"], dtype=object)
     position = {name: k for k, name in enumerate(dict.fromkeys(rows["unit"]))}
     unit = np.array([position[name] for name in rows["unit"]], dtype=np.int64)
     time = np.array(rows["recorded"], dtype="datetime64[us]")
     limited = np.array([one is not None for one in rows["upper_limit"]], dtype=bool) & np.isnan(values)
     found: dict[str, ChannelTrend] = {}
-    for name in dict.fromkeys(rows["channel"]):
-        own = np.flatnonzero((channel == name) & dated)
+    kinds = list(zip(rows["channel"], rows["si"], strict=True))
+    distinct = {kind: k for k, kind in enumerate(dict.fromkeys(kinds))}
+    which = np.array([distinct[kind] for kind in kinds], dtype=np.int64)
+    names = [name for name, _ in distinct]
+    for kind, k in distinct.items():
+        own = np.flatnonzero((which == k) & dated)
         if not len(own):
             continue
         first = int(own[0])
+        name = kind[0] if names.count(kind[0]) == 1 else f"{kind[0]} [{kind[1]}]"
         one = _Values(
             y=values[own] if term in SIGNED else _log(values[own]), unit=unit[own], time=time[own], limited=limited[own],
             signed=term in SIGNED,

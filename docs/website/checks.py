@@ -81,12 +81,16 @@ FIRST = 5
 QUESTIONS = {
     "units density discrete sqrt(Hz)": ("questions/", "how-to/"),
     "bias instability random walk filter": ("questions/", "how-to/"),
+    "how long to record": ("questions/", "how-to/planning"),
     "NaN short log": ("questions/", "how-to/"),
+    "gaps": ("questions/", "how-to/gaps"),
     "correlation time Gauss-Markov": ("questions/", "how-to/"),
     "which axis": ("questions/", "how-to/"),
     "inflate": ("questions/", "how-to/"),
     "datasheet": ("questions/", "how-to/datasheets"),
+    "memory slow": ("questions/", "how-to/"),
     "ROS 2 bag": ("questions/", "how-to/"),
+    "falling tail": ("questions/", "how-to/"),
 }
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import sigmatau as st
+from known import seed_of
 from sigmatau import Record, allan, analyze
 from sigmatau.errors import OptionError
 from sigmatau.units import to_si
@@ -70,6 +71,15 @@ def test_a_model_without_intervals_is_dotted(record):
     (ax,) = analysis.plot().axes
     assert not [line for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()) > 2]
     assert [line for line in ax.lines if line.get_linestyle() == ":" and len(line.get_xdata()) > 2]
+
+
+def test_a_curve_of_an_array_is_drawn_in_its_unit_or_another_one():
+    curve = allan(np.random.default_rng(seed_of("curve of an array")).standard_normal(1000), rate=100, unit="deg/s")
+    for unit, factor in (("deg/s", 1), ("deg/h", 3600), (None, 1)):
+        (line,) = (line for line in curve.plot(unit=unit).axes[0].lines[:1])
+        assert line.get_ydata() == pytest.approx(factor * curve.adev, rel=1e-12)
+    with pytest.raises(OptionError, match="units that do: rad/s"):
+        curve.plot(unit="g")
 
 
 def test_of_every_averaging_time_as_many_are_drawn_as_can_be_told_apart(record):

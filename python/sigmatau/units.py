@@ -271,6 +271,12 @@ def usual(si: str) -> str:
     return _USUAL.get(si, si)
 
 
+def if_known(spelling: str) -> Unit | None:
+    """The unit that a spelling means; None if it is unknown."""
+    # A symbol of the table means itself; the patterns of the words take longer to compile than the head of a log to read.
+    return _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
+
+
 def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
     """The unit that a spelling means.
 
@@ -295,8 +301,7 @@ def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
     >>> find("°/√h").symbol
     'deg/sqrt(h)'
     """
-    # A symbol of the table means itself; the patterns of the words take longer to compile than the head of a log to read.
-    unit = _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
+    unit = if_known(spelling)
     kinds = (si,) if isinstance(si, str) else si
     if unit is not None and (not kinds or unit.si in kinds):
         return unit

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sigmatau._version import __version__
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.plot.style import figure_of, legend, new_figure, panels_of, small
-from sigmatau.units import find
+from sigmatau.units import find, if_known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -368,13 +368,14 @@ def _told_apart(tau: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[float, str]:
-    """Factor from the unit that a curve is drawn in to SI, and how that unit is written."""
+    """Factor from the unit that a curve is drawn in to its own, and how that unit is written."""
     # In the field's units as long as it is a rate.
     wanted = unit or (_PLOT_UNITS.get(curve.quantity) if curve.unit in ("rad/s", "m/s^2") else None)
-    if wanted is None:
+    if wanted in (None, curve.unit):
         return 1.0, curve.unit
-    found = find(wanted, si=curve.unit)
-    return found.factor, found.text
+    own = if_known(curve.unit)  # that of an array is as the user gave it
+    found = find(wanted, si=own.si if own else curve.unit)
+    return found.factor / (own.factor if own else 1.0), found.text
 
 
 def _cycle(n: int) -> list[tuple[str, str]]:

@@ -26,7 +26,6 @@ EXTRAS = {
     "matplotlib": ("plot", ["analyze", "log.csv", "--plot", "figure.png"]),
     "typst": ("pdf", ["analyze", "log.csv", "--report", "report.pdf"]),
     "sqlalchemy": ("store", ["store", "add", "result.json", "--store", "lab.db"]),
-    "distributed": ("cluster", ["fleet", "analyze", "log.csv", "--store", "lab.db"]),
     "pyarrow": ("parquet", ["simulate", "unit.toml", "--hours", "0.01", "--rate", "100", "-o", "log.parquet"]),
 }
 
@@ -45,7 +44,12 @@ def installed_files():
     """The package is complete, and of one version."""
     assert metadata.version("sigmatau") == st.__version__
     for name in st.__all__:
-        getattr(st, name)
+        try:
+            getattr(st, name)
+        except ImportError as error:
+            assert name == "Store", name
+            assert find_spec("sqlalchemy") is None
+            assert "sigmatau[store]" in str(error), error  # noqa: PT017  there is no pytest
     files = resources.files("sigmatau")
     for name in ("py.typed", "data/hg1700.toml", "schema/result-2.schema.json", "reporting/assets/uplot/LICENSE"):
         assert files.joinpath(*name.split("/")).is_file(), f"{name} is not installed"
@@ -73,7 +77,10 @@ def commands():
     """Each group of commands does its work; what needs an extra names it."""
     out, _ = sigmatau("--version")
     assert out.strip() == f"sigmatau {st.__version__}"
-    Path("unit.toml").write_text('[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\n', encoding="utf-8")
+    channels = (
+        '[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\n[channels.accel_x]\nrandom_walk = "0.05 m/s/sqrt(h)"\n'
+    )
+    Path("unit.toml").write_text(channels, encoding="utf-8")
     sigmatau("simulate", "unit.toml", "--hours", "0.1", "--rate", "100", "--seed", "1", "-o", "log.csv")
     out, _ = sigmatau("inspect", "log.csv")
     assert "gyro_x" in out

@@ -248,7 +248,7 @@ def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
             now = time.monotonic()
             if now - last > _REPORT:
                 last = now
-                say(f"{done} of {total} logs, {_rate(done, total, now - begun)}")
+                say(", ".join(filter(None, [f"{done} of {total} logs", _rate(done, total, now - begun)])))
 
         yield tell
         return

@@ -112,3 +112,19 @@ def test_public_functions_are_not_hidden_by_modules():
     for before in ("", "import sigmatau.estimators.allan, sigmatau.exporting.export; ", "import sigmatau.analysis; "):
         code = f"{before}import sigmatau; from sigmatau import allan; print(sigmatau.allan, sigmatau.export)"
         assert loaded_text(code).count("function") == 2
+
+
+def test_all_names_without_the_extras():
+    """With the packages of no extra installed, `from sigmatau import *` works; a store then says what it needs."""
+    code = """
+import sys
+for name in "sqlalchemy alembic orjson distributed dask zarr fsspec matplotlib h5py pyarrow pandas".split():
+    sys.modules[name] = None
+from sigmatau import *
+try:
+    Store("lab.db")
+except ImportError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "pip install 'sigmatau[store]'" in done.stdout

@@ -11,7 +11,6 @@ import numpy as np
 
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
-from sigmatau.store import tables
 from sigmatau.store.packing import NUMBERS
 from sigmatau.store.rows import Entry, Label, Rows, rows_of
 
@@ -104,6 +103,8 @@ def _may_pass(error: Exception) -> bool:
 def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
     from sqlalchemy import insert, update
 
+    from sigmatau.store import tables
+
     known = _latest(connection, {one.identity for one in chunk})
     units = _unit_ids(connection, chunk)
     now = datetime.now(UTC).replace(tzinfo=None)
@@ -141,6 +142,8 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
 def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> None:
     """Failures of logs that now have a result are history."""
     from sqlalchemy import select, update
+
+    from sigmatau.store import tables
 
     run = tables.run.c
     better = {(row["unit_id"], row["path"]): row["id"] for row in rows if row["state"] != "failed" and row["path"]}
@@ -190,6 +193,8 @@ def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
     """Last revision by identity; it is not current if the log has changed, or failed and has a result."""
     from sqlalchemy import select
 
+    from sigmatau.store import tables
+
     run = tables.run.c
     rows = connection.execute(
         select(
@@ -222,6 +227,8 @@ def _new_ids(connection: Connection, count: int) -> list[int]:
 def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
     """The units by name, with the sensor model if it is stated; new ones are made."""
     from sqlalchemy import update
+
+    from sigmatau.store import tables
 
     models = _ids(connection, tables.model, {one.model for one in chunk if one.model})
     units = _ids(connection, tables.unit, {one.unit for one in chunk})
@@ -256,6 +263,8 @@ def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
     """The keys of labels, of which a store has few; new ones are added."""
     from sqlalchemy import select
 
+    from sigmatau.store import tables
+
     of = tables.label.c
     columns = (of.channel, of.quantity, of.term, of.unit, of.rate_unit)
 
@@ -278,6 +287,8 @@ def _add_unless_there(connection: Connection, table: Table, rows: list[dict[str,
 
 
 def _add_contents(connection: Connection, ids: Sequence[int], results: Sequence[Rows]) -> None:
+    from sigmatau.store import tables
+
     known = _label_ids(connection, {label for one in results for label in one.labels})
     of_labels = {labels: [known[label] for label in labels] for labels in {one.labels for one in results}}
     stored, channels, terms, findings = [], [], [], []

@@ -73,7 +73,7 @@ def one_process(logs: Path, store: Path, *, share: int = 0, of: int = 1) -> None
     found = find([str(logs)])[share::of]
     for at in range(0, len(found), 200):
         outcomes = [one for log in found[at : at + 200] for one in analyse([log], job)[0]]
-        stored.add([one.rows for one in outcomes])
+        stored.add([one.rows for one in outcomes], [one.log for one in outcomes])
 
 
 def fleet(logs: Path, store: Path, *more: object, **settings: str) -> subprocess.Popen[str]:
@@ -312,7 +312,7 @@ def cost(folder: Path) -> dict[str, Any]:
         pickle.loads(pickle.dumps(outcomes))
     pickled = (time.process_time() - begun) / 10 / len(found)
     begun = time.process_time()
-    stored.add([one.rows for one in outcomes])
+    stored.add([one.rows for one in outcomes], [one.log for one in outcomes])
     written = (time.process_time() - begun) / len(found)
     size = sum(file.stat().st_size for file in folder.glob("cost.db*")) / len(found)
     place, n = folder / "long20000000.zarr", 20_000_000

@@ -380,7 +380,9 @@ PROVOKED = {
         st.DataError: (
             lambda: store().add(st.store.rows.Entry(result={}, unit="A1")),
             lambda: store().add(analysis()),
-        )
+        ),
+        st.OptionError: (lambda: store().add(analysis(), batch=0),),
+        TypeError: (lambda: store().add(5),),
     },
     "Store.trend": {
         st.DataError: (lambda: store().trend(),),

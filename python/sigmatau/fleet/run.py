@@ -100,6 +100,7 @@ def cluster(
 def _answers(scheduler: str) -> None:
     """Raise `OSError` for an address where something listens, and is not a scheduler: a `Client` would wait for it."""
     import asyncio
+    from concurrent.futures import ThreadPoolExecutor
 
     from distributed import Security
     from distributed.comm import connect
@@ -109,7 +110,8 @@ def _answers(scheduler: str) -> None:
         comm = await asyncio.wait_for(connect(scheduler, timeout=_ANSWER, **arguments), _ANSWER + 1)
         await comm.close()
 
-    asyncio.run(shake_hands())
+    with ThreadPoolExecutor(1) as thread:  # this one may run a loop of its own, as in a notebook
+        thread.submit(lambda: asyncio.run(shake_hands())).result()
 
 
 def run_fleet(

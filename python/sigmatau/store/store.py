@@ -103,6 +103,10 @@ class Store:
         ------
         DataError
             For a result that is none, one whose unit is unknown, or a database that does not take it; earlier batches stay.
+        OptionError
+            For a batch smaller than 1.
+        TypeError
+            For what is neither an `Entry` nor an `Analysis`.
         """
         from sigmatau.store.ingest import add
         from sigmatau.store.naming import Naming

@@ -40,11 +40,10 @@ def walk(**values):
 
 
 def nested(one):
-    inner = one["options"] = {}
-    for _ in range(950):
-        inner["a"] = {}
-        inner = inner["a"]
+    one["options"] = NESTED
 
+
+NESTED = "so deep that a recursive program ends"
 
 HOSTILE = {
     "more samples than 64 bits": channel(samples=1e300),
@@ -71,7 +70,7 @@ def test_hostile_result_keeps_no_other_from_the_store(tmp_path, name):
     HOSTILE[name](one)
     files = [tmp_path / f"{k}.json" for k in range(3)]
     for file, content in zip(files, (result(0), one, result(2)), strict=True):
-        file.write_text(json.dumps(content))
+        file.write_text(json.dumps(content).replace(f'"{NESTED}"', '{"a": ' * 950 + "{}" + "}" * 950))
     with Store(tmp_path / "x.db") as store:
         found = store.add_files(files, Naming(unit="A"))
         assert (found.added, [problem.file.stem for problem in found.problems]) == (Added(new=2), ["1"])

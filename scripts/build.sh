@@ -15,3 +15,4 @@ touch .venv/.building # before, so that an edit while it compiles counts
 export PATH="$PWD/.venv/bin:$PATH"
 quietly "compiling (a minute the first time)" "$PY" -m pip install --verbose --no-deps --no-build-isolation --editable .
 mv .venv/.building .venv/.built
+echo "   built: .venv/bin/sigmatau"

@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 IMAGE = re.compile(r"!\[(?P<text>[^\]]*)\]\((?P<target>[^)\s]+)\)")
 LINK = re.compile(r"(?<!!)\[(?P<text>[^\]]*)\]\((?P<target>[^)\s]+)\)")
-PAGES = re.compile(r"^## Documentation\n.*?(?=^## |^To cite)", flags=re.DOTALL | re.MULTILINE)
+PAGES = re.compile(r"^## Documentation\n.*?(?=^## )", flags=re.DOTALL | re.MULTILINE)
 FENCE = re.compile(r"^(```.*?^```)", flags=re.DOTALL | re.MULTILINE)
 
 

@@ -631,7 +631,8 @@ PROVOKED = {
         st.OptionError: (
             lambda: st.read_off(curve(), random_walk=(10.0, 1.0)),
             lambda: st.read_off(curve(), random_walk=(1e4, 2e4)),
-        )
+        ),
+        TypeError: (lambda: st.read_off(record()),),
     },
     "report": {
         st.OptionError: (

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from sigmatau.analysed import WITHOUT_CURVE, Analysis
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap
+from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap, kept_freedom
 from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
@@ -341,10 +341,7 @@ def of_curves(
 def _with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
     """The curve with degrees of freedom by the model; with missing samples in proportion to the pairs that are left."""
     edf = fitted.degrees_of_freedom(m=curve.m)
-    if edf is not None and curve.missing:
-        starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
-        edf = np.maximum(edf * starts / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
-    return replace(curve, edf=edf)
+    return replace(curve, edf=None if edf is None else kept_freedom(curve, edf))
 
 
 def _record_of(given: object) -> Record:

@@ -61,6 +61,14 @@ def test_lists(lab, capsys):
     assert run(capsys, "list", "--store", "lab.db", "--unit", "B")[1:] == ("", "no units of this kind in the store\n")
 
 
+def test_an_empty_store_says_how_to_fill_it(lab, capsys):
+    run(capsys, "add", "nothing.json", "--store", "empty.db")
+    assert run(capsys, "list", "--store", "empty.db")[1:] == (
+        "",
+        "no units in the store; sigmatau store add adds results\n",
+    )
+
+
 def test_store_of_the_environment(lab, capsys, monkeypatch):
     monkeypatch.setenv("SIGMATAU_STORE", str(lab / "lab.db"))
     assert run(capsys, "list")[0] == 0

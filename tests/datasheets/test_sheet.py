@@ -85,9 +85,15 @@ class TestLibrary:
     def test_an_unknown_name_lists_those_there_are(self):
         with pytest.raises(OptionError, match=r"unknown datasheet 'nonesuch'; known: adis16405, .*\.toml"):
             datasheet("nonesuch")
-        for hostile in ("", "../../etc/passwd", "\x00", "[/]"):
+        for hostile in ("", "../../etc/passwd", "\x00", "[/]", 300 * "x"):
             with pytest.raises(OptionError, match="unknown datasheet"):
                 datasheet(hostile)
+
+    def test_a_name_without_its_ending(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "spec.toml").touch()
+        with pytest.raises(OptionError, match=r"unknown datasheet 'spec'; is the file spec\.toml meant\?"):
+            datasheet("spec")
 
     def test_it_prints_itself_as_a_table(self):
         lines = repr(list_datasheets()).splitlines()
@@ -142,7 +148,7 @@ class TestModel:
 REFUSED = {
     '[gyro]\nnoise_density = {typical = "1 deg/s/sqrt(Hz)"}': 'gyro: noise_density needs one of sided = "one".*√2',
     '[gyro]\nnoise_density = {typical = "1 deg/s/sqrt(Hz)", sided = ["one"]}': "gyro: noise_density needs one of",
-    '[gyro]\nbias_instability = {maximum = "1 deg/h"}': "gyro: bias_instability needs one of as = .*0.664",
+    '[gyro]\nbias_instability = {maximum = "1 deg/h"}': '0.664.*write e.g. bias_instability = .*, as = "minimum" }',
     '[gyro]\nrandom_walk = {typical = "1 deg/sqrt(h)", sided = "one"}': "gyro: random_walk: unknown key 'sided'",
     '[gyro]\nrandom_walk = "1 deg/sqrt(h)"': "gyro: random_walk = '1 deg/sqrt\\(h\\)'; write e.g.",
     "[gyro]\nrandom_walk = {}": "gyro: random_walk has neither typical nor maximum",
@@ -191,7 +197,7 @@ class TestRefusals:
     def test_a_missing_file(self, tmp_path):
         with pytest.raises(DataError, match=r"none\.toml: No such file"):
             datasheet(str(tmp_path / "none.toml"))
-        with pytest.raises(DataError, match="maker is missing"):
+        with pytest.raises(DataError, match="maker and source are missing"):
             Datasheet.from_dict({"name": "N"})
 
 

@@ -380,3 +380,41 @@ def test_numbers_that_no_fit_can_square(size):
     assert (finding.code, finding.channel) == ("out_of_range", "a")
     assert list(analysis.curves) == ["b"]
     assert allan(Record.from_arrays(rate=100, a=size * y))["a"].adev[0] == pytest.approx(size, rel=0.1)
+
+
+def test_the_interval_for_a_noise_is_that_of_the_analysis():
+    white = record(np.random.default_rng(known.seed_of("interval for a noise")).standard_normal(4096))
+    analysis = analyze(white)
+    curve = allan(white)["y"]
+    fitted = analysis["y"].model
+    expected = analysis.curves["y"].interval(level=0.99)
+    # The analysis interpolates the degrees of freedom of some sizes.
+    np.testing.assert_allclose(curve.interval(noise=fitted, level=0.99), expected, rtol=0.01)
+    low, high = curve.interval(noise="random_walk")
+    assert np.all(low > curve.interval(noise="random_walk", level=0.99)[0])
+    assert np.all(high > curve.adev)
+
+
+def test_missing_samples_widen_the_interval_for_a_noise():
+    y = np.random.default_rng(known.seed_of("interval with missing samples")).standard_normal(4096)
+    whole = allan(record(y), taus=[64])["y"]
+    y[1000:2000] = np.nan
+    cut = allan(record(y), taus=[64])["y"]
+    low, high = np.transpose([[edge[0] for edge in curve.interval(noise="random_walk")] for curve in (whole, cut)])
+    widths = np.log(high / low)
+    # Three quarters of the pairs are left: wider by the root of 4/3, 1.15.
+    assert 1.1 < widths[1] / widths[0] < 1.2
+
+
+@pytest.mark.parametrize(
+    ("overlap", "options", "message"),
+    [
+        ("full", {"level": 0.99}, r"`level` needs the noise, interval\(noise='random_walk'\)"),
+        ("full", {"noise": "white"}, "unknown term 'white' in `noise`"),
+        ("none", {"noise": "random_walk"}, "`noise` needs a curve of overlapping clusters"),
+    ],
+)
+def test_intervals_that_cannot_be_had(overlap, options, message):
+    curve = allan(record(np.arange(64.0) % 3), overlap=overlap)["y"]
+    with pytest.raises(OptionError, match=message):
+        curve.interval(**options)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import known
 from sigmatau import Record, allan, deviation
-from sigmatau.estimators.deviation_kinds import KINDS
+from sigmatau.errors import OptionError
+from sigmatau.estimators.deviation_kinds import KINDS, estimator
 
 
 def record(y, rate=1.0):
@@ -269,3 +270,16 @@ class TestLaws:
         y = np.array(y)
         a, b = (deviation(record(v), kind=kind)["y"].deviation for v in (y, y + offset))
         assert b == pytest.approx(a, rel=1e-7, abs=1e-9 * (np.abs(y).max() + abs(offset)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        ("adev", r"the Allan deviation is sigmatau\.allan"),
+        ("hdev", "write hadamard"),
+        ("nonesuch", "'nonesuch': unknown; kinds: modified"),
+    ],
+)
+def test_names_of_other_programs_lead_to_the_kind(kind, message):
+    with pytest.raises(OptionError, match=message):
+        estimator(kind)

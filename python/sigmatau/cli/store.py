@@ -194,7 +194,12 @@ def list_command(
     if json:
         sys.stdout.write(json_text(table.to_dict()))
     elif not len(table):
-        say(f"no {what} of this kind in the store")
+        empty = chosen == Choice().chosen(history=history)
+        say(
+            f"no {what} in the store; sigmatau store add adds results"
+            if empty
+            else f"no {what} of this kind in the store"
+        )
     else:
         sys.stdout.write(f"{table.shown(_SHOWN[what])!r}\n")
     return 0

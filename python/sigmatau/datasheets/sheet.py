@@ -18,6 +18,7 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
+_LONGEST_NAME = 100  # characters; a longer one is not looked up as a file
 _OPEN = {
     "noise_density": "one- or two-sided: not stated",
     "bias_instability": "Allan minimum or coefficient B: not stated",
@@ -398,6 +399,8 @@ def datasheet(name: str | Path) -> Datasheet:
     for key, sheet in library.items():
         if wanted in (_plain(key), _plain(sheet.name)):
             return sheet
+    if len(name) < _LONGEST_NAME and Path(f"{name}.toml").is_file():
+        raise OptionError(f"unknown datasheet {name!r}; is the file {name}.toml meant?", option="datasheet")
     raise OptionError(
         f"unknown datasheet {name!r}; known: {', '.join(library)}; or give a .toml file", option="datasheet"
     )

@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
+from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes, coefficients_of
 from sigmatau.frozen import frozen
-from sigmatau.noise.uncertainty import chi2_factors, percentage_error
+from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom, percentage_error
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import TablesByChannel, Tabular, plain
@@ -41,6 +41,14 @@ _MOST_ALL_WITH_GAPS = 100_000  # samples: half a minute
 
 # Every grid of parts of an octave is printed whole, up to eighths of a record of 10⁸ samples.
 _PRINTED_ROWS = 200
+
+
+def kept_freedom(curve: DeviationCurve, edf: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Degrees of freedom that missing samples leave of those of a complete record: in proportion to the pairs."""
+    if not curve.missing:
+        return edf
+    starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
+    return np.maximum(edf * starts / (curve.n + 1 - 2 * curve.m), np.minimum(edf, 1.0))
 
 
 @frozen(eq=False)
@@ -122,23 +130,52 @@ class DeviationCurve(Tabular):
         """
         return percentage_error(self.n, self.m)
 
-    def interval(self, *, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Confidence interval of each deviation; by χ² if `edf` is known, else by eq. (26).
+    def interval(
+        self, *, noise: str | Mapping[str, float] | None = None, level: float = 0.95
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Confidence interval of each deviation, by χ²; without `edf` and `noise` one standard error by eq. (26).
 
         Parameters
         ----------
+        noise : str or mapping of str to float, optional
+            The name of a term, or coefficients such as `NoiseFit.model`: exact degrees of freedom for this noise, of
+            overlapping clusters. Default: `edf`, which a curve of `sigmatau.analyze` has. [SI]
         level : float
-            Probability that the interval holds. Eq. (26) knows one standard error only, and the level is not used.
+            Probability that the interval holds.
 
         Returns
         -------
         low, high : ndarray, shape (n_tau,)
             [unit]
+
+        Raises
+        ------
+        OptionError
+            For an unknown noise, for `noise` with ``overlap="none"``, or for another level with eq. (26).
+
+        Examples
+        --------
+        >>> import sigmatau as st
+        >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+        >>> curve = st.allan(st.simulate(model, duration=600, rate=10, rng=1))["gyro_x"]
+        >>> low, high = curve.interval(noise=st.fit(curve).model, level=0.99)
         """
-        if self.edf is None:
+        edf = self.edf if noise is None else self._freedom(noise)
+        if edf is None:
+            if level != 0.95:
+                raise OptionError(
+                    "{option} needs the noise, interval(noise='random_walk') or interval(noise=sigmatau.fit(curve).model):"
+                    " without it the interval is one standard error by eq. (26)",
+                    option="level",
+                )
             return self.adev * np.maximum(1 - self.error, 0), self.adev * (1 + self.error)
-        low, high = chi2_factors(self.edf, level=level)
+        low, high = chi2_factors(edf, level=level)
         return self.adev * low, self.adev * high
+
+    def _freedom(self, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
+        if self.overlap != "full":
+            raise OptionError("{option} needs a curve of overlapping clusters, overlap='full'", option="noise")
+        return kept_freedom(self, degrees_of_freedom(coefficients_of(noise), n=self.n, m=self.m, tau0=self.tau0))
 
     def at(self, sizes: NDArray[np.int64]) -> DeviationCurve:
         """The same curve at some of its cluster sizes.

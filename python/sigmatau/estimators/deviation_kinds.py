@@ -47,11 +47,28 @@ KINDS: Mapping[str, Estimator] = {
 }
 """Estimators by name; section 5.2 of [2]_."""
 
+# Names in other programs
+_ALLAN_NAMES = ("allan", "adev", "oadev", "avar", "overlapping")
+_OTHER_NAMES = {
+    **dict.fromkeys(("mdev", "mvar", "mod"), "modified"),
+    **dict.fromkeys(("hdev", "ohdev"), "hadamard"),
+    **dict.fromkeys(("totdev", "tot"), "total"),
+    **dict.fromkeys(("tdev", "tvar"), "time"),
+    "tierms": "tie_rms",
+}
+
 
 def estimator(kind: str) -> Estimator:
     """The estimator of a name; raises `OptionError` for an unknown one."""
     if not isinstance(kind, str) or kind not in KINDS:
-        raise OptionError(f"{{option}} {kind!r}: unknown; kinds: {', '.join(KINDS)}", option="kind")
+        if kind in _ALLAN_NAMES:
+            raise OptionError(
+                f"{{option}} {kind!r}: the Allan deviation is sigmatau.allan, or sigmatau allan on the command line; kinds:"
+                f" {', '.join(KINDS)}",
+                option="kind",
+            )
+        meant = f"write {_OTHER_NAMES[kind]}" if kind in _OTHER_NAMES else "unknown"
+        raise OptionError(f"{{option}} {kind!r}: {meant}; kinds: {', '.join(KINDS)}", option="kind")
     return KINDS[kind]
 
 

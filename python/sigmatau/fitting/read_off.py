@@ -236,6 +236,8 @@ def read_off(
 
     Raises
     ------
+    TypeError
+        If `curve` is not a curve of one channel.
     OptionError
         For a range that is not two positive times in order, or in which the curve has no averaging time.
 
@@ -266,6 +268,11 @@ def read_off(
     gyro_x: read off
       angle random walk        0.341 ± 0.021 deg/√h   (τ 1.28 … 7.68 s, given)
     """
+    if not isinstance(curve, DeviationCurve):
+        raise TypeError(
+            f"`curve` must be a DeviationCurve, e.g. sigmatau.allan(record)['gyro_x'], not a {type(curve).__name__};"
+            " sigmatau.analyze(record, method='read-off') reads off every channel of a record"
+        )
     given = _given(
         curve,
         quantization=quantization,

@@ -95,9 +95,8 @@ pub enum Outcome {
 pub fn fit(data: &Data, level: f64) -> Result<Outcome, Failed> {
     let mut work = Work::default();
     let (best, adequate) = best_attempt(data, level, &mut work);
-    if let Some(best) = best.as_ref().filter(|_| adequate)
-        && let Ok(found) = stated(data, best, level, &mut work)
-    {
+    let found = best.as_ref().filter(|_| adequate).map(|best| stated(data, best, level, &mut work));
+    if let Some(Ok(found)) = found {
         return Ok(Outcome::Found(Box::new(found)));
     }
     // If a model was adequate: trial values far from the fit may have no positive definite covariance, because of
@@ -121,9 +120,8 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
         evidence[p] = Some(found);
     }
     let undecided = best.ramp.is_some_and(|ramp| ramp.suspicious() && ramp.used == 0.0);
-    if let Some((still, theta_still)) = best.still.as_ref().filter(|_| undecided)
-        && observed.contains(RATE_RANDOM_WALK)
-    {
+    let asked = undecided && observed.contains(RATE_RANDOM_WALK);
+    if let Some((still, theta_still)) = best.still.as_ref().filter(|_| asked) {
         // The noise may or may not explain the ramp: is the walk significant without it?
         let without = still.evidence_in(RATE_RANDOM_WALK, theta_still, level, &shares, work)?;
         if without.p_value >= 1.0 - level {

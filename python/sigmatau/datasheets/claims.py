@@ -257,9 +257,10 @@ def texts_of(content: Mapping[str, Any]) -> dict[str, str]:
     unknown = next((key for key in content if key not in TEXTS and key not in SENSORS), None)
     if unknown is not None:
         raise DataError(f"unknown key {unknown!r}; a datasheet has {', '.join(TEXTS)} and [{'], ['.join(SENSORS)}]")
-    missing = next((key for key in _NEEDED if key not in content), None)
-    if missing is not None:
-        raise DataError(f'{missing} is missing; write e.g. {missing} = "…"')
+    missing = [key for key in _NEEDED if key not in content]
+    if missing:
+        example = ", ".join(f'{key} = "…"' for key in missing)
+        raise DataError(f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; write e.g. {example}")
     return {key: _text(content[key], key) for key in TEXTS if key in content}
 
 
@@ -336,7 +337,8 @@ def _claim(sensor: str, key: str, table: object) -> Claim:
         convention = table.get(where, "")
         if convention not in choices:
             listed = ", ".join(f'{where} = "{choice}"' for choice in choices)
-            raise DataError(f"{sensor}: {key} needs one of {listed}, because {why}; got {table.get(where)!r}")
+            got = f"; got {table[where]!r}" if where in table else ""
+            raise DataError(f"{sensor}: {key} needs one of {listed}, because {why}{got}")
     si = coefficient_unit(_of_unit(key), *QUANTITIES[sensor.partition("_")[0]])
     values = {k: _value(sensor, key, k, table[k], si) for k in (usual, "maximum") if k in table}
     if len(values) > 1 and values[usual] > values["maximum"]:

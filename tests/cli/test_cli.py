@@ -3,6 +3,7 @@
 import csv
 import functools
 import gzip
+import importlib.util
 import json
 import os
 import re
@@ -583,3 +584,66 @@ def test_a_figure_needs_no_backend(one, tmp_path):
         capture_output=True, text=True, check=False, env={**os.environ, "MPLBACKEND": "not_installed"},
     )  # fmt: skip
     assert (done.returncode, figure.exists()) == (0, True), done.stderr
+
+
+class TestWhatIsTypedInstead:
+    @pytest.mark.parametrize(
+        ("words", "message"),
+        [
+            ("lot a.json --datasheet adis16405", "unknown option --datasheet: the specification is --spec"),
+            ("compare a.json --spec adis16405", "sigmatau lot RESULTS --spec NAME"),
+            ("analyze a.csv -o imu.yaml", "--export TARGET=FILE"),
+            ("export a.json vins-mono", "the target is --to vins"),
+            ("export a.json --openvins imu.yaml", "unknown option --openvins: the target is --to openvins"),
+            ("export a.json b.json", "'b.json' not expected here"),
+            ("datasheet", "sigmatau datasheet list, or"),
+            ("datasheet adis16405", "sigmatau datasheet show adis16405"),
+            ("analyze a.csv --jsn x", "Did you mean --json?"),
+        ],
+    )
+    def test_the_message_has_what_to_type(self, words, message, capsys):
+        code, out, err = run(*words.split(), capsys=capsys)
+        assert (code, out) == (2, "")
+        assert message in err
+        assert err.count("\n") == 1
+
+    @pytest.mark.parametrize(
+        ("words", "message"),
+        [
+            (["--plot", "p.png"], "pip install 'sigmatau[plot]'"),
+            (["--stability", "p.png"], "pip install 'sigmatau[plot]'"),
+            (["--report", "r.pdf"], "pip install 'sigmatau[pdf]'"),
+            (["--jobs", "2", "--plot", "plots"], "pip install 'sigmatau[plot]'"),
+        ],
+    )
+    def test_a_missing_library_is_told_before_the_log_is_read(self, words, message, tmp_path, monkeypatch, capsys):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "log.csv").write_text("not a log\n")
+        find = importlib.util.find_spec
+        monkeypatch.setattr(
+            importlib.util, "find_spec", lambda name, *a: None if name in ("matplotlib", "typst") else find(name, *a)
+        )
+        code, out, err = run("analyze", "log.csv", *words, "--json", "r", capsys=capsys)
+        assert (code, out) == (1, "")
+        assert message in err
+        assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
+def test_elements_of_an_array_are_one_line_of_inspect(tmp_path, capsys):
+    names = [
+        "time [s]",
+        *(f"covariance[{k}]" for k in range(9)),
+        "gyro_x [rad/s]",
+        "a[0]",
+        "a[1]",
+        "b[0]",
+        "b[2]",
+        "b[3]",
+    ]
+    rows = np.random.default_rng(seed=5).standard_normal((300, len(names)))
+    rows[:, 0] = np.arange(300) / 100
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=",".join(names), comments="")
+    _, out, _ = run("inspect", tmp_path / "log.csv", capsys=capsys)
+    listed = [line.split(maxsplit=1) for line in out.splitlines() if re.match(r"\s+\d+(:\d+)? \S", line)]
+    assert [number for number, _ in listed[1:]] == ["1", "2:10", "11", "12", "13", "14", "15", "16"]
+    assert listed[2][1] == "covariance[0] … [8]"

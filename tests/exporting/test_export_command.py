@@ -123,6 +123,11 @@ def test_what_is_refused_with_exit_code_2(result, tmp_path, more, message, capsy
     assert not (tmp_path / "x.out").exists()
 
 
+@pytest.mark.parametrize(("typed", "name"), [("vins_mono", "vins"), ("VINS-Fusion", "vins"), ("orbslam3", "orb-slam3")])
+def test_a_target_by_the_name_of_its_program(typed, name):
+    assert target(typed) is target(name)
+
+
 def test_noise_that_is_covered(tmp_path, capsys):
     (tmp_path / "m.toml").write_text(
         '[channels.gyro_x]\nquantization = "1 arcsec"\nrate_random_walk = "10 deg/h/sqrt(h)"\n'

@@ -393,6 +393,14 @@ class TestCommand:
         assert len(compared.runs) == DAYS
         assert not compared.unused
 
+    def test_results_without_names_of_units_are_told_to_be_one_unit(self, folder, capsys):
+        assert main(["compare", "day1.json", "day2.json"]) == 0
+        assert "one unit" not in capsys.readouterr().err
+        for path in folder.glob("*.json"):
+            path.write_text(json.dumps(json.loads(path.read_text()) | {"notes": {}}))
+        assert main(["compare", "day1.json", "day2.json"]) == 0
+        assert "one unit is assumed" in capsys.readouterr().err
+
     def test_results_that_cannot_be_used_are_named(self, folder, capsys):
         (folder / "cut.json").write_text('{"schema": 2,')
         (folder / "list.json").write_text("[]")
@@ -415,6 +423,8 @@ class TestCommand:
             ([".", "--json", "new.json"], 1, "inside a folder of results"),
             (["empty"], 1, "empty: no result in this folder"),
             (["log.csv"], 1, "log.csv: not a table of coefficients"),
+            (["log.csv"], 1, "sigmatau analyze LOG --json"),
+            (["day1.json", "day2.json", "--by", "run", "--plot", "f.png"], 1, "two units in one run"),
             (["day1.json", "--plot", "f.png"], 1, "nothing to draw"),
         ],
     )  # fmt: skip

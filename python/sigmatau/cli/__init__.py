@@ -10,10 +10,31 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from sigmatau.process import keep_freed
 
-_UNUSED_HINT = " Separate several values of one option by commas (gyro=…,accel=…); run the command once for each file."
+if TYPE_CHECKING:
+    from cyclopts import CycloptsError
+
+_UNUSED_HINT = "Separate several values of one option by commas (gyro=…,accel=…); run the command once for each file."
+_OTHER_NAMES = {
+    ("lot", "--datasheet"): "the specification is --spec",
+    ("analyze", "--datasheet"): "after analyze --json RESULT.json: sigmatau lot RESULT.json --spec NAME",
+    ("analyze", "--spec"): "after analyze --json RESULT.json: sigmatau lot RESULT.json --spec NAME",
+    ("compare", "--spec"): "sigmatau lot RESULTS --spec NAME compares with a specification",
+    ("export", "--datasheet"): "the values of a datasheet are --from-datasheet NAME",
+    (
+        "analyze",
+        "--output",
+    ): "outputs are --report r.html, --json r.json, --csv r.csv, --plot p.png and --export TARGET=FILE",
+    ("analyze", "-o"): "outputs are --report r.html, --json r.json, --csv r.csv, --plot p.png and --export TARGET=FILE",
+    ("analyze", "--to"): "the file of a filter is --export TARGET=FILE, e.g. --export kalibr=imu.yaml",
+    ("analyze", "--duration"): "a part of the record is --window 0s:600s",
+    ("analyze", "--freq"): "the sampling rate is --rate",
+    ("analyze", "--fs"): "the sampling rate is --rate",
+}
+"""What to give in place of an option of another command or program."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -34,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         )  # no window is opened; Jupyter names a backend that may not be installed here
     keep_freed()
     atexit.register(gc.freeze)  # at the end nothing is searched for what can be freed: it took as long as an import
-    from cyclopts import CycloptsError, UnusedCliTokensError
+    from cyclopts import CycloptsError
 
     from sigmatau.cli.app import app
     from sigmatau.cli.earlier import settled
@@ -52,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             )
             sys.stdout.flush()
     except CycloptsError as error:
-        return _fail(f"{error}{_UNUSED_HINT}" if isinstance(error, UnusedCliTokensError) else str(error), 2)
+        return _fail(_in_words(error), 2)
     except OptionError as error:
         return _fail(error.for_command_line(), 2)
     except (DataError, ImportError) as error:
@@ -78,6 +99,40 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _fail(f"standard output cannot be written: {error.strerror or error}", 1)
     return result if isinstance(result, int) else 0
+
+
+def _in_words(error: CycloptsError) -> str:
+    """An error of the command line, with what to type."""
+    from cyclopts import CoercionError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
+
+    command = error.command_chain[0] if error.command_chain else ""
+    if command == "datasheet" and isinstance(error, MissingArgumentError):
+        return "sigmatau datasheet list, or sigmatau datasheet show NAME"
+    if command == "datasheet" and isinstance(error, CoercionError) and error.token and not error.token.keyword:
+        return f"datasheet takes list or show: sigmatau datasheet show {error.token.value}"
+    if isinstance(error, UnknownOptionError):
+        option = (error.token.keyword or error.token.value).partition("=")[0]
+        if hint := _OTHER_NAMES.get((command, option)):
+            return f"unknown option {option}: {hint}"
+        if command == "export" and (name := _as_target(option.lstrip("-"))):
+            return f"unknown option {option}: the target is --to {name}"
+    if isinstance(error, UnusedCliTokensError):
+        unused = error.unused_tokens or []
+        if command == "export" and unused and (name := _as_target(unused[0])):
+            return f"{unused[0]!r} is not expected here: the target is --to {name}"
+        return f"{', '.join(map(repr, unused))} not expected here. {_UNUSED_HINT}"
+    return str(error)
+
+
+def _as_target(name: str) -> str:
+    """The name of a target of export; empty if there is none of this name."""
+    from sigmatau.errors import OptionError
+    from sigmatau.exporting.targets import target
+
+    try:
+        return target(name).name
+    except OptionError:
+        return ""
 
 
 class _Terminated(KeyboardInterrupt):

@@ -116,6 +116,12 @@ def compare_command(
             write_figure(comparison.plot(), plot)
     text = f"{overview(comparison)}\n\n{tables(comparison)}" if table else overview(comparison)
     write_result(text, comparison.to_dict() if json is not None else None, json)
+    used = [run for run in comparison.runs if not run.problem]
+    if by == "unit" and len(used) > 1 and not any(run.serial or run.typed for run in used):
+        say(
+            'one unit is assumed; name units by analyze --note "serial number=A123", or put them in folders',
+            quiet=quiet,
+        )
     return _tell_unused(comparison, quiet=quiet)
 
 

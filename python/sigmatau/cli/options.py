@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from sigmatau.estimators.allan import DeviationCurve
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+_FIGURES = ("plot", "overlay", "stability")  # options that need matplotlib
+_REPORTS = ("report", "output")  # options that need typst for a PDF
 _DATABASE = b"SQLite format 3\0"  # first bytes of a file
 _LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
 _PROGRESS_INTERVAL = 0.2  # [s]
@@ -71,7 +73,10 @@ def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, f
 
 
 def check_output(path: Path | None, endings: Sequence[str], option: str) -> None:
-    """Raise an error for an output that cannot be written, before a long computation."""
+    """Raise an error for an output that cannot be written, before a long computation.
+
+    An `ImportError` is raised if the library for a figure or a PDF report is missing.
+    """
     if path is None:
         return
     if endings and not path.name.endswith(tuple(endings)):
@@ -84,6 +89,19 @@ def check_output(path: Path | None, endings: Sequence[str], option: str) -> None
         raise DataError(f"{path}: there is no directory {path.parent}")
     if _is_database(path):
         raise OptionError(f"--{option} {path}: is a database, and would be replaced; name another file", option=option)
+    _need_libraries(path, option)
+
+
+def _need_libraries(path: Path, option: str) -> None:
+    """Raise ImportError with the command to install what writes an output, if it is missing."""
+    if option in _FIGURES:
+        from sigmatau.plot.style import need_matplotlib
+
+        need_matplotlib()
+    elif option in _REPORTS and path.name.endswith(".pdf"):
+        from sigmatau.reporting.pdf import need_typst
+
+        need_typst()
 
 
 def _is_database(path: Path) -> bool:
@@ -101,6 +119,7 @@ def check_folder(path: Path | None, option: str) -> None:
         return
     if str(path) == "-" or path.suffix.lower() in (".json", ".png", ".svg", ".pdf", ".html") or path.is_file():
         raise OptionError(f"--{option} {path}: there are several logs, so this must be a folder", option=option)
+    _need_libraries(path, option)
     try:
         path.mkdir(exist_ok=True)
     except OSError as error:

@@ -29,7 +29,8 @@ def forest_panels(comparison: RunComparison, channels: Sequence[str]) -> list[Fo
     if channels:
         rows = [at for at in rows if comparison.key(at)[1].channel in channels]
     if not rows:
-        raise DataError("nothing to draw: no term is observed in two runs")
+        what = {"unit": "two runs of a unit", "run": "two units in one run", "axis": "two results of an axis"}
+        raise DataError(f"nothing to draw: no term is observed in {what[comparison.by]}")
     # Panels beside each other are the axes of a sensor.
     rows.sort(key=lambda at: _place(comparison, at))
     return [_panel(comparison, at) for at in rows]

@@ -40,6 +40,7 @@ def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
         lines.append(f"… and {len(told) - most} more; see -v or the files of -o")
     lines += _only_described(lot, width)
     rows = pooled(lot)
+    lines += _only_typical(lot, rows, width)
     if rows:
         lines += ["", *table(rows, width=width)]
     lines += drift_lines(lot, rows)
@@ -54,6 +55,16 @@ def _only_described(lot: Lot, width: int) -> list[str]:
         return []
     found = f"{fit} {'unit' if fit == 1 else 'units'}: nothing found. Give --spec SPEC.toml to judge"
     return wrapped([f"{found} {'it' if fit == 1 else 'them'}."], width=width)
+
+
+def _only_typical(lot: Lot, rows: Sequence[Pooled], width: int) -> list[str]:
+    """With a specification without any maximum: why no unit passes, and what changes it."""
+    if lot.spec is None or not rows or any(row.limits for row in rows):
+        return []
+    if any(claim.maximum is not None for claim in lot.spec.claims):
+        return []
+    hint = "has typical values only, which pass no unit. --factor 1.5: 1.5 times these values are maxima."
+    return wrapped([f"{lot.spec.name} {hint}"], width=width)
 
 
 def told_units(lot: Lot) -> list[JudgedUnit]:

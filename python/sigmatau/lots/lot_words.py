@@ -99,7 +99,7 @@ def _outlier(one: Remark) -> str:
 _WORDS: Mapping[str, Callable[[Remark], str]] = {
     "above_maximum": _above,
     "undecided": _undecided,
-    "no_maximum": lambda one: f"the specification has no maximum of {one.what}; state one, or give --factor 1.5",
+    "no_maximum": lambda one: f"no maximum in the specification; state one, or give --factor 1.5: {one.what}",
     "not_measured": lambda one: f"{one.what or 'in the specification'}: not in the result",
     "no_model": lambda one: "no model fits, so that the errors are unknown",
     "not_at_rest": lambda one: one.text,

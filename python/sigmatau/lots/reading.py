@@ -128,7 +128,10 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
     if columns is None:
         if not file.exists():
             raise DataError(f"{file}: No such file or directory")
-        raise DataError(f"{file}: not a table of coefficients: columns channel, term and value are needed")
+        raise DataError(
+            f"{file}: not a table of coefficients: columns channel, term and value are needed;"
+            " a log must first be analysed: sigmatau analyze LOG --json RESULT.json"
+        )
     if "unit" not in columns:
         raise DataError(f"{file}: the column 'unit' is missing: the unit of each value")
     run_column = next((columns.index(name) for name in _RUN_COLUMNS if name in columns), None)

@@ -28,17 +28,33 @@ _OTHERS = {
 
 NAMES = (*templates.TARGETS, *_OTHERS)  # Names of the targets, as they are typed
 
+_SAME = {
+    "vins-mono": "vins",
+    "vins-fusion": "vins",
+    "asl": "euroc",
+    "ekf2": "px4",
+    "ekf3": "ardupilot",
+}  # other names of the same program
+
 
 def target(name: str) -> Target:
-    """A target by its name, in any case; raises `OptionError` that lists them."""
+    """A target by its name, in any case, or by that of its program; raises `OptionError` that lists them."""
     if not isinstance(name, str):
         raise OptionError(
             f"{{option}} must be the name of a target, not {name!r}; targets: {', '.join(NAMES)}", option="to"
         )
-    if name.lower() in templates.TARGETS:
-        return templates.TARGETS[name.lower()]
-    if name.lower() not in _OTHERS:
+    known = _known(name)
+    if known in templates.TARGETS:
+        return templates.TARGETS[known]
+    if known not in _OTHERS:
         raise OptionError(f"unknown target {name!r}; targets: {', '.join(NAMES)}", option="to")
-    module, attribute = _OTHERS[name.lower()].split(".")
+    module, attribute = _OTHERS[known].split(".")
     found: Target = getattr(import_module(f"{__name__}.{module}"), attribute)
     return found
+
+
+def _known(name: str) -> str:
+    """The name of a target, for its own name or another one of its program; in lower case, if there is none."""
+    typed = name.lower().replace("_", "-")
+    joined = {known.replace("-", ""): known for known in NAMES}
+    return _SAME.get(typed) or joined.get(typed.replace("-", ""), typed)

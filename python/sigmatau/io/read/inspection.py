@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,6 +24,8 @@ from sigmatau.record.record import Record
 from sigmatau.results import Printed, duration_text, lines_text, plain
 
 _LISTED = 40
+_FEWEST_IN_ONE_LINE = 3  # elements of an array
+_ELEMENT = re.compile(r"(.+)\[(\d+)\]")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,16 +150,43 @@ def _lines(table: TableInfo, *, several: bool) -> list[str]:
     length = "" if table.rate is None or not table.rows else f", {duration_text(table.rows / table.rate)}"
     mark = "*" if table.chosen else " "
     lines = [f"{mark} {table.topic}: {rows}{length}{rate}" if several else f"  {rows}{length}{rate}"]
-    width = min(max((len(c.name) for c in table.columns), default=0), 40)
-    for number, column in enumerate(table.columns[:_LISTED], 1):
+    rows_of_columns = _runs(table.columns)
+    width = min(max((len(name) for _, name, _ in rows_of_columns), default=0), 40)
+    digits = max(3, *(len(number) for number, _, _ in rows_of_columns[:_LISTED])) if rows_of_columns else 3
+    for number, name, column in rows_of_columns[:_LISTED]:
         taken = column.channel or ""
         unit = f" [{column.unit}]" if column.unit else ""
-        lines.append(f"    {number:3} {column.name:{width}}  {taken}{unit if taken else ''}".rstrip())
-    if len(table.columns) > _LISTED:
+        lines.append(f"    {number:>{digits}} {name:{width}}  {taken}{unit if taken else ''}".rstrip())
+    if len(rows_of_columns) > _LISTED:
         lines.append(f"        … {len(table.columns)} columns in all")
     lines += [f"    {note}" for note in table.notes]
     if table.wanting:
         lines.append(f"    to analyse it: {table.wanting}")
+    return lines
+
+
+def _runs(columns: Sequence[ColumnInfo]) -> list[tuple[str, str, ColumnInfo]]:
+    """Number, name and column of each line: elements of an array that are no channels, ``covariance[0]`` to
+    ``covariance[8]``, are one line.
+    """
+    lines: list[tuple[str, str, ColumnInfo]] = []
+    at = 0
+    while at < len(columns):
+        end = at + 1
+        element = None if columns[at].channel else _ELEMENT.fullmatch(columns[at].name)
+        base, first = (element[1], int(element[2])) if element else ("", 0)
+        while (
+            element
+            and end < len(columns)
+            and columns[end].channel is None
+            and columns[end].name == f"{base}[{first + end - at}]"
+        ):
+            end += 1
+        if end - at < _FEWEST_IN_ONE_LINE:
+            lines += [(str(k + 1), columns[k].name, columns[k]) for k in range(at, end)]
+        else:
+            lines.append((f"{at + 1}:{end}", f"{columns[at].name} … [{first + end - at - 1}]", columns[at]))
+        at = end
     return lines
 
 

@@ -318,7 +318,8 @@ def _table(content: Mapping[str, Any], sensor: str) -> Mapping[str, Any]:
 
 
 def _claim(sensor: str, key: str, table: object) -> Claim:
-    where, choices, why = _CONVENTIONS.get(key, ("", (), ""))
+    no_convention: tuple[str, tuple[str, ...], str] = ("", (), "")
+    where, choices, why = _CONVENTIONS.get(key, no_convention)
     more = ', average = "10 s"' if key == MEANS else f', {where} = "{choices[0]}"' if where else ""
     example = f'{key} = {{ typical = "…", maximum = "…"{more} }}'
     if not isinstance(table, Mapping):

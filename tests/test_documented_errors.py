@@ -399,6 +399,13 @@ PROVOKED = {
             lambda: store(analysis(), unit="A1").latest("A1", run="day 2"),
         )
     },
+    "DeviationCurve.interval": {
+        st.OptionError: (
+            lambda: curve().interval(noise="red"),
+            lambda: curve().interval(level=0.99),
+            lambda: st.allan(record(), overlap="none")["gyro_x"].interval(noise="random_walk", level=0.99),
+        )
+    },
     "Stream.column": {KeyError: (lambda: record().streams[0].column("gyro_z"),)},
     "Stream.of": {KeyError: (lambda: record().streams[0].of(["gyro_z"]),)},
     "Stream.only": {KeyError: (lambda: record().streams[0].only("gyro_z"),)},

@@ -1,5 +1,7 @@
 """Results of an earlier run: none stays in place of that of a run that failed, and none is read as a log."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -27,15 +29,24 @@ def write_log(path, *, rows=3000, moving=False):
     np.savetxt(path, y, delimiter=",", header=header, comments="")
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch, capsys):
+@pytest.fixture(scope="module")
+def analysed(tmp_path_factory):
     """A log, and all results of it."""
-    monkeypatch.chdir(tmp_path)
-    write_log(tmp_path / "log.csv")
+    folder = tmp_path_factory.mktemp("analysed")
+    write_log(folder / "log.csv")
     options = [part for pair in OUTPUTS.items() for part in pair]
-    assert main(["analyze", "log.csv", "--rate", "100", *options]) == 0
-    capsys.readouterr()
-    assert {file.name for file in tmp_path.iterdir()} == {"log.csv", *WRITTEN}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert main(["analyze", "log.csv", "--rate", "100", *options]) == 0
+    assert {file.name for file in folder.iterdir()} == {"log.csv", *WRITTEN}
+    return folder
+
+
+@pytest.fixture
+def folder(analysed, tmp_path, monkeypatch):
+    """A copy of them, where the command runs."""
+    shutil.copytree(analysed, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 

@@ -22,8 +22,7 @@ def test_the_random_walk_is_not_low():
         rate = np.diff(QUANTIZATION * rng.standard_normal(n + 1)) * RATE
         rate += WALK * math.sqrt(RATE) * rng.standard_normal(n)
         record = st.Record.from_arrays(rate=RATE, unit={"gyro": "rad/s"}, gyro=rate)
-        (fit,) = st.analyze(record).fits.values()
-        walk = fit.terms["random_walk"]
+        walk = st.fit_channel(record, "gyro")["random_walk"]
         errors.append(math.log(walk.value / WALK))
         inside += walk.low <= WALK <= walk.high
     assert abs(np.mean(errors)) <= 3 * np.std(errors, ddof=1) / math.sqrt(AXES)

@@ -82,12 +82,14 @@ def test_npy_is_divided_too(tmp_path):
 
 def pooled(x, sizes, strides):
     """Pairs within runs, by another way: phase of each run, starts at multiples of the stride from the first sample."""
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], np.isfinite(x), [0]])))
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], np.isfinite(x), [0]]))).reshape(-1, 2)
+    phases = []
+    for start, stop in ends:
+        run = x[start:stop].astype(np.longdouble)
+        phases.append(np.concatenate([np.zeros(1, np.longdouble), np.cumsum(run - run.mean())]))
     for m, stride in zip(sizes, strides, strict=True):
         squares = []
-        for start, stop in ends.reshape(-1, 2):
-            run = x[start:stop].astype(np.longdouble)
-            phase = np.concatenate([np.zeros(1, np.longdouble), np.cumsum(run - run.mean())])
+        for (start, stop), phase in zip(ends, phases, strict=True):
             k = np.arange(-start % stride, stop - start - 2 * m + 1, stride)
             squares.append((phase[k + 2 * m] - 2 * phase[k + m] + phase[k]) ** 2)
         every = np.concatenate(squares)

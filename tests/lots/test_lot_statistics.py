@@ -19,7 +19,7 @@ from sigmatau.lots.lot_statistics import (
 _FAMILIES = 18  # of six axes with three coefficients
 
 
-@pytest.mark.parametrize(("units", "lots"), [(10, 300), (40, 200), (400, 40)])
+@pytest.mark.parametrize(("units", "lots"), [(10, 150), (40, 80), (400, 15)])
 def test_false_alarms_of_outliers_and_drift(units, lots):
     """Units differ by 20 % (ln), and are measured with errors of up to as much; in 5 % of lots one may be named."""
     rng = np.random.default_rng(seed_of(f"lots of {units}"))

@@ -148,7 +148,9 @@ class TestModel:
 REFUSED = {
     '[gyro]\nnoise_density = {typical = "1 deg/s/sqrt(Hz)"}': 'gyro: noise_density needs one of sided = "one".*√2',
     '[gyro]\nnoise_density = {typical = "1 deg/s/sqrt(Hz)", sided = ["one"]}': "gyro: noise_density needs one of",
-    '[gyro]\nbias_instability = {maximum = "1 deg/h"}': 'gyro: bias_instability needs one of .*0.664.*write e.g. bias_instability = .*, as = "minimum" }',
+    '[gyro]\nbias_instability = {maximum = "1 deg/h"}': (
+        'gyro: bias_instability needs one of .*0.664.*write e.g. bias_instability = .*, as = "minimum" }'
+    ),
     '[gyro]\nrandom_walk = {typical = "1 deg/sqrt(h)", sided = "one"}': "gyro: random_walk: unknown key 'sided'",
     '[gyro]\nrandom_walk = "1 deg/sqrt(h)"': "gyro: random_walk = '1 deg/sqrt\\(h\\)'; write e.g.",
     "[gyro]\nrandom_walk = {}": "gyro: random_walk has neither typical nor maximum",

@@ -192,9 +192,16 @@ class TestOptions:
         assert code == 4
         assert re.search(r"^missing +u2.csv", out, flags=re.MULTILINE)
 
+    def test_a_pattern_that_the_shell_left(self, tmp_path, capsys):
+        for k in (1, 2, 10):
+            write_log(tmp_path / f"u{k}.csv", rates(k, duration=60))
+        _, out, _ = run(tmp_path / "u?.csv", tmp_path / "u1[0-9].csv", "--json", capsys=capsys)
+        assert [one["name"] for one in json.loads(out)["units"]] == ["u1.csv", "u2.csv", "u10.csv"]
+
     @pytest.mark.parametrize(
         ("argv", "code", "words"),
         [
+            (("*.npy",), 1, "*.npy: no file matches this pattern"),
             ((), 2, "name the logs or results"),
             (("empty",), 1, "empty: no log in this folder"),
             (("u1.csv", "u1.csv"), 2, "u1.csv is given twice"),

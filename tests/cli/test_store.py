@@ -9,6 +9,7 @@ import pytest
 
 from conftest import ROOT
 from sigmatau.cli import main
+from sigmatau.store.store import Store
 
 sys.path.insert(0, str(ROOT / "tests" / "store"))
 from store_results import result
@@ -62,7 +63,7 @@ def test_lists(lab, capsys):
 
 
 def test_an_empty_store_says_how_to_fill_it(lab, capsys):
-    run(capsys, "add", "nothing.json", "--store", "empty.db")
+    Store("empty.db").close()
     assert run(capsys, "list", "--store", "empty.db")[1:] == (
         "",
         "no units in the store; sigmatau store add adds results\n",
@@ -143,6 +144,7 @@ def test_errors_are_one_line(lab, capsys, argv, code, told):
     assert told in errors[0]
     assert "secret" not in errors[0]
     assert not (lab / "c.csv").exists()
+    assert not (lab / "x.db").exists()
 
 
 @pytest.mark.parametrize(("module", "place", "extra"), [

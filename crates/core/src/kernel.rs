@@ -5,8 +5,6 @@
 //! of taus m, 2m, 4m … every window is loaded once, because the last point of one tau is the middle point of the next.
 //! Everything has a fixed length, so that the compiler can unroll and vectorise without any check inside.
 
-use pulp::NullaryFnOnce;
-
 /// Starts handled together.
 pub const STARTS: usize = 2048;
 
@@ -140,7 +138,7 @@ struct Fused<'a, const T: usize> {
 }
 
 #[cfg(target_arch = "x86_64")]
-impl<const T: usize> NullaryFnOnce for Fused<'_, T> {
+impl<const T: usize> pulp::NullaryFnOnce for Fused<'_, T> {
     type Output = ();
 
     #[inline(always)]

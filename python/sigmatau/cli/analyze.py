@@ -28,6 +28,7 @@ from sigmatau.cli.options import (
     command_line,
     drawing,
     finding_lines,
+    matched,
     read_log,
     refuse_same,
     say,
@@ -125,6 +126,7 @@ def analyze_command(
     """
     if not logs:
         raise OptionError("name a log, several logs, or a folder of logs", option="log")
+    logs = matched(logs)
     chosen: dict[str, Any] = {
         **(settings or Settings()).arguments(),
         "stability": stability is not None,

@@ -15,6 +15,7 @@ from sigmatau.cli.options import (
     check_output,
     check_style,
     drawing,
+    matched,
     refuse_same,
     say,
     working,
@@ -93,6 +94,7 @@ def compare_command(
         raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
+    results = matched(results)
     file = None if str(json) == "-" else json
     check_style(style, plot)
     check_output(plot, FIGURE_ENDINGS, "plot")

@@ -25,6 +25,7 @@ from sigmatau.cli.options import (
     check_output,
     command_line,
     json_text,
+    matched,
     read_log,
     refuse_same,
     say,
@@ -143,7 +144,7 @@ def lot_command(
         found = _stored(store, serial or [], sheet, options)
         order = [*found]
     else:
-        logs, files = _gather(units, expecting=expected is not None, quiet=quiet)
+        logs, files = _gather(matched(units), expecting=expected is not None, quiet=quiet)
         for path in outputs:
             for place in (*logs, *files):
                 refuse_same(place, output=path)

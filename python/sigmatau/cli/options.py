@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import json as json_module
 import math
 import os
@@ -70,6 +71,20 @@ def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, f
             raise OptionError(f"--{option} {key}={value}: {value!r} is not a number; e.g. {example}", option=option)
         result[key] = number
     return result
+
+
+def matched(places: Sequence[Path]) -> tuple[Path, ...]:
+    """The places, with the files that a pattern such as ``shift/*.csv`` stands for: not every shell replaces it."""
+    found: list[Path] = []
+    for place in places:
+        if not glob.has_magic(str(place)) or os.path.exists(place):  # noqa: PTH110  False for a name that is too long
+            found.append(place)
+            continue
+        files = sorted(glob.glob(str(place), recursive=True))  # noqa: PTH207  a pattern with any root
+        if not files:
+            raise DataError(f"{place}: no file matches this pattern")
+        found += map(Path, files)
+    return tuple(found)
 
 
 def check_output(path: Path | None, endings: Sequence[str], option: str) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import check_output, json_text, say, working, write_result
+from sigmatau.cli.options import check_output, json_text, matched, say, working, write_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
 from sigmatau.results import csv_text, printable
@@ -147,7 +147,9 @@ def add_command(
 
     naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=temperature)
     naming.check()
-    files = gather(results)
+    files = gather(matched(results))
+    if not any(file.exists() for file in files):  # and no store is made
+        raise DataError(f"{files[0]}: No such file or directory")
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
         naming = Naming(folders=True, model=model or "", date=date, temperature=temperature)
     with opened(store, create=True) as opened_store, working("adding results", quiet=quiet) as done:

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any, Self
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.store.choosing import Chosen, Table, conditions
+from sigmatau.store.contents import READ, contents
 from sigmatau.store.ingest import BATCH, Added
 from sigmatau.store.rows import Entry
 
 if TYPE_CHECKING:
-    from sqlalchemy import ColumnElement, Select
+    from sqlalchemy import Select
     from sqlalchemy.engine import Connection
 
     from sigmatau.analysed import Analysis
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from sigmatau.store.from_files import FilesAdded
     from sigmatau.store.naming import Naming
     from sigmatau.store.trend import Period, Trend
-
-_READ = 100  # results that are read at a time
 
 
 class Store:
@@ -168,17 +167,10 @@ class Store:
         dict of str to str
             By path of the log, the version of the file that was analysed.
         """
-        from sqlalchemy import select
-
-        from sigmatau.store.tables import run
+        from sigmatau.store import queries
 
         with self._read() as connection:
-            found = connection.execute(
-                select(run.c.path, run.c.file_version)
-                .where(run.c.current, run.c.options_key == options_key)
-                .order_by(run.c.id)
-            )
-            return {row[0]: row[1] for row in found}
+            return {row[0]: row[1] for row in connection.execute(queries.versions(options_key))}
 
     @contextmanager
     def _read(self) -> Iterator[Connection]:
@@ -213,23 +205,9 @@ class Store:
         -------
         Table
         """
-        from sqlalchemy import case, func, select
+        from sigmatau.store import queries
 
-        from sigmatau.store.tables import model, run, unit
-
-        def count(state: str) -> ColumnElement[int]:
-            return func.sum(case((run.c.state == state, 1), else_=0)).label(state)
-
-        query = (
-            select(
-                unit.c.name.label("unit"), model.c.name.label("model"), func.count().label("runs"),
-                *(count(state) for state in ("fitted", "not_at_rest", "failed")),
-                func.min(run.c.recorded).label("first"), func.max(run.c.recorded).label("last"),
-            )
-            .join_from(unit, run).outerjoin(model, unit.c.model_id == model.c.id)
-            .where(*conditions(chosen)).group_by(unit.c.name, model.c.name).order_by(unit.c.name)
-        )  # fmt: skip
-        return self._table(query)
+        return self._table(queries.units(chosen))
 
     def runs(self, chosen: Chosen | None = None) -> Table:
         """A row a run: unit, name, time, state, and why it failed.
@@ -243,20 +221,9 @@ class Store:
         -------
         Table
         """
-        from sqlalchemy import select
+        from sigmatau.store import queries
 
-        from sigmatau.store.tables import model, run, unit
-
-        query = (
-            select(
-                run.c.id, unit.c.name.label("unit"), model.c.name.label("model"), run.c.name.label("run"),
-                run.c.recorded, run.c.temperature, run.c.duration, run.c.state, run.c.revision, run.c.version,
-                run.c["message"],
-            )
-            .join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
-            .where(*conditions(chosen)).order_by(unit.c.name, run.c.recorded, run.c.id)
-        )  # fmt: skip
-        return self._table(query)
+        return self._table(queries.runs(chosen))
 
     def coefficients(
         self, chosen: Chosen | None = None, *, term: str | None = None, channels: Sequence[str] = ()
@@ -276,30 +243,9 @@ class Store:
         -------
         Table
         """
-        from sqlalchemy import and_, select
+        from sigmatau.store import queries
 
-        from sigmatau.store import tables
-
-        one, label, of, run = tables.coefficient.c, tables.label.c, tables.channel.c, tables.run.c
-        query = (
-            select(
-                tables.unit.c.name.label("unit"), tables.model.c.name.label("model"), run.name.label("run"), run.recorded,
-                run.temperature, label.channel, label.quantity, label.term, one.observed, one.value, one.low, one.high,
-                one.upper_limit, one.level, label.unit.label("si"), label.rate_unit, of.verdict, of.trust,
-            )
-            .join_from(tables.coefficient, tables.label)
-            .join(tables.channel, and_(of.run_id == one.run_id, of.name == label.channel))
-            .join(tables.run, one.run_id == run.id)
-            .join(tables.unit, run.unit_id == tables.unit.c.id)
-            .outerjoin(tables.model, tables.unit.c.model_id == tables.model.c.id)
-            .where(*conditions(chosen))
-            .order_by(tables.unit.c.name, run.recorded, run.id, label.channel, label.id)
-        )  # fmt: skip
-        if term is not None:
-            query = query.where(label.term == term)
-        if channels:
-            query = query.where(label.channel.in_(channels))
-        return self._table(query)
+        return self._table(queries.coefficients(chosen, term=term, channels=channels))
 
     def trend(
         self,
@@ -401,15 +347,16 @@ class Store:
         DataError
             If there is no such unit, or no such run.
         """
-        table = self.runs(Chosen(units=(unit,), pattern=False)).columns()
-        rows = [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
+        rows = _rows(self.runs(Chosen(units=(unit,), pattern=False)))
         if not rows:
             raise DataError(f"the store has no unit {unit!r}; sigmatau store list shows its units")
         named = [row for row in rows if run in (None, row["run"])]
         if not named:
             raise DataError(f"unit {unit} has no run {run!r}; its runs: {', '.join(row['run'] for row in rows[:10])}")
         row = max(named, key=_order)
-        return row, self._result(row["id"])
+        with self._read() as connection:
+            ((_, result),) = contents(connection, [row["id"]])
+        return row, result
 
     def units_latest(self, chosen: Chosen | None = None) -> dict[str, dict[str, Any]]:
         """The latest result of each unit, in the order of the units' first records.
@@ -427,24 +374,11 @@ class Store:
         dict of str to dict
             By unit, the result as it was added.
         """
-        from sqlalchemy import func, select
+        from sigmatau.store import queries
 
-        from sigmatau.store.packing import unpack
-        from sigmatau.store.tables import model, result, run, unit
-
-        time = func.coalesce(run.c.recorded, run.c.added)
-        query = (
-            select(run.c.id, unit.c.name, time).join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
-            .where(*conditions(chosen)).order_by(time, run.c.id)
-        )  # fmt: skip
         with self._read() as connection:
-            latest = {name: key for key, name, _ in connection.execute(query)}
-            found: dict[int, dict[str, Any]] = {}
-            keys = [*latest.values()]
-            for at in range(0, len(keys), _READ):
-                asked = select(result.c.run_id, result.c.content, result.c.curves)
-                for key, *parts in connection.execute(asked.where(result.c.run_id.in_(keys[at : at + _READ]))):
-                    found[key] = unpack(*parts)
+            latest = {name: key for key, name in connection.execute(queries.in_order(chosen))}
+            found = dict(contents(connection, [*latest.values()]))
         return {name: found[key] for name, key in latest.items()}
 
     def findings(self, run_id: int) -> list[tuple[str, str]]:
@@ -459,24 +393,10 @@ class Store:
         -------
         list of (str, str)
         """
-        from sqlalchemy import select
-
-        from sigmatau.store.tables import finding
-
-        of = finding.c
-        with self._read() as connection:
-            found = connection.execute(select(of.severity, of["message"]).where(of.run_id == run_id).order_by(of.id))
-            return [(severity, message) for severity, message in found]
-
-    def _result(self, run_id: int) -> dict[str, Any]:
-        from sqlalchemy import select
-
-        from sigmatau.store.packing import unpack
-        from sigmatau.store.tables import result
+        from sigmatau.store import queries
 
         with self._read() as connection:
-            found = connection.execute(select(result.c.content, result.c.curves).where(result.c.run_id == run_id)).one()
-        return unpack(*found)
+            return [(severity, message) for severity, message in connection.execute(queries.findings(run_id))]
 
     def results(self, chosen: Chosen | None = None) -> Iterator[tuple[Mapping[str, Any], dict[str, Any]]]:
         """Each run, as in `runs`, with its result as it was added.
@@ -493,21 +413,18 @@ class Store:
         result : dict
             Its result as it was added.
         """
-        from sqlalchemy import select
-
-        from sigmatau.store.packing import unpack
-        from sigmatau.store.tables import result
-
-        table = self.runs(chosen).columns()
-        rows = [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
-        for at in range(0, len(rows), _READ):
-            part = rows[at : at + _READ]
-            found = select(result.c.run_id, result.c.content, result.c.curves)
+        rows = _rows(self.runs(chosen))
+        for at in range(0, len(rows), READ):
+            part = rows[at : at + READ]
             with self._read() as connection:
-                asked = connection.execute(found.where(result.c.run_id.in_([row["id"] for row in part])))
-                contents = {key: (content, curves) for key, content, curves in asked}
+                found = dict(contents(connection, [row["id"] for row in part]))
             for row in part:
-                yield row, unpack(*contents[row["id"]])
+                yield row, found[row["id"]]
+
+
+def _rows(table: Table) -> list[dict[str, Any]]:
+    columns = table.columns()
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _order(row: Mapping[str, Any]) -> tuple[bool, str, int]:

@@ -69,6 +69,17 @@ def make_logs(folder, count=60, rows=1000):
     return folder
 
 
+def make_tables(folder, count, rows=500):
+    """Logs that need no option."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for k in range(count):
+        x = 1e-3 * np.random.default_rng(seed_of(f"fleet table {k}")).standard_normal((rows, 3))
+        head = ",".join(f"gyro_{axis} [rad/s]" for axis in "xyz")
+        table = np.column_stack([np.arange(rows) / 100, x])
+        np.savetxt(folder / f"log{k}.csv", table, delimiter=",", header=f"time [s],{head}", comments="", fmt="%.9g")
+    return folder
+
+
 def damage(folder):
     """Ten files that cannot be used, each for another reason."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -121,9 +132,15 @@ class Processes:
         self.running.append(process)
         return process
 
-    def fleet(self, *arguments, **options):
+    def fleet(self, *arguments, reading=READING, **options):
         """`sigmatau fleet analyze` in a process of its own."""
-        return self.start("-m", "sigmatau", "fleet", "analyze", *map(str, arguments), *READING, **options)
+        return self.start("-m", "sigmatau", "fleet", "analyze", *map(str, arguments), *reading, **options)
+
+    def kill(self, process):
+        """Kill a process that was started here."""
+        process.kill()
+        process.communicate()
+        self.running.remove(process)
 
     def scheduler(self, *, host="127.0.0.1", port=None, **options):
         """A scheduler, and its address."""
@@ -141,8 +158,8 @@ class Processes:
     def worker(self, address, *, pause=0.0, **options):
         settings = options.pop("settings", {})
         return self.start(
-            "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard", "--death-timeout", "30",
-            pause=pause, **options, **settings,
+            "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny",
+            "--death-timeout", "30", pause=pause, **options, **settings,
         )  # fmt: skip
 
     def reads(self):

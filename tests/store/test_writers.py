@@ -1,15 +1,18 @@
 """Several writers at once, writers that are killed, and stores of another schema."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import textwrap
 import time
 from pathlib import Path
 
 import pytest
 import sqlalchemy
+import store_results
 from store_results import result
 
 from sigmatau.errors import DataError, OptionError
@@ -19,28 +22,33 @@ from sigmatau.store.store import Store
 
 WRITER = textwrap.dedent(
     """
-    import sys
+    import json, sys
     from sigmatau.store.rows import Entry
+    import store_results
     from sigmatau.store.store import Store
-    from store_results import result
 
+    store_results._made = json.load(sys.stdin).__getitem__  # those of the test: an analysis takes longer than the store
     place, first, count, batch = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])
     with Store(place) as store:
         for k in range(first, first + count, batch):
-            chunk = [Entry(result=result(j, log=str(j)), unit=f"unit{j % 7}") for j in range(k, k + batch)]
-            print(store.add(chunk), flush=True)
+            chunk = [(store_results.result(j, log=str(j)), f"unit{j % 7}") for j in range(k, k + batch)]
+            print(store.add([Entry(result=found, unit=unit) for found, unit in chunk]), flush=True)
     """
 )
 
 
 def writer(place, first, count, batch=20):
-    return subprocess.Popen(
-        [sys.executable, "-c", WRITER, place, str(first), str(count), str(batch)],
-        cwd=Path(__file__).parent,
-        stdout=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-    )
+    with tempfile.TemporaryFile("w+") as made:
+        json.dump([store_results._made(k) for k in range(5)], made)
+        made.seek(0)
+        return subprocess.Popen(
+            [sys.executable, "-c", WRITER, place, str(first), str(count), str(batch)],
+            cwd=Path(__file__).parent,
+            stdin=made,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        )
 
 
 def identities(store):

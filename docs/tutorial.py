@@ -1,7 +1,7 @@
 """Make the notebook and the figure of docs/tutorial: ``PYTHONPATH=python .venv/bin/python docs/tutorial.py``.
 
-Both come from docs/tutorial/README.md: the notebook has its text, commands and outputs. tests/test_notebook.py compares it
-and runs its cells.
+Both come from docs/tutorial/README.md: the notebook has its text, commands and outputs. tests/docs/test_tutorial.py compares
+it, and runs the page.
 """
 
 from __future__ import annotations
@@ -100,21 +100,32 @@ def _inside(folder: Path) -> Iterator[None]:
         os.chdir(before)
 
 
+def steps(made: list[Cell]) -> Iterator[tuple[str, str]]:
+    """What Jupyter does with the cells: the name of a file with its content, `!` with a command, or `python` with a source."""
+    for cell in made:
+        source = "".join(cell["source"]) + "\n"
+        if cell["cell_type"] == "markdown" or source == _SETTINGS:
+            continue
+        if saved := re.fullmatch(r"%%writefile (\S+)\n(.*)", source, flags=re.DOTALL):
+            yield saved[1], saved[2]
+        elif source.startswith("!"):
+            for command in source.replace("\\\n", " ").splitlines():
+                yield "!", command.removeprefix("!")
+        else:
+            yield "python", source
+
+
 def run(made: list[Cell], folder: Path) -> dict[str, Any]:
     """Run the cells as Jupyter does, in a folder and in this process; the names that they define."""
     scope: dict[str, Any] = {}
     with _inside(folder):
-        for cell in made:
-            source = "".join(cell["source"]) + "\n"
-            if cell["cell_type"] == "markdown":
-                continue
-            if saved := re.fullmatch(r"%%writefile (\S+)\n(.*)", source, flags=re.DOTALL):
-                Path(saved[1]).write_text(saved[2], encoding="utf-8")
-            elif source.startswith("!"):
-                for command in source.replace("\\\n", " ").splitlines():
-                    _command(command.removeprefix("!"))
-            elif source != _SETTINGS:
-                exec(compile(source, cell["id"], "exec"), scope)
+        for kind, content in steps(made):
+            if kind == "!":
+                _command(content)
+            elif kind == "python":
+                exec(content, scope)
+            else:
+                Path(kind).write_text(content, encoding="utf-8")
     return scope
 
 

@@ -1,7 +1,6 @@
-"""The notebooks of the docs, cell by cell, and what their displays show."""
+"""The notebook of the docs, cell by cell, and what their displays show."""
 
 import ast
-import importlib.util
 import json
 
 import numpy as np
@@ -14,10 +13,6 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Findings
 
 LONGEST = 100  # characters of a line that a user writes
-
-_spec = importlib.util.spec_from_file_location("tutorial", ROOT / "docs" / "tutorial.py")
-tutorial = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(tutorial)
 
 
 def shown(value):
@@ -46,28 +41,6 @@ def test_every_cell_runs_and_shows_something(tmp_path, monkeypatch):
     assert tables[1].count("<svg") == 3
     filtered, raw = scope["np"].std(scope["estimates"][1000:]), scope["np"].std(scope["rates"][1000:2000])
     assert filtered < raw / 3
-
-
-class TestTutorial:
-    def test_the_notebook_is_made_from_the_page(self):
-        """`docs/tutorial.py` writes it."""
-        assert tutorial.NOTEBOOK.read_text(encoding="utf-8") == tutorial.notebook()
-
-    def test_every_cell_runs(self, tmp_path):
-        """The filter with the model of the log is consistent; those with a wrong random walk are not."""
-        cells = json.loads(tutorial.NOTEBOOK.read_text(encoding="utf-8"))["cells"]
-        code = [cell["source"] for cell in cells if cell["cell_type"] == "code"]
-        assert len(code) >= 15
-        assert max(len(line.rstrip()) for source in code for line in source) <= LONGEST
-        scope = tutorial.run(cells, tmp_path)
-        innovations = scope["innovations"][np.isfinite(scope["innovations"])]
-        assert len(innovations) > 8_900
-        # 99.99 % of a mean of squares of standard normal numbers
-        assert np.mean(innovations**2) == pytest.approx(1.0, abs=3.9 * np.sqrt(2 / len(innovations)))
-        wrong, _, _ = scope["track"](st.ChannelModel(terms=scope["wrong"]), scope["y"][:500])
-        assert np.nanmean(wrong**2) > 10
-        written = {path.name for path in tmp_path.iterdir()}
-        assert {"imu.json", "imu.yaml", "matrices.npz", "allan.png", "report.html"} <= written
 
 
 @pytest.fixture(scope="module")

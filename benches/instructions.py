@@ -28,21 +28,25 @@ STORED = HERE / "instructions.json"
 STORED_JOB = HERE / "instructions_job.json"
 MARGIN = 0.10
 
-# Prints the versions that matter, or simulates a record and, for "job", analyses it.
+# Prints the versions that matter, or simulates a record and analyses it. Valgrind is slow: what comes before, mainly the
+# imports, is done once, and counted by a child that ends there.
 JOB = """
+import os
 import sys
 import numpy
 import sigmatau
+from sigmatau import analyze
 if sys.argv[1] == "versions":
-    from sigmatau import analyze
     print("{}.{}".format(*sys.version_info), numpy.__version__)
     sys.exit()
 noise = {"random_walk": 5e-3, "bias_instability": 3e-4, "rate_random_walk": 1e-5}
 model = sigmatau.NoiseModel(channels={f"{sensor}_{axis}": noise for sensor in ("gyro", "accel") for axis in "xyz"})
 record = sigmatau.simulate(model, duration=200, rate=100, rng=1)
-from sigmatau import analyze
-if sys.argv[1] == "job":
-    analyze(record, threads=1)
+if os.fork() == 0:
+    os._exit(0)
+os.wait()
+analyze(record, threads=1)
+os._exit(0)
 """
 
 # What is taken off each: making the data, or the phase as well.
@@ -81,17 +85,18 @@ def build() -> Path:
 
 def count(program: Path, work: str) -> int:
     """Instructions of one piece of work with all that comes before it."""
-    return counted([str(program), work], os.environ)
+    (found,) = counted([str(program), work], os.environ)
+    return found
 
 
-def counted(work: Sequence[str], environment: Mapping[str, str]) -> int:
-    """Instructions of a command."""
+def counted(work: Sequence[str], environment: Mapping[str, str]) -> list[int]:
+    """Instructions of the processes of a command, in the order of their ends."""
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *work]
     done = subprocess.run(command, env={**environment, "LC_ALL": "C"}, capture_output=True, text=True, check=False)
-    collected = re.search(r"Collected : (\d+)", done.stderr)
-    if done.returncode or collected is None:
+    collected = re.findall(r"Collected : (\d+)", done.stderr)
+    if done.returncode or not collected:
         raise SystemExit(f"{' '.join(command)[:200]} failed:\n{done.stderr}")
-    return int(collected.group(1))
+    return [int(found) for found in collected]
 
 
 def job() -> dict[str, str | int] | None:
@@ -108,8 +113,8 @@ def job() -> dict[str, str | int] | None:
     if done.returncode:
         return None
     python, numpy = done.stdout.split()
-    raw = [counted([*command, work], environment) for work in ("job", "nothing")]
-    return {"python": python, "numpy": numpy, "instructions": raw[0] - raw[1]}
+    before, whole = counted([*command, "job"], environment)
+    return {"python": python, "numpy": numpy, "instructions": whole - before}
 
 
 def main() -> int:

@@ -101,7 +101,7 @@ def _inside(folder: Path) -> Iterator[None]:
 
 
 def steps(made: list[Cell]) -> Iterator[tuple[str, str]]:
-    """What Jupyter does with the cells: the name of a file with its content, `!` with a command, or `python` with a source."""
+    """What Jupyter does with the cells: a file's name and its content, `!` and a command, or `python` and a source."""
     for cell in made:
         source = "".join(cell["source"]) + "\n"
         if cell["cell_type"] == "markdown" or source == _SETTINGS:

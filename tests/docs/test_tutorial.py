@@ -46,7 +46,7 @@ def test_cells_are_run(tmp_path):
     page = "<!-- save: a.toml -->\n```toml\nx = 1\n```\n\n```sh\ncp a.toml \\\n    b.toml\n```\n"
     page += "\n```python\nfrom pathlib import Path\ntext = Path('b.toml').read_text()\n```\n"
     assert tutorial.run(tutorial.cells(page), tmp_path)["text"] == "x = 1\n"
-    with pytest.raises(RuntimeError, match="plan none.toml failed"):
+    with pytest.raises(RuntimeError, match=r"plan none\.toml failed"):
         tutorial.run(tutorial.cells("```sh\nsigmatau plan none.toml\n```\n"), tmp_path)
 
 

@@ -79,9 +79,11 @@ def here(monkeypatch):
     @contextlib.contextmanager
     def cluster(**options):
         started.append(options)
-        with LocalCluster(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as local:
-            with Client(local) as client:
-                yield client
+        with (
+            LocalCluster(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as local,
+            Client(local) as client,
+        ):
+            yield client
 
     monkeypatch.setattr("sigmatau.fleet.run.cluster", cluster)
     return started

@@ -64,14 +64,13 @@ def test_the_page_in_a_browser(many, tmp_path, browser):
     page.on("console", lambda message: wrong.append(message.text) if message.type == "error" else None)
     page.on("request", lambda request: asked.append(request.url))
     page.goto(f"file://{tmp_path / 'lot.html'}")
-    # Unworked figures wait until they come near the window.
-    for _ in range(60):
-        page.mouse.wheel(0, 700)
-        page.wait_for_timeout(30)
-    page.wait_for_function(
-        "document.querySelectorAll('figure').length === document.querySelectorAll('figure canvas').length"
-    )
-    assert page.locator("figure").count() == 6 + len({(one.channel[:4], one.what) for one in many.distributions})
+    # Figures are drawn when they come near the window.
+    figures = page.locator("figure").all()
+    assert page.locator("figure canvas").count() < len(figures)
+    for figure in figures:
+        figure.scroll_into_view_if_needed()
+        figure.locator("canvas").wait_for()
+    assert len(figures) == 6 + len({(one.channel[:4], one.what) for one in many.distributions})
     # The table is sorted by state, worst first; by a click by name, and by numbers, largest first at the second.
     first = "document.querySelector('table.units tbody tr th').textContent"
     assert page.evaluate(first) == "unit 5"

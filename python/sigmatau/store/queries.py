@@ -43,10 +43,11 @@ def runs(chosen: Chosen | None) -> Select[Any]:
 
 
 def in_order(chosen: Chosen | None) -> Select[Any]:
-    """Key and unit of runs in the order of their records; those without a time have that of their addition."""
+    """Key, unit and time of runs in the order of their records; those without a time have that of their addition."""
+    time = func.coalesce(run.c.recorded, run.c.added)
     return (
-        select(run.c.id, unit.c.name).join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
-        .where(*conditions(chosen)).order_by(func.coalesce(run.c.recorded, run.c.added), run.c.id)
+        select(run.c.id, unit.c.name, time).join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
+        .where(*conditions(chosen)).order_by(time, run.c.id)
     )  # fmt: skip
 
 

@@ -377,7 +377,7 @@ class Store:
         from sigmatau.store import queries
 
         with self._read() as connection:
-            latest = {name: key for key, name in connection.execute(queries.in_order(chosen))}
+            latest = {name: key for key, name, _ in connection.execute(queries.in_order(chosen))}
             found = dict(contents(connection, [*latest.values()]))
         return {name: found[key] for name, key in latest.items()}
 

@@ -21,6 +21,8 @@ from sigmatau.io.read import read
 from sigmatau.record.memory import available
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "python"), "OPENBLAS_NUM_THREADS": "1"}
+# Threads that meet in malloc reserve address space, 64 MiB each, by chance; a limit then leaves more or less.
+ENVIRONMENT |= {"MALLOC_ARENA_MAX": "1"}
 N = 200_000
 NAMED = {"gyro_x [rad/s]": 1.0, "gyro_y [rad/s]": 2.0}
 LIMITED = "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[1]),) * 2);"

@@ -74,7 +74,7 @@ def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, f
 
 
 def matched(places: Sequence[Path]) -> tuple[Path, ...]:
-    """The places, with the files that a pattern such as ``shift/*.csv`` stands for: not every shell replaces it."""
+    """The places, with patterns such as ``shift/*.csv`` expanded, because not every shell does it."""
     found: list[Path] = []
     for place in places:
         if not glob.has_magic(str(place)) or os.path.exists(place):  # noqa: PTH110  False for a name that is too long

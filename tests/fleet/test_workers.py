@@ -10,6 +10,7 @@ pytest.importorskip("sqlalchemy", reason="fleets need the extra store")
 from sigmatau._version import __version__
 from sigmatau.errors import DataError
 from sigmatau.fleet import run
+from sigmatau.fleet.logs import Log
 from sigmatau.fleet.tasks import Job
 from sigmatau.store.naming import Naming
 
@@ -91,3 +92,67 @@ def test_port_that_says_nothing(monkeypatch):
             run.cluster(scheduler=address),
         ):
             pass
+
+
+class Losing(Scheduler):
+    """Results of `lossy` logs are gone with their worker so many times before they can be fetched."""
+
+    def __init__(self, lossy, times, *, status="running"):
+        super().__init__(a=__version__)
+        self.lossy, self.times, self.after = lossy, times, status
+        self.tasks = []
+
+    def submit(self, function, *arguments, pure):
+        assert (function, pure) == (run.analyse, False)
+        logs = arguments[0]
+        self.tasks.append([log.place for log in logs])
+        lost = self.lossy in self.tasks[-1] and self.times > 0
+        if lost:
+            self.times -= 1
+            self.status = self.after
+        return Result(
+            f"task {len(self.tasks)}", "lost" if lost else "finished", ([log.place for log in logs], 2.0 * len(logs))
+        )
+
+
+class Result:
+    """A future that is over."""
+
+    def __init__(self, key, status, value):
+        self.key, self.status, self.value = key, status, value
+
+    def add_done_callback(self, function):
+        function(self)
+
+    def result(self):
+        return self.value
+
+    def release(self):
+        pass
+
+
+def of_losing(client):
+    done = []
+    run.run_fleet(client, [Log(place=place, size=1, changed="") for place in "abcd"], JOB, done=done.extend)
+    return done
+
+
+@pytest.mark.parametrize("times", [0, 1, 2])
+def test_a_result_that_is_lost_with_its_worker_is_made_again(times):
+    client = Losing("b", times)
+    assert sorted(of_losing(client)) == ["a", "b", "c", "d"]
+    assert sorted(client.tasks) == sorted([["a"], ["c"], ["d"], *[["b"]] * (1 + times)])
+
+
+def test_a_log_whose_result_is_always_lost_fails_alone():
+    client = Losing("b", 100)
+    *others, failed = sorted(of_losing(client), key=lambda one: not isinstance(one, str))
+    assert sorted(others) == ["a", "c", "d"]
+    assert (failed.log.place, failed.code) == ("b", 1)
+    assert "its worker ended each time it was tried" in failed.error
+    assert len(client.tasks) < 12
+
+
+def test_a_result_that_is_lost_with_the_scheduler_ends_the_run():
+    with pytest.raises(DataError, match="the scheduler was lost"):
+        of_losing(Losing("b", 1, status="closed"))

@@ -174,15 +174,17 @@ def test_no_zoom_breaks_a_chart(opened, tmp_path):
     tab = opened(tmp_path / "x.html")
     for sensor in ("gyro", "accel"):
         for chart in CHARTS:
-            shown = figure(tab, chart, sensor)
+            shown, drawn = figure(tab, chart, sensor), set()
             for key in ("-", "+"):
                 shown.locator(".plot").evaluate(PRESSED, [key, 120])
                 svg = range_of(tab, chart, sensor=sensor)
                 ticks = re.findall(r'<text[^>]*text-anchor="middle"[^>]*>([^<]+)</text>', svg)
                 assert len(set(ticks)) > 2, (sensor, chart, key)
                 assert "NaN" not in svg
+                drawn.add(_without_clips(svg))
                 if key == "-" and chart != "map":
                     assert ink(shown.locator(".plot")) > 50
+            assert len(drawn) == 2, (sensor, chart)  # the keys were heard
 
 
 def test_a_zoom_stays_when_something_else_is_chosen(opened, page):

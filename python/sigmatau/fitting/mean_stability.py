@@ -38,6 +38,7 @@ LEAST_MEANS = 10
 
 _FILLED = 0.5  # share of the samples of a mean that must be there
 _PIECE = 1 << 20  # samples read at a time
+_AT_ONCE = 1 << 12  # modes whose aliases are in memory
 _ALIASES = 16  # of a mode that are summed one by one on each side; the rest of sinc² is taken as white
 _SLOW = ("bias_instability", "rate_random_walk")
 # In the logarithm of 1 − 2·w·tilt of the largest w, in which the normal quantile is nearly straight.
@@ -185,17 +186,18 @@ def mode_powers(fitted: NoiseFit, m: int, n: int) -> tuple[Floats, Floats]:
     """
     span = m * fitted.tau0
     f = np.arange(1, n) / (2 * n * span)
-    powers, covered = np.zeros(n - 1), np.zeros(n - 1)
     half = 0.5 / fitted.tau0
-    for alias in range(-_ALIASES, _ALIASES + 1):
-        shifted = f + alias / span
+    rest = fitted.psd(min((_ALIASES + 1) / span, half))
+    aliases = np.arange(-_ALIASES, _ALIASES + 1)[:, np.newaxis] / span
+    powers = np.empty(n - 1)
+    for first in range(0, n - 1, _AT_ONCE):
+        part = slice(first, first + _AT_ONCE)
+        shifted = f[part] + aliases
         gain = np.sinc(shifted * span) ** 2
         # The spectrum of the samples repeats, and is even.
         folded = np.abs(shifted - np.round(shifted * fitted.tau0) / fitted.tau0)
-        powers += gain * fitted.psd(np.clip(folded, f[0], half))
-        covered += gain
-    rest = np.full(n - 1, min((_ALIASES + 1) / span, half))
-    powers += np.maximum(1 - covered, 0.0) * fitted.psd(rest)
+        density = fitted.psd(np.clip(folded, f[0], half).ravel()).reshape(gain.shape)
+        powers[part] = (gain * density).sum(axis=0) + np.maximum(1 - gain.sum(axis=0), 0.0) * rest
     return powers / span, _drifts(fitted, span, n)
 
 
@@ -280,9 +282,10 @@ def _below(weights: Floats, shifts: Floats, tilt: float) -> tuple[float, float]:
     if abs(tilt) * float(weights.max()) < 1e-5:
         tilt = math.copysign(1e-5 / float(weights.max()), tilt)
     left = 1 - 2 * weights * tilt
-    value = float((weights / left).sum() + (shifts / left**2).sum())
-    cumulant = float(-0.5 * np.log(left).sum() + (shifts * tilt / left).sum())
-    curvature = float((2 * (weights / left) ** 2).sum() + (4 * shifts * weights / left**3).sum())
+    scaled, moved = weights / left, shifts / left
+    value = float((scaled + moved / left).sum())
+    cumulant = float((moved * tilt - 0.5 * np.log(left)).sum())
+    curvature = float((scaled * (2 * scaled + 4 * moved / left)).sum())
     w = math.copysign(math.sqrt(max(2 * (tilt * value - cumulant), 1e-300)), tilt)
     v = tilt * math.sqrt(curvature)
     return value, w + math.log(v / w) / w

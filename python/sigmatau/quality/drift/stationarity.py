@@ -17,7 +17,6 @@ G. C. Tiao, "Use of cumulative sums of squares for retrospective detection of ch
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -142,8 +141,12 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     if law is None:
         return None
     freedom, correlation = law
-    options: dict[str, Any] = {"overlap": "full", "counting": "standard", "threads": 1, "names": [fitted.channel]}
-    avar = np.stack([kernels.allan_variances([x[s : s + size]], sizes, **options)[0][0] for s in starts])
+    names = [fitted.channel] * len(starts)
+    avar = np.stack(
+        kernels.allan_variances(
+            [x[s : s + size] for s in starts], sizes, overlap="full", counting="standard", threads=None, names=names
+        )[0]
+    )
     mean = avar.mean(axis=0)
     followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _MAX_MISFIT + 3 * np.sqrt(
         2 / freedom / len(starts)

@@ -220,9 +220,9 @@ class TestMemory:
         space = 700 << 20
         path = tmp_path / "log.npy"
         array = np.lib.format.open_memmap(path, "w+", "f4", (20_000_000, 6))
-        some = np.random.default_rng(5).standard_normal((1 << 20, 6), np.float32)
-        for start in range(0, len(array), len(some)):
-            array[start : start + len(some)] = some[: len(array) - start]
+        rng = np.random.default_rng(5)
+        for start in range(0, len(array), 1_000_000):  # noise that repeats has lines, which take seconds to model
+            array[start : start + 1_000_000] = rng.standard_normal((1_000_000, 6), np.float32)
         del array
         options = ("-v", "--rate", 1000, "--channels", "gyro=1:3", "--unit", "gyro=deg/h")
         code, said, memory, _ = command("analyze", path, *options, space=space, seconds=500)

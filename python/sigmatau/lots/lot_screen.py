@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 
 from sigmatau.lots.lot_remark import STATES
@@ -10,14 +11,15 @@ from sigmatau.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
 from sigmatau.lots.lot_words import STATE_WORDS, count_text, difference, listed, percent, what_text
 from sigmatau.results import WIDTH, printable, wrapped
 
-_MOST_UNITS = 10  # that are told in one line each
+_MOST_UNITS = 10  # that are told, each with its reason
+_MOST_LINES = 3  # of a unit
 _ALIKE = 3  # units with the same reason from which on they are one line
 _MOST_OUTLIERS = 4
 _MOST_NAME = 24  # characters of a unit's name
 
 
 def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
-    """Counts, the units that did not pass in a line each, and the distribution of each coefficient.
+    """Counts, the units that did not pass with their reasons, and the distribution of each coefficient.
 
     Parameters
     ----------
@@ -35,7 +37,7 @@ def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
     names = max((len(name) for _, name, _ in told[:most]), default=0)
     states = max((len(state) for state, _, _ in told[:most]), default=0)
     for state, name, reason in told[:most]:
-        lines.append(_cut(f"{state.ljust(states)}  {name.ljust(names)}  {reason}", width))
+        lines += _told(f"{state.ljust(states)}  {name.ljust(names)}  ", reason, width)
     if len(told) > most:
         lines.append(f"… and {len(told) - most} more; see -v or the files of -o")
     lines += _only_described(lot, width)
@@ -101,8 +103,16 @@ def _short(name: str) -> str:
     return name if len(name) <= _MOST_NAME else f"{name[: _MOST_NAME // 2 - 1]}…{name[-_MOST_NAME // 2 :]}"
 
 
+def _told(head: str, reason: str, width: int) -> list[str]:
+    """A unit with its reason beside it, or below it in a narrow terminal; a long one is whole in the files."""
+    indent = " " * (len(head) if len(head) <= width // 2 else 4)
+    return textwrap.wrap(
+        head + reason, width, subsequent_indent=indent, max_lines=_MOST_LINES, placeholder=" …", break_on_hyphens=False
+    )
+
+
 def _cut(line: str, width: int) -> str:
-    """One line of the terminal; what is longer ends with an ellipsis, and is whole in the files."""
+    """One line of a table that no terminal of this width shows whole."""
     return line if len(line) <= width else f"{line[: width - 1]}…"
 
 

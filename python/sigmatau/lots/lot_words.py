@@ -67,9 +67,9 @@ def _finding(one: Remark) -> str:
 
 
 def _above(one: Remark) -> str:
-    by = "" if one.ratio is None else f"{difference(one.ratio)} "
-    value = "" if one.value is None else f": {_number(one.value, one)}"
-    return f"{one.what} {by}the maximum {_number(one.limit, one)}{value}"
+    if one.value is None or one.ratio is None:
+        return f"{one.what} is above the maximum {_number(one.limit, one)}"
+    return f"{one.what} {_number(one.value, one)} is {difference(one.ratio)} the maximum {_number(one.limit, one)}"
 
 
 def _undecided(one: Remark) -> str:

@@ -100,7 +100,9 @@ def wheel(target: str | None, *, zig: bool) -> None:
     folder = ROOT / "target" / "from-sdist"  # always the same: its name is among the flags, on which all crates depend
     shutil.rmtree(folder, ignore_errors=True)
     with tarfile.open(source) as archive:
-        archive.extractall(folder, filter="data")
+        # The Python of Debian 12, 3.11.2, has no filters yet; later ones want one.
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)
+        archive.extractall(folder)
     tree = folder / NAME
     cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")).resolve()
     renamed = {str(tree): "sigmatau", str(cargo): "cargo"}

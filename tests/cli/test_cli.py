@@ -599,6 +599,9 @@ class TestWhatIsTypedInstead:
             ("datasheet", "sigmatau datasheet list, or"),
             ("datasheet adis16405", "sigmatau datasheet show adis16405"),
             ("analyze a.csv --jsn x", "Did you mean --json?"),
+            ("predict a.json", "--after is missing; see sigmatau predict --help"),
+            ("analyze a.csv --report", "--report needs a value"),
+            ("analyze a.csv --rate 100Hz", "--rate '100Hz': must be a number without a unit"),
         ],
     )
     def test_the_message_has_what_to_type(self, words, message, capsys):

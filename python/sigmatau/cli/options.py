@@ -265,12 +265,12 @@ def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
     """Findings for a terminal, grouped by kind; an action that several of a kind have in common is printed once."""
-    lines = []
+    lines: list[str] = []
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
     for alike in kinds.values():
-        lines += [line(one) for one in alike]
+        lines += dict.fromkeys(line(one) for one in alike)  # tables of one logger may have the same gap
         lines += [f"  -> {action}" for action in dict.fromkeys(one.action for one in alike if one.action)]
     return lines
 

@@ -144,6 +144,7 @@ class TestCommand:
             (["a.csv", "a.csv"], "given twice"),
             (["a.csv", "b.csv", "--jobs", "0"], "--jobs 0"),
             (["a.csv", "--unit", "gyro", "deg/s"], "--unit 'gyro': must be NAME=VALUE"),
+            (["a.csv", "b.csv", "--channels", "gyro=wx,wy,wz"], "'gyro=wx,wy,wz': 'wy' must be NAME=VALUE"),
             ([], "name a log"),
         ],
     )

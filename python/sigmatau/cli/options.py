@@ -53,7 +53,10 @@ def key_values(values: Sequence[str], option: str, example: str) -> dict[str, st
             key, equals, value = part.partition("=")
             key, value = key.strip(), value.strip()
             if not (key and equals and value):
-                raise OptionError(f"--{option} {text!r}: must be NAME=VALUE, e.g. --{option} {example}", option=option)
+                what = "" if part == text else f" {part!r}"
+                raise OptionError(
+                    f"--{option} {text!r}:{what} must be NAME=VALUE, e.g. --{option} {example}", option=option
+                )
             if result.setdefault(key, value) != value:
                 raise OptionError(f"--{option}: {key!r} is given twice, {result[key]!r} and {value!r}", option=option)
     return result

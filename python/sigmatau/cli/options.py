@@ -135,7 +135,7 @@ def check_folder(path: Path | None, option: str) -> None:
     """Create the folder for several results; raise an error for anything but a folder."""
     if path is None:
         return
-    if str(path) == "-" or path.suffix.lower() in (".json", ".png", ".svg", ".pdf", ".html") or path.is_file():
+    if str(path) == "-" or path.suffix.lower() in (".json", ".csv", ".png", ".svg", ".pdf", ".html") or path.is_file():
         raise OptionError(f"--{option} {path}: there are several logs, so this must be a folder", option=option)
     _need_libraries(path, option)
     try:

@@ -9,7 +9,7 @@ from findings.examples_fit import EXAMPLES as FITS
 from findings.examples_reading import EXAMPLES as FILES
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.fit import ConstantChannel
-from sigmatau.results import value_error_text
+from sigmatau.results import value_error_text, wrapped
 
 
 @pytest.mark.parametrize(
@@ -63,3 +63,8 @@ def test_what_matters_most_is_said_first():
         *("damaged", "no_adequate_model", "no_adequate_model", "spikes", "not_static", "window_chosen"),
     ]
     assert [f.channel for f in found[1:3]] == ["gyro_x", "gyro_y"]
+
+
+def test_an_option_is_not_divided_at_the_end_of_a_line():
+    assert wrapped(["A well-known bias: give --turn-on"], width=28) == ["A well-known bias: give", "  --turn-on"]
+    assert wrapped(["a long word, and a well-known one"], width=25) == ["a long word, and a well-", "  known one"]

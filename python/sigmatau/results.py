@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import io
 import math
+import re
 import textwrap
 import unicodedata
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
@@ -105,10 +106,15 @@ ASCII = {
 WIDTH = 80
 """Columns of a terminal, which printed forms do not exceed."""
 
+_OPTION = re.compile(r"--[a-z]+(?:-[a-z]+)+")
+_HYPHEN = "\u2011"  # at which textwrap does not divide a word
+
 
 def wrapped(lines: Iterable[str], *, indent: int = 2, width: int = WIDTH) -> list[str]:
-    """Lines of at most `width` columns; what follows the first of each is indented."""
-    return [part for line in lines for part in textwrap.wrap(line, width, subsequent_indent=" " * indent) or [""]]
+    """Lines of at most `width` columns; what follows the first of each is indented. The name of an option is not divided."""
+    whole = (_OPTION.sub(lambda name: name[0].replace("-", _HYPHEN), line) for line in lines)
+    parts = [part for line in whole for part in textwrap.wrap(line, width, subsequent_indent=" " * indent) or [""]]
+    return [part.replace(_HYPHEN, "-") for part in parts]
 
 
 T = TypeVar("T")

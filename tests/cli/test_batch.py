@@ -141,8 +141,11 @@ class TestCommand:
         [
             (["a.csv", "b.csv", "--json", "x.json"], "must be a folder"),
             (["a.csv", "b.csv", "--json", "-"], "must be a folder"),
+            (["a.csv", "b.csv", "--csv", "x.csv"], "must be a folder"),
             (["a.csv", "a.csv"], "given twice"),
             (["a.csv", "b.csv", "--jobs", "0"], "--jobs 0"),
+            (["a.csv", "--unit", "gyro", "deg/s"], "--unit 'gyro': must be NAME=VALUE"),
+            (["a.csv", "b.csv", "--channels", "gyro=wx,wy,wz"], "'gyro=wx,wy,wz': 'wy' must be NAME=VALUE"),
             ([], "name a log"),
         ],
     )

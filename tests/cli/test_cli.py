@@ -9,6 +9,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from importlib import resources
 
 import jsonschema
@@ -16,6 +17,9 @@ import numpy as np
 import pytest
 
 from sigmatau.cli import main
+from sigmatau.cli.options import finding_lines
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damaged
 
 HEADER = "gyro_x [deg/s],gyro_y [deg/s],accel_z [g]"
 
@@ -599,6 +603,9 @@ class TestWhatIsTypedInstead:
             ("datasheet", "sigmatau datasheet list, or"),
             ("datasheet adis16405", "sigmatau datasheet show adis16405"),
             ("analyze a.csv --jsn x", "Did you mean --json?"),
+            ("predict a.json", "--after is missing; see sigmatau predict --help"),
+            ("analyze a.csv --report", "--report needs a value"),
+            ("analyze a.csv --rate 100Hz", "--rate '100Hz': must be a number without a unit"),
         ],
     )
     def test_the_message_has_what_to_type(self, words, message, capsys):
@@ -627,6 +634,23 @@ class TestWhatIsTypedInstead:
         assert (code, out) == (1, "")
         assert message in err
         assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
+def test_findings_of_inspect_are_as_wide_as_the_terminal(tmp_path, monkeypatch, capsys):
+    rows = np.c_[np.delete(np.arange(600) / 100, slice(200, 250)), np.random.default_rng(seed=6).standard_normal(550)]
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="time [s],gyro_x [rad/s]", comments="")
+    monkeypatch.setenv("COLUMNS", "60")
+    piped = run("inspect", tmp_path / "log.csv", capsys=capsys)[1]
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    out = run("inspect", tmp_path / "log.csv", capsys=capsys)[1]
+    assert out.split() == piped.split()
+    told = out[out.index("warning:") :]
+    assert max(map(len, told.splitlines())) <= 60 < max(map(len, piped.splitlines()))
+
+
+def test_a_gap_of_several_tables_is_one_line():
+    gap = Finding(details=Damaged(truncated=True, what="array", kept=600, declared=1000), severity="error")
+    assert len(finding_lines([gap, replace(gap)])) == len(finding_lines([gap]))
 
 
 def test_elements_of_an_array_are_one_line_of_inspect(tmp_path, capsys):

@@ -37,6 +37,12 @@ def test_what_would_be_asked_for(tmp_path):
     assert st.inspect(path, unit={"gyro": "deg/s"}, rate=10).tables[0].wanting == ""
 
 
+def test_the_unit_that_is_asked_for_leaves_those_that_are_stated(tmp_path):
+    path = tmp_path / "b.csv"
+    path.write_text("gyro_x,gyro_y [rad/s],accel_x\n" + "1,2,3\n" * 40)
+    assert "e.g. --unit gyro_x=deg/s,accel=g" in st.inspect(path, rate=10).tables[0].wanting
+
+
 def test_no_names(tmp_path):
     path = tmp_path / "c.npy"
     np.save(path, np.ones((30, 7)))

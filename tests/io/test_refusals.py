@@ -75,6 +75,10 @@ DATA = {
     "old Mac": (GOOD.replace("\n", "\r"), ["CR alone"]),
     "null byte": (GOOD.replace("0.04", "0.0\0"), ["binary data", "not a format that is read: text tables"]),
     "NMEA": (b"$GPGGA,-1.0,2.0,3.0*68\n" * 9, ["line 1", "$GPGGA", "not read yet"]),
+    "a result": (
+        b'{\n "schema": 2,\n "sigmatau": "0.1.0"\n}\n',
+        ["is a result of sigmatau, not a log", "sigmatau export"],
+    ),
     "JSON": (b'{"a": [1, 2, 3],\n1, 2, 3, 4}\n', ["JSON", "MCAP, ROS bags"]),
     "huge first line": (b"1," * 200_000, ["first line is longer than 256 KiB"]),
     "PDF": (b"%PDF-1.7\n1 2 3\n", ["binary data", "not a format that is read: text tables"]),

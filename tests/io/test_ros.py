@@ -13,6 +13,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.io.read import read
 from sigmatau.io.read.formats.messages import IMU_ROS2
+from sigmatau.io.read.inspection import inspect
 
 pytest.importorskip("lz4", reason="lz4 packs what these tests read")
 pytest.importorskip("backports.zstd", reason="backports.zstd packs what these tests read")
@@ -74,6 +75,18 @@ def test_several_imus_are_asked_about(tmp_path):
     with pytest.raises(OptionError, match=r"several sensors: /a/imu \(gyro and accel, 20 rows\), /b/imu .*--topic"):
         read(tmp_path / "a.mcap")
     np.testing.assert_array_equal(six(read(tmp_path / "a.mcap", topic="/b/imu")), -values)
+
+
+def test_an_empty_topic_beside_the_imu_is_no_fault(tmp_path):
+    stamps, values = imu(20)
+    head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.channel(3, "/a/imu"), roslogs.channel(4, "/b/imu")]
+    body = [roslogs.message(3, s, imu_cdr(s, v)) for s, v in zip(stamps, values, strict=True)]
+    (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body], {3: 20}, b"".join(head)))
+    found = inspect(tmp_path / "a.mcap")
+    assert {table.topic: table.rows for table in found.tables} == {"/a/imu": 20, "/b/imu": 0}
+    assert not any(table.findings for table in found.tables)
+    with pytest.raises(DataError, match="0 rows of data in /b/imu; at least 4"):
+        read(tmp_path / "a.mcap", topic="/b/imu")
 
 
 CUSTOM = """\

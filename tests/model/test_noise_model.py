@@ -127,7 +127,7 @@ class TestMappingOfChannels:
         function = getattr(st, name)
         with pytest.raises(OptionError, match=rf"2 channels.*{name}\(model\['gyro_x'\]"):
             function(self.MODEL, dt=0.01)
-        with pytest.raises(OptionError, match="must be a ChannelModel, not dict"):
+        with pytest.raises(OptionError, match=r'must be a ChannelModel, not dict; .* analysis\.model\["gyro_x"\]'):
             function({"random_walk": 1e-4}, dt=0.01)
 
 

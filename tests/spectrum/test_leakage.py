@@ -74,7 +74,7 @@ def test_a_model_out_of_range_is_an_error_and_not_right():
         def psd(self, f, *, tau0=None):
             return np.full(f.shape, 1e-320)
 
-    with pytest.raises(DataError, match="no finite number"):
+    with pytest.raises(DataError, match="not a finite number"):
         found.over(Infinite())
-    with pytest.raises(DataError, match="no finite number"):
+    with pytest.raises(DataError, match="not a finite number"):
         found.over(Tiny())

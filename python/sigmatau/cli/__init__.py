@@ -121,6 +121,14 @@ def _in_words(error: CycloptsError) -> str:
         if command == "export" and unused and (name := _as_target(unused[0])):
             return f"{unused[0]!r} is not expected here: the target is --to {name}"
         return f"{', '.join(map(repr, unused))} not expected here. {_UNUSED_HINT}"
+    called = " ".join(["sigmatau", *(error.command_chain or ())])
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        if error.keyword is None and not error.argument.tokens:
+            return f"{error.argument.name} is missing; see {called} --help"
+        return f"{error.keyword or error.argument.name} needs a value; see {called} --help"
+    if isinstance(error, CoercionError) and error.target_type in (int, float) and error.token and error.token.keyword:
+        kind = "whole number" if error.target_type is int else "number"
+        return f"{error.token.keyword} {error.token.value!r}: must be a {kind} without a unit; see {called} --help"
     return str(error)
 
 

@@ -309,6 +309,7 @@ def _many(
 ) -> int:
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
+    (reading or Reading()).options()  # a wrong option is one error, not one for each log
     logs, left_out = batch.gather(places)
     for option, folder in (
         ("report", outputs.report),

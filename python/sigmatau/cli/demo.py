@@ -85,7 +85,7 @@ def demo_command(
 
 
 def _beside_truth(analysis: Analysis, model: NoiseModel) -> str:
-    rows = [("", "truth", "95 % interval", "", "read off by")]
+    rows = [("", "truth", "95 % interval", "", "read-off error")]
     for channel, truth in model.channels.items():
         fitted, read = analysis.fits[channel], analysis.read_off[channel]
         rows.append((channel, "", "", "", ""))

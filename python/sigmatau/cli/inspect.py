@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ from sigmatau.cli.options import (
     bandwidths,
     check_outputs,
     finding_lines,
+    wrapped,
     write_result,
 )
 from sigmatau.cli.options import reading as showing
@@ -54,6 +56,7 @@ def inspect_command(
         found = inspect(
             log, bandwidth=bandwidths(bandwidth or []), leave_out=leave_out or None, keep=keep or (), **options
         )
-    lines = [*found.contents(), *finding_lines(found.findings), *found.wants()]
+    told = [*finding_lines(found.findings), *found.wants()]
+    lines = [*found.contents(), *(wrapped(told) if sys.stdout.isatty() else told)]
     write_result(lines_text(lines), found.to_dict(), json)
     return damaged(found.findings)

@@ -53,7 +53,10 @@ def key_values(values: Sequence[str], option: str, example: str) -> dict[str, st
             key, equals, value = part.partition("=")
             key, value = key.strip(), value.strip()
             if not (key and equals and value):
-                raise OptionError(f"--{option} {text!r}: must be NAME=VALUE, e.g. --{option} {example}", option=option)
+                what = "" if part == text else f" {part!r}"
+                raise OptionError(
+                    f"--{option} {text!r}:{what} must be NAME=VALUE, e.g. --{option} {example}", option=option
+                )
             if result.setdefault(key, value) != value:
                 raise OptionError(f"--{option}: {key!r} is given twice, {result[key]!r} and {value!r}", option=option)
     return result
@@ -132,7 +135,7 @@ def check_folder(path: Path | None, option: str) -> None:
     """Create the folder for several results; raise an error for anything but a folder."""
     if path is None:
         return
-    if str(path) == "-" or path.suffix.lower() in (".json", ".png", ".svg", ".pdf", ".html") or path.is_file():
+    if str(path) == "-" or path.suffix.lower() in (".json", ".csv", ".png", ".svg", ".pdf", ".html") or path.is_file():
         raise OptionError(f"--{option} {path}: there are several logs, so this must be a folder", option=option)
     _need_libraries(path, option)
     try:
@@ -265,12 +268,12 @@ def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
     """Findings for a terminal, grouped by kind; an action that several of a kind have in common is printed once."""
-    lines = []
+    lines: list[str] = []
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
     for alike in kinds.values():
-        lines += [line(one) for one in alike]
+        lines += dict.fromkeys(line(one) for one in alike)  # tables of one logger may have the same gap
         lines += [f"  -> {action}" for action in dict.fromkeys(one.action for one in alike if one.action)]
     return lines
 

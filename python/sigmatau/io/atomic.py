@@ -50,7 +50,7 @@ def _beside(target: Path) -> tuple[Path, int]:
     if target.is_dir():
         raise DataError(f"{target}: is a directory; give the name of a file")
     if target.exists() and not target.is_file():
-        raise DataError(f"{target}: is no regular file, and would be replaced; give the name of a file")
+        raise DataError(f"{target}: is not a regular file, and would be replaced; give the name of a file")
     if not target.parent.is_dir():
         raise DataError(f"{target}: there is no directory {target.parent}")
     prefix = f".{target.name}.sigmatau-"

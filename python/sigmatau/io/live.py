@@ -158,7 +158,7 @@ class Live:
             end = len(self._rest) if last else self._rest.rfind(b"\n") + 1
         lines, self._rest = self._rest[:end], self._rest[end:]
         if len(self._rest) > _LONGEST_LINE:
-            raise DataError("a line is longer than 1 MiB, so this is no table of numbers")
+            raise DataError("a line is longer than 1 MiB, so this is not a table of numbers")
         return self._numbers(lines)
 
     def _find_out(self, head: bytes) -> bytes:

@@ -69,7 +69,7 @@ def correlation_of(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, str]
                 raise DataError(f"correlation of {term}: {first} = {others!r}; {example}")
             for second, value in others.items():
                 if isinstance(value, bool) or not isinstance(value, int | float):
-                    raise DataError(f"correlation of {term} between {first} and {second}: {value!r} is no number")
+                    raise DataError(f"correlation of {term} between {first} and {second}: {value!r} is not a number")
                 pairs[first, second] = float(value)
     return result
 
@@ -260,7 +260,7 @@ def _value(channel: str, key: str, text: object, si: str, *, written: str | None
     example = f'{written or key} = "1 {_DENSITY_UNITS.get(si, si) if key == "noise_density" else usual(si)}"'
     match = _VALUE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise DataError(f"channel {channel!r}: {key} = {text!r} is no value with a unit; write e.g. {example}")
+        raise DataError(f"channel {channel!r}: {key} = {text!r} is not a value with a unit; write e.g. {example}")
     try:
         return float(match[1]) * _factor(match[2], si)
     except OptionError as error:
@@ -283,5 +283,5 @@ def _quoted(value: float, unit: str) -> str:
 def _escaped(text: str) -> str:
     """A TOML string: a JSON string without surrogate pairs."""
     if any("\ud800" <= c <= "\udfff" for c in text):
-        raise DataError(f"{text!r} is no text that can be written: it has half a character of UTF-16")
+        raise DataError(f"{text!r} cannot be written: it has half a character of UTF-16")
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")

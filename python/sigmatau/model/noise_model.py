@@ -133,7 +133,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
             if is_json or path.suffix.lower() == ".toml":
                 raise DataError(f"{path}: no {'JSON' if is_json else 'TOML file'}: {error}") from None
             raise DataError(
-                f"{path}: no model file (.toml), result (.json) or, for sigmatau export, YAML (.yaml). If this is a log:"
+                f"{path}: not a model file (.toml), result (.json) or, for sigmatau export, YAML (.yaml). If this is a log:"
                 f" first sigmatau analyze {path} --json {path.with_suffix('.json')}"
             ) from None
         try:

@@ -103,7 +103,7 @@ def predict(
     """
     if not isinstance(model, NoiseModel):
         raise OptionError(
-            "{option} must be a NoiseModel, whose channels have names like gyro_z: NoiseModel(channels={'gyro_z': …});"
+            "{option} must be a NoiseModel, NoiseModel(channels={'gyro_z': …}) or the one of an analysis, analysis.model;"
             f" not {type(model).__name__}",
             option="model",
         )

@@ -284,11 +284,9 @@ class Prediction(Mapping[str, PredictedError], Printed):
         if self.flicker_in_records is not None:
             least, largest = (f"{ratio:.2g}" for ratio in self.flicker_in_records)
             lines += [
-                "From a known state flicker noise makes the least that it can. In simulated records its first sample"
-                " alone is 0,",
-                f"and what it makes of these errors is {least if least == largest else f'{least} to {largest}'} times as"
-                " large; with a"
-                " calibration there is no such difference.",
+                "Flicker noise that begins at 0 causes the smallest error. In simulated records only its first sample is 0,"
+                f" and its part of these errors is {least if least == largest else f'{least} to {largest}'} times as large;"
+                " after a calibration, records and prediction agree.",
             ]
         if self.earth == "flat":
             lines.append("Flat Earth: without Schuler's feedback.")

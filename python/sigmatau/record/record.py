@@ -260,7 +260,7 @@ class Record(Printed):
         for key in unit or {}:
             if key not in known:
                 raise OptionError(
-                    f"{{option}} names {key!r}, which is no channel; channels: {', '.join(known)}", option="unit"
+                    f"{{option}} names {key!r}, which is not a channel; channels: {', '.join(known)}", option="unit"
                 )
         warm, notes = thermometers(by_stream, unit or {})
         streams = [
@@ -306,7 +306,7 @@ def real_numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     try:
         return np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError):
-        raise DataError(f"`{name}` holds what is no number") from None
+        raise DataError(f"`{name}` contains a non-numeric value") from None
 
 
 def stream_name(channel: str) -> str:
@@ -393,7 +393,7 @@ def _factor(spelled: str, channel: str, si: str, kind: InputKind) -> float:
     if found.si != wanted:
         choices = ", ".join(units.known(wanted))
         if kind == "rate":
-            remedy = f"is no unit of a rate: say --input increments or accumulated, or give one of {choices}"
+            remedy = f"is not a unit of a rate: give one of {choices}; or --input increments or accumulated"
         else:
             remedy = f"is the unit of a rate, but the input is {kind}: give one of {choices}"
         raise OptionError(f"{channel}: {spelled!r} {remedy}", option="unit")

@@ -178,8 +178,8 @@ _CHARTS = (
     (
         "map",
         "Stability",
-        "Dynamic Allan deviation: the deviation in a sliding window over its median of all windows. Coloured: more than"
-        " chance.",
+        "Dynamic Allan deviation: the deviation in a sliding window over its median of all windows. Coloured: differs by"
+        " more than chance explains; a stable record has no colour.",
     ),
 )
 

@@ -192,7 +192,7 @@ class Spectrum(Printed):
         density = noise.psd(self.frequency, tau0=self.tau0)
         if not np.isfinite(density).all():
             raise DataError(
-                f"{self.channel}: the model's density is no finite number; its coefficients are out of range"
+                f"{self.channel}: the model's density is not a finite number; its coefficients are out of range"
             )
         if not (density > 0).any():
             raise DataError(f"{self.channel}: the model has no noise with a density, only lines or a ramp")
@@ -242,7 +242,7 @@ class Spectrum(Printed):
             ratios = self.density[there] / expected[there]
         if not np.isfinite(ratios).all():
             raise DataError(
-                f"{self.channel}: the ratio to the model's density is no finite number; is the model in SI?"
+                f"{self.channel}: the ratio to the model's density is not a finite number; is the model in SI?"
             )
         ratio = replace(self, frequency=self.frequency[there], density=ratios, dof=self.dof[there])
         bands = ratio._binned(np.append(0, np.cumsum(count[shown])[:-1]))

@@ -313,7 +313,11 @@ def check_channel_model(model: object, *, function: str) -> None:
             f" {function}(model[{next(iter(model))!r}], …)",
             option="model",
         )
-    raise OptionError(f"{{option}} must be a ChannelModel, not {type(model).__name__}", option="model")
+    raise OptionError(
+        f"{{option}} must be a ChannelModel, not {type(model).__name__}; an analysis has one for each channel:"
+        ' analysis.model["gyro_x"]',
+        option="model",
+    )
 
 
 def flicker_of(model: ChannelModel, *, dt: float, tau_max: float | None, error: float) -> FlickerPoles | None:

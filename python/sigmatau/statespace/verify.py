@@ -352,7 +352,7 @@ def _verify_channel(
     misfit = float(u @ np.linalg.solve(correlation / np.outer(sd, sd) + np.diag(approximated), u))
     if not math.isfinite(misfit):
         raise DataError(
-            f"the misfit of {curve.channel} is no number: the model's noise is too small beside the rest of it, variances"
+            f"the misfit of {curve.channel} is not a number: the model's noise is too small beside the rest of it, variances"
             f" have up to {edf.max():.2g} degrees of freedom"
         )
     return Verification(

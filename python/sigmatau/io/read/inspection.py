@@ -11,7 +11,7 @@ from typing import Any
 
 from sigmatau import errors
 from sigmatau._version import __version__
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding, by_severity
 from sigmatau.findings.kinds.reading import Unusable
 from sigmatau.io.read import assemble, opened
@@ -242,6 +242,9 @@ def _looked_into(
         made = part(table, assemble.of_table(table, tables, options))
     except OptionError as error:
         return _counted(table, replace(info, wanting=error.for_command_line())), None
+    except RecordTooShortError as error:
+        # An empty topic beside the one that is read is not a fault.
+        return (_unusable(info, error) if chosen else info), None
     except DataError as error:
         return _unusable(info, error), None
     grid = made.streams[0].grid

@@ -124,7 +124,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             hint = f" (the file has {', '.join(unknown_units)}: give --scale too, e.g. {example})"
         else:
             hint = " (whole numbers may be counts: then give --scale too)" if counts and not options.scale else ""
-        raise _ask_for_units(missing, options.input, no_rate=_lacks_rate(table, choice, unit, options) + hint)
+        lacks = _lacks_rate(table, choice, unit, options) + hint
+        raise _ask_for_units(missing, options.input, stated={stream_name(c) for c in unit}, no_rate=lacks)
     return unit, overruled
 
 
@@ -162,10 +163,12 @@ def _same(one: str, other: str) -> bool:
         return one == other
 
 
-def _ask_for_units(missing: list[str], kind: InputKind, *, no_rate: str) -> OptionError:
+def _ask_for_units(missing: list[str], kind: InputKind, *, stated: set[str], no_rate: str) -> OptionError:
+    """`stated`: sensors of which another channel has a unit, which that of the sensor would replace."""
     streams = list(dict.fromkeys(map(stream_name, missing)))
+    asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
     examples = {"gyro": "deg/s", "accel": "g"} if kind == "rate" else {"gyro": "rad", "accel": "m/s"}
-    example = "--unit " + ",".join(f"{s}={examples.get(s, '1')}" for s in streams)
+    example = "--unit " + ",".join(f"{name}={examples.get(s, '1')}" for name, s in asked.items())
     known = [si if kind == "rate" else units.integral(si) for s, si in SI.items() if s in streams]
     table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
     listed = f" (known: {table})" if table else " (any word; 1 for none)"

@@ -75,9 +75,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     need = MIN_SAMPLES + (options.input == "accumulated")
     if rows < need:
         broken = "".join(f" ({sentence(finding)})" for finding in (*table.findings, *loaded.findings))
-        raise RecordTooShortError(
-            f"has {rows} row{'s' if rows != 1 else ''} of data; at least {need} are needed{broken}", need=need, got=rows
-        )
+        of_data = f"has {rows} row{'s' if rows != 1 else ''} of data{f' in {table.topic}' if table.topic else ''}"
+        raise RecordTooShortError(f"{of_data}; at least {need} are needed{broken}", need=need, got=rows)
     by_stream: dict[str, dict[str, int]] = {}
     for channel, index in choice.channels.items():
         by_stream.setdefault(stream_name(channel), {})[channel] = index

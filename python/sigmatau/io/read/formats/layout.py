@@ -26,6 +26,7 @@ _LONG_LINE = 64  # numbers on one line from which on it is said to be no row of 
 _HEADERS = 20  # lines above the samples that may have numbers
 _LEAST_SAMPLES = 100  # rows that follow one with other numbers
 _FAR = 10  # times the range of a column that a number is outside of it, if it is not one of a sample
+_HEAD_OF_RESULT = 100  # characters of a JSON of sigmatau within which its version is
 
 # Each pattern matches a text in only one way, so that failing lines take linear time.
 _NUMBER = re.compile(r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
@@ -117,6 +118,8 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
         raise DataError(
             f"has only {what}" if whole else f"has only {what} in its first {_kibibytes(data)} KiB; cut them"
         )
+    if rows[0].text.startswith("{") and '"sigmatau":' in text[:_HEAD_OF_RESULT]:
+        raise DataError("is a result of sigmatau, not a log; sigmatau export, compare, plan and predict read it")
     if rows[0].text.startswith(("{", "<")):
         raise DataError(f"is JSON or XML, not a format that is read: {FORMATS}")
     _refuse_sentences(rows)

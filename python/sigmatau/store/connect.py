@@ -24,6 +24,7 @@ _PRAGMAS = (
     "cache_size=-65536",  # [KiB] the index of identities is read in no order
     "wal_autocheckpoint=2000",  # pages, 32 MiB: pages that several transactions change are written once
 )
+_NAMES = "case_sensitive_like=ON"  # a pattern chooses the units that it chooses in PostgreSQL
 _LOCK = 7_264_830  # of PostgreSQL: one process migrates
 _HINTS = {  # what to do, by words of what a database says
     "readonly database": "copy the file to where you may write",
@@ -165,7 +166,7 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
     @event.listens_for(engine, "connect")
     def connected(connection: Any, _: object) -> None:  # noqa: ANN401
         connection.isolation_level = None  # transactions begin below
-        for pragma in () if to_read else _PRAGMAS:
+        for pragma in (_NAMES,) if to_read else (_NAMES, *_PRAGMAS):
             connection.execute(f"PRAGMA {pragma}")
 
     @event.listens_for(engine, "begin")

@@ -215,3 +215,24 @@ def test_options_make_a_run(tmp_path, monkeypatch, capsys):
     with sigmatau.Store("x.db") as store:
         again = store.add(sigmatau.analyze(record, notes={"serial number": "A1"}))
     assert (again.new, again.known) == (0, 1)  # from Python it is the same run
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are text there")
+def test_a_name_that_is_not_utf_8(tmp_path, monkeypatch, capsys):
+    """As a folder from an old Windows computer has it: neither this log nor those after it are lost."""
+    import os
+
+    import numpy as np
+
+    monkeypatch.chdir(tmp_path)
+    rates = np.random.default_rng(6).standard_normal((3000, 2))
+    for name in (b"a pr\xfcfling.csv", b"b.csv"):
+        np.savetxt(os.fsdecode(name), rates, delimiter=",", header="gyro_x,gyro_y", comments="")
+    given = ["--rate", "100", "--unit", "gyro=deg/s", "-q"]
+    assert main(["analyze", os.fsdecode(b"a pr\xfcfling.csv"), "b.csv", "--json", "results", *given]) == 0
+    assert len([*(tmp_path / "results").iterdir()]) == 2
+    capsys.readouterr()
+    assert run(capsys, "add", "results", "--store", "x.db", "--unit-from", r"(\w)[^/]*\.csv") == (0, "", "2 new\n")
+    with Store("x.db") as store:
+        paths = {one["source"]["path"] for _, one in store.results()}
+    assert {os.fsencode(path) for path in paths} == {b"a pr\xfcfling.csv", b"b.csv"}

@@ -9,6 +9,7 @@ import pytest
 
 from conftest import ROOT
 from sigmatau.cli import main
+from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 sys.path.insert(0, str(ROOT / "tests" / "store"))
@@ -118,6 +119,20 @@ def test_exports_are_the_table(lab, capsys):
     first = json.loads((lab / "results" / "A0" / "day0.json").read_text())
     shown = first["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]
     assert any(one["value"] == shown["value"] and one["low"] == shown["low"] for one in table)
+
+
+@pytest.mark.parametrize("what", ["coefficients", "runs", "units"])
+def test_types_of_columns_do_not_depend_on_their_values(lab, capsys, what):
+    import pyarrow.parquet as parquet
+
+    with Store("other.db") as store:  # with a model, a time and a temperature
+        store.add(Entry(result=result(0), unit="A", model="m", recorded=datetime(2026, 1, 1), temperature=25.0))  # noqa: DTZ001
+    with Store("empty.db") as store:
+        store.add(Entry(result=result(0), unit="A"))
+    for name in ("other", "empty"):
+        found = run(capsys, "export", "--store", f"{name}.db", "-o", f"{name}.parquet", "--what", what)
+        assert found[0] == 0, found
+    assert parquet.read_schema(lab / "other.parquet").equals(parquet.read_schema(lab / "empty.parquet"))
 
 
 @pytest.mark.parametrize(("argv", "code", "told"), [

@@ -30,6 +30,13 @@ _SHOWN = {
     "runs": ("unit", "run", "recorded", "temperature", "duration", "state", "revision", "message"),
 }
 
+_TIMES = ("recorded", "first", "last")
+_KINDS = {  # of columns of Parquet; the others are text
+    "int64": ("id", "runs", "fitted", "not_at_rest", "failed", "revision"),
+    "double": ("temperature", "duration", "value", "low", "high", "upper_limit", "level"),
+    "bool": ("observed",),
+}
+
 Place = Annotated[str | None, Parameter(name="--store")]
 Json = Annotated[Path | None, Parameter(name="--json", allow_leading_hyphen=True)]
 Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())]
@@ -326,9 +333,15 @@ def _write(table: Table, output: Path) -> None:
     except ImportError:
         raise ImportError("writing .parquet needs pyarrow: pip install 'sigmatau[parquet]'; or write .csv") from None
     columns = table.columns()
-    kinds = {key: pa.timestamp("us", tz="UTC") for key in ("recorded", "first", "last") if key in columns}
-    arrays = {key: pa.array(of) for key, of in columns.items() if key not in kinds}
-    for key, kind in kinds.items():
-        arrays[key] = pa.array([None if x is None else x.replace(tzinfo=UTC) for x in columns[key]], kind)
+    # A column without a value has the type of the others, so that the files of several months are one table.
+    kinds = {key: kind for kind, keys in _KINDS.items() for key in keys}
+    arrays = {}
+    for key, of in columns.items():
+        if key in _TIMES:
+            arrays[key] = pa.array(
+                [None if x is None else x.replace(tzinfo=UTC) for x in of], pa.timestamp("us", "UTC")
+            )
+        else:
+            arrays[key] = pa.array(of, kinds.get(key, "string"))
     with atomic(output) as temporary:
-        parquet.write_table(pa.table({key: arrays[key] for key in columns}), temporary)
+        parquet.write_table(pa.table(arrays), temporary)

@@ -185,6 +185,36 @@ def test_compare_and_lot_read_the_store(lab, capsys):
     assert main(["lot", "--store", "lab.db", "--serial", "B"]) == 1
 
 
+def test_runs_at_a_temperature(lab, capsys):
+    """Runs at -40, 25 and 70 °C, always in this order, look like ageing unless one temperature is chosen."""
+    degrees = (-40.0, 25.0, 70.0)
+    with Store("hot.db") as store:
+        for k in range(9):
+            one = result(k, log=f"t{k}", path=f"{k}.csv")
+            store.add(
+                Entry(
+                    result=one,
+                    unit=f"A{k // 3}",
+                    recorded=datetime(2026, 1, 1 + k, tzinfo=UTC),
+                    temperature=degrees[k % 3],
+                )
+            )
+    for given, count in (("-45:-35", 3), ("20:70", 6), ("70:70", 3), ("71:90", 0)):
+        listed = run(capsys, "list", "runs", "--store", "hot.db", "--temperature", given, "--json")[1]
+        assert len(json.loads(listed)["unit"]) == count
+    assert run(capsys, "trend", "--store", "hot.db", "--temperature", "20:30")[0] == 0
+    assert main(["compare", "--store", "hot.db", "--temperature", "20:30", "--json", "-"]) == 0
+    assert {one["name"] for one in json.loads(capsys.readouterr().out)["runs"]} == {"1.csv", "4.csv", "7.csv"}
+    assert main(["lot", "--store", "hot.db", "--temperature", "-45:-35", "--json"]) == 4
+    assert len(json.loads(capsys.readouterr().out)["units"]) == 3
+    for wrong in ("25", "30:20", "a:b", "nan:nan"):
+        assert run(capsys, "list", "--store", "hot.db", "--temperature", wrong)[::2] == (
+            2, f"sigmatau: --temperature {wrong}: must be a range in °C like 20:30\n",
+        )  # fmt: skip
+    for command in ("compare", "lot"):
+        assert main([command, "results", "--temperature", "20:30"]) == 2
+
+
 def test_lot_takes_the_latest_even_if_it_failed(lab, capsys):
     from sigmatau.analysed import failed_result
 

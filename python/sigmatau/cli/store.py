@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from dataclasses import dataclass
@@ -59,6 +60,8 @@ class Choice:
         Only records before this time.
     state
         Only runs in this state: fitted, not_fitted, not_at_rest, failed. May be repeated.
+    temperature
+        Only runs at these temperatures in °C, 20:30.
     """
 
     unit: Annotated[list[str] | None, Parameter(negative=())] = None
@@ -68,6 +71,7 @@ class Choice:
     state: Annotated[list[Literal["fitted", "not_fitted", "not_at_rest", "failed"]] | None, Parameter(negative=())] = (
         None
     )
+    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
 
     def chosen(self, *, history: bool = False) -> Chosen:
         """The same for a `Store`."""
@@ -79,6 +83,7 @@ class Choice:
             states=tuple(self.state or ()),
             since=_time(self.since, "since"),
             until=_time(self.until, "until"),
+            temperature=temperatures(self.temperature),
             history=history,
         )
 
@@ -93,6 +98,19 @@ def opened(place: str | None, *, create: bool = False) -> Store:
     from sigmatau.store.store import Store
 
     return Store(place, create=create)
+
+
+def temperatures(text: str | None) -> tuple[float, float] | None:
+    """The range of ``--temperature``."""
+    if text is None:
+        return None
+    try:
+        low, high = map(float, text.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not low <= high:
+        raise OptionError(f"--temperature {text}: must be a range in °C like 20:30", option="temperature")
+    return low, high
 
 
 def _time(text: str | None, option: str) -> datetime | None:

@@ -9,6 +9,7 @@ import pytest
 
 from conftest import ROOT
 from sigmatau.cli import main
+from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 sys.path.insert(0, str(ROOT / "tests" / "store"))
@@ -120,6 +121,20 @@ def test_exports_are_the_table(lab, capsys):
     assert any(one["value"] == shown["value"] and one["low"] == shown["low"] for one in table)
 
 
+@pytest.mark.parametrize("what", ["coefficients", "runs", "units"])
+def test_types_of_columns_do_not_depend_on_their_values(lab, capsys, what):
+    import pyarrow.parquet as parquet
+
+    with Store("other.db") as store:  # with a model, a time and a temperature
+        store.add(Entry(result=result(0), unit="A", model="m", recorded=datetime(2026, 1, 1), temperature=25.0))  # noqa: DTZ001
+    with Store("empty.db") as store:
+        store.add(Entry(result=result(0), unit="A"))
+    for name in ("other", "empty"):
+        found = run(capsys, "export", "--store", f"{name}.db", "-o", f"{name}.parquet", "--what", what)
+        assert found[0] == 0, found
+    assert parquet.read_schema(lab / "other.parquet").equals(parquet.read_schema(lab / "empty.parquet"))
+
+
 @pytest.mark.parametrize(("argv", "code", "told"), [
     (["add", "--store", "x.db"], 2, "no results; give JSON files"),
     (["add", "results", "--store", "x.db", "--jobs", "0"], 2, "--jobs 0"),
@@ -170,6 +185,36 @@ def test_compare_and_lot_read_the_store(lab, capsys):
     assert main(["lot", "--store", "lab.db", "--serial", "B"]) == 1
 
 
+def test_runs_at_a_temperature(lab, capsys):
+    """Runs at -40, 25 and 70 °C, always in this order, look like ageing unless one temperature is chosen."""
+    degrees = (-40.0, 25.0, 70.0)
+    with Store("hot.db") as store:
+        for k in range(9):
+            one = result(k, log=f"t{k}", path=f"{k}.csv")
+            store.add(
+                Entry(
+                    result=one,
+                    unit=f"A{k // 3}",
+                    recorded=datetime(2026, 1, 1 + k, tzinfo=UTC),
+                    temperature=degrees[k % 3],
+                )
+            )
+    for given, count in (("-45:-35", 3), ("20:70", 6), ("70:70", 3), ("71:90", 0)):
+        listed = run(capsys, "list", "runs", "--store", "hot.db", "--temperature", given, "--json")[1]
+        assert len(json.loads(listed)["unit"]) == count
+    assert run(capsys, "trend", "--store", "hot.db", "--temperature", "20:30")[0] == 0
+    assert main(["compare", "--store", "hot.db", "--temperature", "20:30", "--json", "-"]) == 0
+    assert {one["name"] for one in json.loads(capsys.readouterr().out)["runs"]} == {"1.csv", "4.csv", "7.csv"}
+    assert main(["lot", "--store", "hot.db", "--temperature", "-45:-35", "--json"]) == 4
+    assert len(json.loads(capsys.readouterr().out)["units"]) == 3
+    for wrong in ("25", "30:20", "a:b", "nan:nan"):
+        assert run(capsys, "list", "--store", "hot.db", "--temperature", wrong)[::2] == (
+            2, f"sigmatau: --temperature {wrong}: must be a range in °C like 20:30\n",
+        )  # fmt: skip
+    for command in ("compare", "lot"):
+        assert main([command, "results", "--temperature", "20:30"]) == 2
+
+
 def test_lot_takes_the_latest_even_if_it_failed(lab, capsys):
     from sigmatau.analysed import failed_result
 
@@ -215,3 +260,24 @@ def test_options_make_a_run(tmp_path, monkeypatch, capsys):
     with sigmatau.Store("x.db") as store:
         again = store.add(sigmatau.analyze(record, notes={"serial number": "A1"}))
     assert (again.new, again.known) == (0, 1)  # from Python it is the same run
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are text there")
+def test_a_name_that_is_not_utf_8(tmp_path, monkeypatch, capsys):
+    """As a folder from an old Windows computer has it: neither this log nor those after it are lost."""
+    import os
+
+    import numpy as np
+
+    monkeypatch.chdir(tmp_path)
+    rates = np.random.default_rng(6).standard_normal((3000, 2))
+    for name in (b"a pr\xfcfling.csv", b"b.csv"):
+        np.savetxt(os.fsdecode(name), rates, delimiter=",", header="gyro_x,gyro_y", comments="")
+    given = ["--rate", "100", "--unit", "gyro=deg/s", "-q"]
+    assert main(["analyze", os.fsdecode(b"a pr\xfcfling.csv"), "b.csv", "--json", "results", *given]) == 0
+    assert len([*(tmp_path / "results").iterdir()]) == 2
+    capsys.readouterr()
+    assert run(capsys, "add", "results", "--store", "x.db", "--unit-from", r"(\w)[^/]*\.csv") == (0, "", "2 new\n")
+    with Store("x.db") as store:
+        paths = {one["source"]["path"] for _, one in store.results()}
+    assert {os.fsencode(path) for path in paths} == {b"a pr\xfcfling.csv", b"b.csv"}

@@ -118,6 +118,17 @@ def test_a_second_run_analyses_nothing_again(undisturbed, logs, here, tmp_path, 
         changed.write_bytes(before)
 
 
+def test_the_same_relative_path_in_two_folders_is_two_logs(here, tmp_path, monkeypatch):
+    """The logs of the second night do not make those of the first one history; the file alone has all results."""
+    place = tmp_path / "lab.db"
+    for night in ("night1", "night2"):
+        make_tables(tmp_path / night / "logs", 1, rows=500 if night == "night1" else 600)
+        monkeypatch.chdir(tmp_path / night)
+        assert main(["fleet", "analyze", "logs", "--store", str(place), "-q"]) == 0
+    assert not [*tmp_path.glob("lab.db-*")]
+    assert sorted(contents(place)) == [str(tmp_path / night / "logs" / "log0.csv") for night in ("night1", "night2")]
+
+
 def test_the_client_is_killed_then_interrupted_then_a_worker_is_killed(undisturbed, logs, processes):
     """Three runs of one command; the last one completes although it loses a worker."""
     arguments = (logs, "--store", "a.db", "--workers", 2)

@@ -84,6 +84,8 @@ def test_urls(folder):
             find(["memory://fleet/none"])
         with pytest.raises(DataError, match=r"nowhere://x"):
             find(["nowhere://x"])
+        with pytest.raises(DataError, match="unpack the archive"):
+            find(["zip://*.csv::memory://fleet/all.zip"])
         local = [log.place for log in find([f"file://{folder}/A1/day1.npy"])]
         assert local == [f"file://{folder}/A1/day1.npy"]
     finally:

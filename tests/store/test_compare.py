@@ -43,11 +43,27 @@ def test_same_as_of_results(place):
 
 def test_units_are_groups_and_are_chosen(place):
     with Store(place) as store:
-        store.add([Entry(result=result(k, log=str(k)), unit=f"{'AB'[k % 2]}{k % 4}") for k in range(8)])
+        store.add([Entry(result=result(k, log=str(k)), unit=f"{'AB'[k % 2]}{k % 4}") for k in range(5)])
         assert store.compare().groups == ("A0", "A2", "B1", "B3")
         assert store.compare(Chosen(units=("A*",))).groups == ("A0", "A2")
         with pytest.raises(DataError, match="no run with coefficients"):
             store.compare(Chosen(units=("C",)))
+
+
+def test_a_copy_of_a_log_is_not_another_run(place):
+    """Saved again it has other bytes: by its values it is the same record, as for files."""
+    results = [result(k, log=str(k), path=f"day{k}.csv") for k in range(3)] + [
+        result(0, log="saved again", path="x.csv")
+    ]
+    with Store(place) as store:
+        store.add([Entry(result=one, unit="A") for one in results])
+        found = store.compare()
+    assert [run.problem for run in found.runs] == ["", "", "", "of the same log as day0.csv"]
+    expected = st.compare_runs(results, names=["0", "1", "2", "3"], units=["A"] * 4)
+    assert [run.problem for run in expected.runs] == ["", "", "", "of the same log as 0"]
+    assert found["A", "gyro_x", "random_walk"].std == pytest.approx(
+        expected["A", "gyro_x", "random_walk"].std, rel=1e-12
+    )
 
 
 def test_a_log_with_two_options_is_one_run(place):

@@ -116,6 +116,17 @@ def test_date(naming, notes, recorded):
     assert naming.entry(noted(**notes), FILE).recorded == recorded
 
 
+@pytest.mark.parametrize(("name", "recorded"), [
+    ("20260503_4512.csv", day(3)),  # a serial number
+    ("2026-05-03-99-99 SN7.csv", day(3)),
+    ("2026_05_03_12_30_05.csv", day(3, 12, 30, 5)),
+])  # fmt: skip
+def test_date_in_the_name(name, recorded):
+    one = noted()
+    one["source"]["path"] = f"2025-01-01/{name}"
+    assert Naming(unit="A", date="name").entry(one, FILE).recorded == recorded
+
+
 @pytest.mark.parametrize(
     ("text", "degrees"), [("25", 25.0), ("-40.5 °C", -40.5), ("298.15 K", 25.0), ("20 degC", 20.0)]
 )
@@ -127,6 +138,8 @@ def test_temperature(text, degrees):
 @pytest.mark.parametrize(("naming", "notes", "told"), [
     (Naming(unit="A"), {"date": "day 3"}, "'day 3' is not a date"),
     (Naming(unit="A"), {"temperature": "warm"}, "'warm' is not a temperature"),
+    (Naming(unit="A"), {"temperature": "-999 degC"}, "below absolute zero"),
+    (Naming(unit="A"), {"temperature": "-3 K"}, "below absolute zero"),
     (Naming(unit="A", date="name"), {"path": "x"}, "no date in the name"),
 ])  # fmt: skip
 def test_notes_that_cannot_be_read(naming, notes, told):

@@ -116,6 +116,7 @@ def test_choosing(place):
         store.add(entries(4, days=3))
         assert len(store.runs(Chosen(units=("unit1", "unit2")))) == 6
         assert len(store.runs(Chosen(units=("unit*",)))) == 12
+        assert len(store.runs(Chosen(units=("UNIT*",)))) == 0
         assert len(store.runs(Chosen(units=("unit_",)))) == 0  # not a pattern
         assert (
             len(store.runs(Chosen(since=datetime(2026, 1, 2, tzinfo=UTC), until=datetime(2026, 1, 3, tzinfo=UTC)))) == 4

@@ -88,3 +88,18 @@ def test_full_disk(tmp_path):
         assert len(store.runs()) == int(done) > 0
         assert len(store.coefficients(term="random_walk")) == 3 * int(done)
         store.add([Entry(result=result(1, log="later"), unit="A")])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a file that is open cannot be removed")
+@pytest.mark.parametrize("replaced", [False, True])
+def test_store_that_is_removed_meanwhile(tmp_path, replaced):
+    place = tmp_path / "lab.db"
+    with Store(place) as store:
+        store.add([Entry(result=result(0), unit="A")])
+        for file in tmp_path.iterdir():
+            file.rename(tmp_path / f"old {file.name}")
+        if replaced:
+            Store(place).close()
+        with pytest.raises(DataError, match="was removed or replaced"):
+            store.add([Entry(result=result(1), unit="A")])
+    assert place.exists() == replaced

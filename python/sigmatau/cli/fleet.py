@@ -7,7 +7,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -110,50 +110,50 @@ def fleet_command(
     options = {of: values for of, values in stated.items() if values}
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
     naming.check()
-    if scheduler is not None:  # its workers are in other folders
-        logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
+    # Workers are in other folders, and logs/a.csv of two folders are two logs.
+    logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     found = [log for log in find(logs) if not _of_store(log.place, place)]
     stated = {log.place: _stated(naming, log.place) for log in found}  # a name that is missing is an error now
-    stored = Stored(engine_of(place), options)
-    wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
-    known = {log.place for log in found} - {log.place for log in wanted}
-    if renamed := stored.describe({one: values for one, values in stated.items() if values and one in known}):
-        say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
-    before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
-    if before:
-        say(f"of {len(found)} logs {before}", quiet=quiet)
-    tally = _Tally(stored, len(wanted))
-    if wanted:
-        job = Job(reading=how, settings=chosen, options=options, naming=naming)
-        gigabyte = None if memory is None else memory * 1e9
-        try:
-            with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client, _progress(
-                len(wanted), quiet=quiet
-            ) as show:  # fmt: skip
+    with closing(Stored(engine_of(place), options)) as stored:
+        wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
+        known = {log.place for log in found} - {log.place for log in wanted}
+        if renamed := stored.describe({one: values for one, values in stated.items() if values and one in known}):
+            say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
+        before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
+        if before:
+            say(f"of {len(found)} logs {before}", quiet=quiet)
+        tally = _Tally(stored, len(wanted))
+        if wanted:
+            job = Job(reading=how, settings=chosen, options=options, naming=naming)
+            gigabyte = None if memory is None else memory * 1e9
+            try:
+                with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client, _progress(
+                    len(wanted), quiet=quiet
+                ) as show:  # fmt: skip
 
-                def done(outcomes: Sequence[Outcome]) -> None:
-                    tally.take(outcomes)
-                    show(tally.finished)
+                    def done(outcomes: Sequence[Outcome]) -> None:
+                        tally.take(outcomes)
+                        show(tally.finished)
 
-                try:
-                    run_fleet(client, wanted, job, done=done, tell=lambda text: say(text, quiet=quiet))
-                finally:
-                    tally.write()
-        except DataError as error:
-            if not tally.finished:
-                raise
-            raise DataError(
-                f"{error}; {tally.written} of {len(wanted)} logs are in the store, and the same command goes on with the"
-                " others"
-            ) from None
-    for line in tally.errors[:_LISTED]:
-        sys.stderr.write(f"sigmatau: {line}\n")
-    if len(tally.errors) > _LISTED:
-        say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
-    sys.stdout.write(f"{tally.summary(before)}\n")
-    if tally.codes[2] and tally.finished == len(tally.errors):
-        return 2  # otherwise the options are right, and some of the files are of another kind
-    return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
+                    try:
+                        run_fleet(client, wanted, job, done=done, tell=lambda text: say(text, quiet=quiet))
+                    finally:
+                        tally.write()
+            except DataError as error:
+                if not tally.finished:
+                    raise
+                raise DataError(
+                    f"{error}; {tally.written} of {len(wanted)} logs are in the store, and the same command goes on with the"
+                    " others"
+                ) from None
+        for line in tally.errors[:_LISTED]:
+            sys.stderr.write(f"sigmatau: {line}\n")
+        if len(tally.errors) > _LISTED:
+            say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
+        sys.stdout.write(f"{tally.summary(before)}\n")
+        if tally.codes[2] and tally.finished == len(tally.errors):
+            return 2  # otherwise the options are right, and some of the files are of another kind
+        return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
 
 
 def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:

@@ -186,7 +186,8 @@ def write_json(content: object, path: Path) -> None:
     """Write a JSON file; an error leaves no file."""
     text = json_text(content)
     with atomic(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        # Bytes of a file name that are not UTF-8 become the escapes that JSON has for them.
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def write_csv(analysis: Analysis, path: Path) -> None:

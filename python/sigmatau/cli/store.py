@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from dataclasses import dataclass
@@ -30,6 +31,13 @@ _SHOWN = {
     "runs": ("unit", "run", "recorded", "temperature", "duration", "state", "revision", "message"),
 }
 
+_TIMES = ("recorded", "first", "last")
+_KINDS = {  # of columns of Parquet; the others are text
+    "int64": ("id", "runs", "fitted", "not_at_rest", "failed", "revision"),
+    "double": ("temperature", "duration", "value", "low", "high", "upper_limit", "level"),
+    "bool": ("observed",),
+}
+
 Place = Annotated[str | None, Parameter(name="--store")]
 Json = Annotated[Path | None, Parameter(name="--json", allow_leading_hyphen=True)]
 Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())]
@@ -52,6 +60,8 @@ class Choice:
         Only records before this time.
     state
         Only runs in this state: fitted, not_fitted, not_at_rest, failed. May be repeated.
+    temperature
+        Only runs at these temperatures in °C, 20:30.
     """
 
     unit: Annotated[list[str] | None, Parameter(negative=())] = None
@@ -61,6 +71,7 @@ class Choice:
     state: Annotated[list[Literal["fitted", "not_fitted", "not_at_rest", "failed"]] | None, Parameter(negative=())] = (
         None
     )
+    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
 
     def chosen(self, *, history: bool = False) -> Chosen:
         """The same for a `Store`."""
@@ -72,6 +83,7 @@ class Choice:
             states=tuple(self.state or ()),
             since=_time(self.since, "since"),
             until=_time(self.until, "until"),
+            temperature=temperatures(self.temperature),
             history=history,
         )
 
@@ -86,6 +98,19 @@ def opened(place: str | None, *, create: bool = False) -> Store:
     from sigmatau.store.store import Store
 
     return Store(place, create=create)
+
+
+def temperatures(text: str | None) -> tuple[float, float] | None:
+    """The range of ``--temperature``."""
+    if text is None:
+        return None
+    try:
+        low, high = map(float, text.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not low <= high:
+        raise OptionError(f"--temperature {text}: must be a range in °C like 20:30", option="temperature")
+    return low, high
 
 
 def _time(text: str | None, option: str) -> datetime | None:
@@ -326,9 +351,15 @@ def _write(table: Table, output: Path) -> None:
     except ImportError:
         raise ImportError("writing .parquet needs pyarrow: pip install 'sigmatau[parquet]'; or write .csv") from None
     columns = table.columns()
-    kinds = {key: pa.timestamp("us", tz="UTC") for key in ("recorded", "first", "last") if key in columns}
-    arrays = {key: pa.array(of) for key, of in columns.items() if key not in kinds}
-    for key, kind in kinds.items():
-        arrays[key] = pa.array([None if x is None else x.replace(tzinfo=UTC) for x in columns[key]], kind)
+    # A column without a value has the type of the others, so that the files of several months are one table.
+    kinds = {key: kind for kind, keys in _KINDS.items() for key in keys}
+    arrays = {}
+    for key, of in columns.items():
+        if key in _TIMES:
+            arrays[key] = pa.array(
+                [None if x is None else x.replace(tzinfo=UTC) for x in of], pa.timestamp("us", "UTC")
+            )
+        else:
+            arrays[key] = pa.array(of, kinds.get(key, "string"))
     with atomic(output) as temporary:
-        parquet.write_table(pa.table({key: arrays[key] for key in columns}), temporary)
+        parquet.write_table(pa.table(arrays), temporary)

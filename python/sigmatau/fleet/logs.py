@@ -161,6 +161,8 @@ def _remote(pattern: str) -> Iterator[Log]:
         raise ImportError("a URL needs fsspec: pip install 'sigmatau[cluster]'") from None
     from sigmatau.io.read.registry import NOT_LOGS
 
+    if "::" in pattern:
+        raise DataError(f"{pattern}: a URL in another one is not read; unpack the archive and name its folder")
     try:
         system, path = fsspec.core.url_to_fs(pattern)
         several = glob.has_magic(path)

@@ -57,6 +57,10 @@ class Stored:
         except SQLAlchemyError as error:
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
+    def close(self) -> None:
+        """Close the connections: of SQLite, what was written is then in the file itself, not in its log."""
+        self._engine.dispose()
+
     def has(self, log: Log, *, failures: bool = True) -> bool:
         """Whether there is a result of this version of a log; one that failed counts unless `failures` is False."""
         found = self._runs.get(log.place, ())

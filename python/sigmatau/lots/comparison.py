@@ -363,7 +363,7 @@ def _check_options(by: str, level: float) -> None:
 
 
 def compare_table(table: RunTable, *, by: By = "unit", level: float = 0.95) -> RunComparison:
-    """`compare_runs` of rows that are there, such as those of a `Store`: units are named, and no log is there twice."""
+    """`compare_runs` of rows that are there, such as those of a `Store`: units are named, copies of a log have a problem."""
     _check_options(by, level)
     usable = np.array([not run.problem for run in table.runs], dtype=bool)
     if not usable.any():

@@ -29,6 +29,8 @@ class Chosen:
         Default: all states.
     since, until : datetime or None
         Beginning of the record: from `since` to before `until`, UTC.
+    temperature : tuple of float or None
+        Lowest and highest temperature as it was stated. [degC] Runs without one are then not chosen.
     pattern : bool
         Whether ``*`` in the name of a unit stands for any text.
     history : bool
@@ -44,6 +46,7 @@ class Chosen:
     states: tuple[str, ...] = ()
     since: datetime | None = None
     until: datetime | None = None
+    temperature: tuple[float, float] | None = None
     pattern: bool = True
     history: bool = False
 
@@ -113,6 +116,8 @@ def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
         found.append(run.c.recorded >= in_utc(one.since))
     if one.until is not None:
         found.append(run.c.recorded < in_utc(one.until))
+    if one.temperature is not None:
+        found.append(run.c.temperature.between(*one.temperature))
     return found
 
 

@@ -24,6 +24,7 @@ _PRAGMAS = (
     "cache_size=-65536",  # [KiB] the index of identities is read in no order
     "wal_autocheckpoint=2000",  # pages, 32 MiB: pages that several transactions change are written once
 )
+_NAMES = "case_sensitive_like=ON"  # a pattern chooses the units that it chooses in PostgreSQL
 _LOCK = 7_264_830  # of PostgreSQL: one process migrates
 _HINTS = {  # what to do, by words of what a database says
     "readonly database": "copy the file to where you may write",
@@ -162,16 +163,30 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
     """Several readers beside a writer; a transaction that writes waits at its beginning, not at its first change."""
     from sqlalchemy import event
 
+    name = str(engine.url.database)
+
     @event.listens_for(engine, "connect")
-    def connected(connection: Any, _: object) -> None:  # noqa: ANN401
+    def connected(connection: Any, record: Any) -> None:  # noqa: ANN401
         connection.isolation_level = None  # transactions begin below
-        for pragma in () if to_read else _PRAGMAS:
+        for pragma in (_NAMES,) if to_read else (_NAMES, *_PRAGMAS):
             connection.execute(f"PRAGMA {pragma}")
+        record.info["file"] = None if to_read else os.stat(name)  # noqa: PTH116  as below
 
     @event.listens_for(engine, "begin")
     def begun(connection: Connection) -> None:
         writes = connection.get_execution_options().get("writes", False)
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    @event.listens_for(engine, "commit")
+    def committed(connection: Connection) -> None:
+        """What is written to a file that was removed is lost, and SQLite does not say so."""
+        if connection.get_execution_options().get("writes", False) and not to_read:
+            try:
+                there = os.path.samestat(connection.info["file"], os.stat(name))  # noqa: PTH116
+            except OSError:
+                there = False
+            if not there:
+                raise DataError(f"{name}: was removed or replaced by another program; run the command again")
 
 
 def _up_to_date(engine: Engine, place: str | Path) -> None:

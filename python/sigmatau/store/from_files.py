@@ -20,6 +20,7 @@ from sigmatau.frozen import frozen
 from sigmatau.process import end_with_parent, uninterrupted
 from sigmatau.store.ingest import BATCH, Added, add_rows
 from sigmatau.store.naming import Naming, UnknownUnitError
+from sigmatau.store.packing import loads
 from sigmatau.store.rows import Rows, rows_of
 
 if TYPE_CHECKING:
@@ -171,15 +172,14 @@ def _read(files: Sequence[Path], naming: Naming) -> _Read:
 
 
 def _rows_of(file: Path, naming: Naming) -> Rows:
-    import orjson
-
     try:
         data = file.read_bytes()
     except OSError as error:
         raise DataError(error.strerror or str(error)) from None
+    data = data.removeprefix(b"\xef\xbb\xbf")
     try:
-        content = orjson.loads(data.removeprefix(b"\xef\xbb\xbf"))
-    except orjson.JSONDecodeError as error:
+        content = loads(data)
+    except (ValueError, RecursionError) as error:
         raise DataError(f"not JSON: {error}" if data.strip() else "is empty") from None
     if not isinstance(content, dict) or not isinstance(content.get("channels"), dict):
         raise DataError("not a result of sigmatau analyze")

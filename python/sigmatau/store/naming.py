@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path, PurePath
 from typing import Any
@@ -20,7 +21,7 @@ IN_NAME = "name"
 
 _DATE_NOTES = ("recorded", "start", "time", "date")
 _TEMPERATURE_NOTES = ("temperature", "temp")
-_DATE = re.compile(r"(?<!\d)(20\d\d)([-_]?)(\d\d)\2(\d\d)(?:[T_ -]?(\d\d)([:-]?)(\d\d)(?:\6(\d\d))?)?(?!\d)")
+_DATE = re.compile(r"(?<!\d)(20\d\d)([-_]?)(\d\d)\2(\d\d)(?:[T_ -]?(\d\d)([:_-]?)(\d\d)(?:\6(\d\d))?)?(?!\d)")
 _TEMPERATURE = re.compile(r"([-+]?\d+(?:\.\d*)?) *(°C|degC|C|K)?", re.ASCII)
 _KELVIN = 273.15
 
@@ -169,7 +170,10 @@ class Naming:
                     raise DataError(
                         f"the note {key} {text!r:.40} is not a temperature like 25 degC; give --temperature"
                     )
-                return float(match[1]) - (_KELVIN if match[2] == "K" else 0.0)
+                found = float(match[1]) - (_KELVIN if match[2] == "K" else 0.0)
+                if found < -_KELVIN:
+                    raise DataError(f"the note {key} {text!r:.40} is below absolute zero; give --temperature")
+                return found
         return None
 
 
@@ -185,8 +189,8 @@ def _in_name(log: str) -> datetime:
     for part in (PurePath(log).name, log):
         for match in _DATE.finditer(part):
             year, _, month, day, hour, _, minute, second = match.groups()
-            try:
-                return datetime(int(year), int(month), int(day), int(hour or 0), int(minute or 0), int(second or 0))  # noqa: DTZ001  UTC
-            except ValueError:
-                continue
+            # 4512 of 20260501_4512 is a serial number and no time.
+            for h, m, s in ((hour, minute, second), (0, 0, 0)):
+                with suppress(ValueError):
+                    return datetime(int(year), int(month), int(day), int(h or 0), int(m or 0), int(s or 0))  # noqa: DTZ001  UTC
     raise DataError(f"no date in the name of the log {log!r:.60}; give --date 2026-05-01")

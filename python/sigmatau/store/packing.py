@@ -111,16 +111,22 @@ def _json(content: object) -> bytes:
         return json.dumps(content).encode()
 
 
-def unpack(content: bytes, curves: bytes) -> dict[str, Any]:
-    """The result as it was packed; raises `DataError` for damaged content."""
+def loads(data: bytes) -> Any:  # noqa: ANN401  anything that JSON has
+    """The content of JSON, also with file names whose bytes are not UTF-8; raises `ValueError`."""
     import orjson
 
     try:
-        told = zlib.decompress(content)
-        try:
-            result: dict[str, Any] = orjson.loads(told)
-        except orjson.JSONDecodeError:
-            result = json.loads(told)
+        return orjson.loads(data)
+    except orjson.JSONDecodeError:
+        if b"\\ud" not in data:
+            raise
+        return json.loads(data)
+
+
+def unpack(content: bytes, curves: bytes) -> dict[str, Any]:
+    """The result as it was packed; raises `DataError` for damaged content."""
+    try:
+        result: dict[str, Any] = loads(zlib.decompress(content))
         at = 0
         for channel in result["channels"].values():
             head = channel["curve"]

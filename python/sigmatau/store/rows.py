@@ -149,8 +149,10 @@ def _rows(entry: Entry) -> Rows:
         ))  # fmt: skip
         fits = fitted.get("verdict") in QUANTIFIED
         for term, found, si in _terms(channel, fitted):
-            if found[0] not in (None, True, False):
+            if found[0] is not None and type(found[0]) is not bool:
                 raise ValueError(f"{name} {term}: observed must be true or false, not {found[0]!r:.20}")
+            if bool in map(type, found[1:]):  # PostgreSQL does not take it, and with it none of the batch
+                raise ValueError(f"{name} {term}: true or false in place of a number")
             numbers.append(_NUMBERS.pack(len(labels), fits, *[math.nan if x is None else x for x in found[1:]]))
             labels.append((name, quantity, term, _word(si, 60), of))
             terms.append(found)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_quantile
+from sigmatau.lots.preparing import without_copies
 from sigmatau.lots.runs import LIMITED, MEAN, OBSERVED, SIGNED, WITHOUT_ERROR, WITHOUT_INTERVAL, Label, Run, RunTable
 from sigmatau.noise.terms import TERMS
 from sigmatau.store.packing import NUMBERS
@@ -81,7 +83,7 @@ def _table(
     error = np.where(valued & (numbers["fits"] == 1) & ~mean, error, np.nan)
     status = np.where(np.isnan(error), WITHOUT_INTERVAL, OBSERVED)
     status = np.where(mean, WITHOUT_ERROR, np.where(valued, status, LIMITED)).astype(np.int8)
-    return RunTable(
+    found = RunTable(
         runs=runs,
         labels=tuple(labels.values()),
         run=run,
@@ -92,6 +94,7 @@ def _table(
         delta=np.full(len(value), np.nan),
         status=status,
     )
+    return replace(found, runs=without_copies(found))  # a log that was saved again has other bytes and the same values
 
 
 def _errors(value: _Floats, numbers: NDArray[np.void], *, signed: NDArray[np.bool_]) -> _Floats:

@@ -149,6 +149,19 @@ def test_nothing_was_written(tmp_path):
         sigmatau.read(tmp_path / "log.zarr")
 
 
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("group", ["", "imu"])
+def test_an_array_without_its_metadata_is_told(tmp_path, version, group):
+    place = by_axis(tmp_path / "log.zarr", numbers(), version=version, group=group)
+    (place / "notes.txt").write_text("no array, and no damage")
+    assert sigmatau.read(place).findings == ()
+    (place / group / "gyro_x" / (".zarray" if version == 2 else "zarr.json")).unlink()
+    record = sigmatau.read(place)  # without a warning of the library, which would be an error
+    assert record.channels == tuple(AXES[1:])
+    ((code, severity, what),) = [(one.code, one.severity, one.details.what) for one in record.findings]
+    assert (code, severity, what) == ("damaged", "error", f"array {group}/gyro_x".replace(" /", " "))
+
+
 def test_damaged_stores(tmp_path):
     place = by_axis(tmp_path / "log.zarr", numbers(), version=3)
     (place / "gyro_x" / "zarr.json").write_text('{"zarr_format": 3, "node_type": "array", "shape": [')

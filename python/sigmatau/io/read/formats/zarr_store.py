@@ -13,6 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 import threading
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -24,7 +25,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import MissingChunks
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, parts
-from sigmatau.io.read.formats.damage import first_line, library_faults
+from sigmatau.io.read.formats.damage import fault, first_line, library_faults
 from sigmatau.io.read.table import Table, need
 from sigmatau.record.memory import available
 from sigmatau.record.on_disk import Rows
@@ -51,8 +52,9 @@ def read(place: str) -> tuple[Table, ...]:
             root = zarr.open(_store(place), mode="r")
         except FileNotFoundError:
             raise DataError("is not a Zarr store: it has no zarr.json, .zgroup or .zarray") from None
-        arrays = list(_arrays(root))
-        findings = tuple(finding for _, array in arrays for finding in _missing_chunks(array))
+        members, findings = _members(root)
+        arrays = list(_arrays(members))
+        findings += tuple(finding for _, array in arrays for finding in _missing_chunks(array))
         leaves = [leaf for names, array in arrays for leaf in _leaves(root, names, array)]
     if not leaves:
         raise DataError("has no array of numbers of shape (n,) or (n, k)")
@@ -72,14 +74,35 @@ def _damaged(error: Exception) -> DataError:
     return DataError(f"is a damaged Zarr store ({first_line(error)}); copy or record it again")
 
 
-def _arrays(root: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
-    """Arrays that may be columns, with their path of names, by name."""
+def _members(root: Any) -> tuple[list[tuple[str, Any]], tuple[Finding, ...]]:  # noqa: ANN401
+    """Arrays and groups with their paths, and a finding of each array whose metadata are not there: the library knows
+    nothing of it but a warning, which other files of the folder cause too.
+    """
+    from zarr.core.sync import sync
+
     if hasattr(root, "shape"):
-        members = [(root.path or "signal", root)]
-    else:
+        return [(root.path or "signal", root)], ()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Object at .* is not recognized")
         members = list(itertools.islice(root.members(max_depth=None), _MAX_ARRAYS + 1))
     if len(members) > _MAX_ARRAYS:
         raise DataError(f"has more than {_MAX_ARRAYS} arrays, too many for a log")
+    arrays = {name for name, member in members if hasattr(member, "shape")}
+    known = {name for name, _ in members}
+    prefix = f"{root.path}/" if root.path else ""
+    lost: set[str] = set()
+    for key in sync(_keys(root.store_path.store, prefix)):
+        folders = itertools.accumulate(key.removeprefix(prefix).split("/")[:-1], "{}/{}".format)
+        above = next((name for name in folders if name in arrays or name not in known), None)
+        if above is not None and above not in arrays:
+            lost.add(above)
+    metadata = ".zarray" if root.metadata.zarr_format == 2 else "zarr.json"
+    found = [fault(what=f"array {name}", reason=f"it has no {metadata}") for name in sorted(lost)]
+    return members, tuple(found)
+
+
+def _arrays(members: list[tuple[str, Any]]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Arrays that may be columns, with their path of names, by name."""
     for name, array in sorted(members, key=lambda member: member[0]):
         if (
             hasattr(array, "shape")

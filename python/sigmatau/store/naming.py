@@ -117,7 +117,7 @@ class Naming:
         """
         stated = result.get("notes")
         by_key = stated.items() if isinstance(stated, Mapping) else ()
-        notes = {str(key).strip().lower(): str(text).strip() for key, text in by_key}
+        notes = {str(key).strip().lower(): str(text).strip() for key, text in by_key if text is not None}
         source = result.get("source")
         log = str((source.get("path") if isinstance(source, Mapping) else None) or "")
         return Entry(

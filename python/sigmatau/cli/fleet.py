@@ -19,6 +19,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
+    from sigmatau.fleet.logs import Log
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Outcome
     from sigmatau.store.naming import Naming
@@ -113,7 +114,7 @@ def fleet_command(
     if scheduler is not None:  # its workers are in other folders
         logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     found = [log for log in find(logs) if not _of_store(log.place, place)]
-    stated = {log.place: _stated(naming, log.place) for log in found}  # a name that is missing is an error now
+    stated = _all_stated(naming, found)  # a name that is missing is an error now
     stored = Stored(engine_of(place), options)
     wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
     known = {log.place for log in found} - {log.place for log in wanted}
@@ -122,7 +123,7 @@ def fleet_command(
     before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
     if before:
         say(f"of {len(found)} logs {before}", quiet=quiet)
-    tally = _Tally(stored, len(wanted))
+    tally = _Tally(stored, len(wanted), tried=bool(known))
     if wanted:
         job = Job(reading=how, settings=chosen, options=options, naming=naming)
         gigabyte = None if memory is None else memory * 1e9
@@ -148,7 +149,9 @@ def fleet_command(
             ) from None
     for line in tally.errors[:_LISTED]:
         sys.stderr.write(f"sigmatau: {line}\n")
-    if len(tally.errors) > _LISTED:
+    if tally.held:
+        say("not added to the store: an option is wrong or missing for every log")
+    elif len(tally.errors) > _LISTED:
         say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
     sys.stdout.write(f"{tally.summary(before)}\n")
     if tally.codes[2] and tally.finished == len(tally.errors):
@@ -166,6 +169,23 @@ def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
     causes_to_keep(chosen["keep"])
     if chosen["terms"] is not None:
         wanted_terms(chosen["terms"])
+
+
+def _all_stated(naming: Naming, logs: Sequence[Log]) -> dict[str, dict[str, Any]]:
+    """What the options state of each run; raises `DataError` with the first log whose unit they do not name."""
+    from sigmatau.store.naming import UnknownUnitError
+
+    stated: dict[str, dict[str, Any]] = {}
+    nameless: list[str] = []
+    for log in logs:
+        try:
+            stated[log.place] = _stated(naming, log.place)
+        except UnknownUnitError as error:
+            nameless.append(str(error) if log.place in str(error) else f"{log.place}: {error}")
+    if nameless:
+        more = f"; the same for {len(nameless) - 1} more of {len(logs)} logs" if len(nameless) > 1 else ""
+        raise DataError(f"{nameless[0]}{more}")
+    return stated
 
 
 def _stated(naming: Naming, place: str) -> dict[str, Any]:
@@ -191,10 +211,14 @@ def _before(known: int, failed: int) -> str:
 
 
 class _Tally:
-    """Outcomes on their way to the store."""
+    """Outcomes on their way to the store.
 
-    def __init__(self, stored: Stored, total: int) -> None:
-        self._stored, self.total = stored, total
+    Failures by an option are held until another log shows that the options are right: `lot` would read them as the latest
+    result of every unit. If the store has logs of the same options, they have been `tried`.
+    """
+
+    def __init__(self, stored: Stored, total: int, *, tried: bool) -> None:
+        self._stored, self.total, self._tried = stored, total, tried
         self._waiting: list[Outcome] = []
         self._since = time.monotonic()
         self.finished = 0
@@ -217,10 +241,15 @@ class _Tally:
 
     def write(self) -> None:
         """Write what waits, in one transaction; what is written stays whatever happens."""
-        if self._waiting:
+        if self._waiting and not self.held:
             waiting, self._waiting = self._waiting, []
             self._stored.add([one.rows for one in waiting], [one.log for one in waiting])
             self.written += len(waiting)
+
+    @property
+    def held(self) -> bool:
+        """Whether every log so far failed, and an option is why."""
+        return not self._tried and self.codes[2] > 0 and self.finished == len(self.errors)
 
     def summary(self, before: str) -> str:
         """One line: how many logs by outcome."""

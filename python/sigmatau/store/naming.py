@@ -141,6 +141,10 @@ class Naming:
         else:
             match = re.search(self.unit_from, log)
             found = (match[1] or "") if match else ""
+            if not found:
+                raise UnknownUnitError(
+                    f"--unit-from {self.unit_from!r} finds no unit in the path of the log, {log!r:.200}"
+                )
         if not found:
             raise UnknownUnitError("its unit is not known; give --unit NAME, --unit-from folder, or analyze with --note"
                                    ' "serial number=A123"')  # fmt: skip

@@ -63,8 +63,8 @@ def estimator(kind: str) -> Estimator:
     if not isinstance(kind, str) or kind not in KINDS:
         if kind in _ALLAN_NAMES:
             raise OptionError(
-                f"{{option}} {kind!r}: the Allan deviation is sigmatau.allan, or sigmatau allan on the command line; kinds:"
-                f" {', '.join(KINDS)}",
+                f"{{option}} {kind!r}: the Allan deviation is sigmatau.allan, or sigmatau analyze on the command line;"
+                f" kinds: {', '.join(KINDS)}",
                 option="kind",
             )
         meant = f"write {_OTHER_NAMES[kind]}" if kind in _OTHER_NAMES else "unknown"

@@ -599,6 +599,9 @@ class TestWhatIsTypedInstead:
             ("datasheet", "sigmatau datasheet list, or"),
             ("datasheet adis16405", "sigmatau datasheet show adis16405"),
             ("analyze a.csv --jsn x", "Did you mean --json?"),
+            ("simulate imu.toml --rate 1 -o a.csv", "simulate: --hours is missing; see sigmatau simulate --help"),
+            ("simulate imu.toml --minutes 9 --rate 1 -o a.csv", "unknown option --minutes: the length is --hours"),
+            ("psd", "psd: LOG is missing; see sigmatau psd --help"),
         ],
     )
     def test_the_message_has_what_to_type(self, words, message, capsys):

@@ -31,6 +31,8 @@ _OTHER_NAMES = {
     ("analyze", "-o"): "outputs are --report r.html, --json r.json, --csv r.csv, --plot p.png and --export TARGET=FILE",
     ("analyze", "--to"): "the file of a filter is --export TARGET=FILE, e.g. --export kalibr=imu.yaml",
     ("analyze", "--duration"): "a part of the record is --window 0s:600s",
+    ("simulate", "--minutes"): "the length is --hours, 0.1667 for ten minutes",
+    ("simulate", "--duration"): "the length is --hours, 0.1667 for ten minutes",
     ("analyze", "--freq"): "the sampling rate is --rate",
     ("analyze", "--fs"): "the sampling rate is --rate",
 }
@@ -110,6 +112,14 @@ def _in_words(error: CycloptsError) -> str:
         return "sigmatau datasheet list, or sigmatau datasheet show NAME"
     if command == "datasheet" and isinstance(error, CoercionError) and error.token and not error.token.keyword:
         return f"datasheet takes list or show: sigmatau datasheet show {error.token.value}"
+    if isinstance(error, MissingArgumentError) and error.argument is not None and not error.keyword:
+        name = error.argument.name
+        unknown = [token for token in error.unused_tokens or () if token.startswith("--")]
+        option = unknown[0].partition("=")[0] if unknown else ""
+        hint = _OTHER_NAMES.get((command, option))
+        more = f"; unknown option {option}{f': {hint}' if hint else ''}" if option else ""
+        words = " ".join(error.command_chain)
+        return f"{words}: {name} is missing{more}; see sigmatau {words} --help"
     if isinstance(error, UnknownOptionError):
         option = (error.token.keyword or error.token.value).partition("=")[0]
         if hint := _OTHER_NAMES.get((command, option)):

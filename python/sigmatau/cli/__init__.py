@@ -118,7 +118,7 @@ def _in_words(error: CycloptsError) -> str:
         option = unknown[0].partition("=")[0] if unknown else ""
         hint = _OTHER_NAMES.get((command, option))
         more = f"; unknown option {option}{f': {hint}' if hint else ''}" if option else ""
-        words = " ".join(error.command_chain)
+        words = " ".join(error.command_chain or ())
         return f"{words}: {name} is missing{more}; see sigmatau {words} --help"
     if isinstance(error, UnknownOptionError):
         option = (error.token.keyword or error.token.value).partition("=")[0]

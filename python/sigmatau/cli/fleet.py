@@ -42,7 +42,7 @@ def fleet_command(
     unit_from: str | None = None,
     model: str = "",
     date: str | None = None,
-    temperature: float | None = None,
+    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     retry_failed: Annotated[bool, Parameter(negative=())] = False,
     reading: Reading | None = None,
     settings: Settings | None = None,
@@ -78,7 +78,7 @@ def fleet_command(
         Beginning of the records, 2026-05-01T12:00 (UTC), or name: the first date in the path of a log.
         Default: not stated.
     temperature
-        Temperature of the records in degC. Default: not stated.
+        Temperature of the records in °C, or 298K. Default: not stated.
     retry_failed
         Analyse logs again that failed before.
     quiet
@@ -103,13 +103,14 @@ def fleet_command(
     from sigmatau.fleet.tasks import Job
     from sigmatau.io.read.options import stated_options
     from sigmatau.store.connect import engine_of
-    from sigmatau.store.naming import Naming
+    from sigmatau.store.naming import Naming, stated_temperature
 
     how, chosen = (reading or Reading()).options(), (settings or Settings()).arguments()
     _check(how, chosen)
     stated = {"reading": stated_options(**how), "analysis": stated_settings(**chosen)}
     options = {of: values for of, values in stated.items() if values}
-    naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
+    degrees = stated_temperature(temperature)
+    naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
     naming.check()
     if scheduler is not None:  # its workers are in other folders
         logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns

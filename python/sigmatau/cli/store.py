@@ -106,7 +106,7 @@ def add_command(
     unit_from: str | None = None,
     model: str | None = None,
     date: str | None = None,
-    temperature: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
+    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     jobs: int | None = None,
     quiet: Quiet = False,
 ) -> int:
@@ -132,7 +132,7 @@ def add_command(
         Beginning of the records, 2026-05-01T12:00 (UTC, or with a time zone); or name: the date in the name of each log.
         Default: the note "date".
     temperature
-        Temperature in °C. Default: the note "temperature".
+        Temperature in °C, or 298K. Default: the note "temperature".
     jobs
         Number of processes that read many files (default: all cores).
     quiet
@@ -143,15 +143,16 @@ def add_command(
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     from sigmatau.store.from_files import gather, processes
-    from sigmatau.store.naming import Naming
+    from sigmatau.store.naming import Naming, stated_temperature
 
-    naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=temperature)
+    degrees = stated_temperature(temperature)
+    naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=degrees)
     naming.check()
     files = gather(matched(results))
     if not any(file.exists() for file in files):  # and no store is made
         raise DataError(f"{files[0]}: No such file or directory")
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
-        naming = Naming(folders=True, model=model or "", date=date, temperature=temperature)
+        naming = Naming(folders=True, model=model or "", date=date, temperature=degrees)
     with opened(store, create=True) as opened_store, working("adding results", quiet=quiet) as done:
         found = opened_store.add_files(
             files, naming, jobs=jobs or processes(), done=lambda count: done(count / len(files))

@@ -132,6 +132,7 @@ def test_exports_are_the_table(lab, capsys):
     (["show", "A1", "--store", "lab.db", "--run", "x"], 1, "no run 'x'; its runs: 2026-02-10.csv"),
     (["trend", "--store", "lab.db", "--term", "walk"], 2, "--term must be quantization"),
     (["trend", "--store", "lab.db", "--level", "95"], 2, "--level must be between 0 and 1"),
+    (["trend", "--store", "lab.db", "--channel", "gyrox"], 1, "no trend of random_walk: no run has it in gyrox"),
     (["export", "--store", "lab.db", "-o", "c.xlsx"], 2, "must end in .parquet, .csv"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--unit", "B"], 1, "nothing is written"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "mean"], 2, "--term is of coefficients"),

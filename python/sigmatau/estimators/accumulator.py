@@ -104,7 +104,7 @@ class Accumulator(Printed):
         kinds = [conversion(channel, unit or {}, input) for channel in channels]
         unknown = set(unit or {}) - {name for channel in channels for name in (channel, channel.split("_")[0])}
         if unknown:
-            raise OptionError(f"{{option}} names {min(unknown)!r}, which is no channel", option="unit")
+            raise OptionError(f"{{option}} names {min(unknown)!r}, which is not a channel", option="unit")
         self._quantities = [quantity for quantity, _, _ in kinds]
         self._units = [unit for _, unit, _ in kinds]
         self._factors = [factor / (self.tau0 if input == "increments" else 1.0) for _, _, factor in kinds]

@@ -260,7 +260,7 @@ def _value(channel: str, key: str, text: object, si: str, *, written: str | None
     example = f'{written or key} = "1 {_DENSITY_UNITS.get(si, si) if key == "noise_density" else usual(si)}"'
     match = _VALUE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise DataError(f"channel {channel!r}: {key} = {text!r} is no value with a unit; write e.g. {example}")
+        raise DataError(f"channel {channel!r}: {key} = {text!r} is not a value with a unit; write e.g. {example}")
     try:
         return float(match[1]) * _factor(match[2], si)
     except OptionError as error:

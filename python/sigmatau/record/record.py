@@ -260,7 +260,7 @@ class Record(Printed):
         for key in unit or {}:
             if key not in known:
                 raise OptionError(
-                    f"{{option}} names {key!r}, which is no channel; channels: {', '.join(known)}", option="unit"
+                    f"{{option}} names {key!r}, which is not a channel; channels: {', '.join(known)}", option="unit"
                 )
         warm, notes = thermometers(by_stream, unit or {})
         streams = [

@@ -300,7 +300,7 @@ class Imperfections(Printed):
             for name in values:
                 if name not in known:
                     raise OptionError(
-                        f"{{option}} names {name!r}, which is no channel; channels: {', '.join(names)}", option=what
+                        f"{{option}} names {name!r}, which is not a channel; channels: {', '.join(names)}", option=what
                     )
         if self.temperature is not None and "temperature" in names:
             raise OptionError("the model has a channel `temperature`, so that there can be no thermometer of that name")

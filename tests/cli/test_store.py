@@ -171,6 +171,26 @@ def test_compare_and_lot_read_the_store(lab, capsys):
     assert main(["lot", "--store", "lab.db", "--serial", "B"]) == 1
 
 
+def test_a_store_of_several_temperatures(lab, capsys):
+    """The same units at 25 and 85 degC: each is judged and compared at one of them."""
+    for unit in range(3):
+        one = result(10 + unit, log=f"hot {unit}", path=f"hot/A{unit}/2026-0{unit + 1}-20.csv")
+        (lab / f"hot{unit}.json").write_text(json.dumps(one))
+        argv = ["add", f"hot{unit}.json", "--store", "lab.db", "--unit", f"A{unit}", "--temperature", "85degC"]
+        assert run(capsys, *argv)[0] == 0
+    assert run(capsys, "add", "results", "--store", "lab.db", "--temperature", "-40")[0] == 0
+    _, out, _ = run(capsys, "list", "runs", "--store", "lab.db", "--temperature", "358.15K", "--json")
+    assert json.loads(out)["temperature"] == [85.0] * 3
+    assert main(["lot", "--store", "lab.db", "--temperature", "85", "--json"]) == 4
+    assert len(json.loads(capsys.readouterr().out)["units"]) == 3
+    assert main(["lot", "--store", "lab.db", "--temperature", "60"]) == 1
+    assert main(["compare", "--store", "lab.db", "--temperature", "-40"]) == 0
+    assert "of 3 units" in capsys.readouterr().out
+    for command in ("lot", "compare"):
+        assert main([command, "results", "--temperature", "85"]) == 2
+        assert "--temperature needs --store" in capsys.readouterr().err
+
+
 def test_lot_takes_the_latest_even_if_it_failed(lab, capsys):
     from sigmatau.analysed import failed_result
 

@@ -45,6 +45,7 @@ def compare_command(
     jobs: int | None = None,
     store: str | None = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
+    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     datasheet: Annotated[str | None, Parameter(show=False)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -79,6 +80,8 @@ def compare_command(
         store. Lines and filters (the clocks) are not compared.
     unit
         With --store, serial number; A* stands for all that begin with A. May be repeated.
+    temperature
+        With --store, only runs whose stated temperature is this to 0.5 K, 85degC. Default: all.
     quiet
         Print only errors on standard error.
     """
@@ -90,6 +93,8 @@ def compare_command(
         raise OptionError("give results, or --store, not both", option="store")
     if unit and store is None:
         raise OptionError("--unit needs --store; results are chosen by name", option="unit")
+    if temperature is not None and store is None:
+        raise OptionError("--temperature needs --store; give the results of one temperature", option="temperature")
     if not results and store is None:
         raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
     if jobs is not None and jobs < 1:
@@ -108,7 +113,7 @@ def compare_command(
         comparison = (
             compare_runs(results, by=by, level=level, jobs=jobs)
             if store is None
-            else _of_store(store, unit or [], by, level)
+            else _of_store(store, unit or [], temperature, by, level)
         )
     if csv is not None:
         with atomic(csv) as temporary:
@@ -127,12 +132,14 @@ def compare_command(
     return _tell_unused(comparison, quiet=quiet)
 
 
-def _of_store(place: str, units: Sequence[str], by: By, level: float) -> RunComparison:
+def _of_store(place: str, units: Sequence[str], temperature: str | None, by: By, level: float) -> RunComparison:
     from sigmatau.cli.store import opened
     from sigmatau.store.choosing import Chosen
+    from sigmatau.store.naming import stated_temperature
 
     with opened(place) as store:
-        return store.compare(Chosen(units=tuple(units)), by=by, level=level)
+        chosen = Chosen(units=tuple(units), temperature=stated_temperature(temperature))
+        return store.compare(chosen, by=by, level=level)
 
 
 def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:

@@ -66,6 +66,7 @@ def lot_command(
     jobs: int | None = None,
     store: str | None = None,
     serial: Annotated[list[str] | None, Parameter(negative=())] = None,
+    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     json: Annotated[bool, Parameter(negative=())] = False,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
@@ -113,6 +114,8 @@ def lot_command(
         see sigmatau store.
     serial
         With --store, serial number; A* stands for all that begin with A. May be repeated.
+    temperature
+        With --store, only runs whose stated temperature is this to 0.5 K, 85degC. Default: all.
     json
         Print the lot as JSON.
     verbose
@@ -124,6 +127,8 @@ def lot_command(
         raise OptionError("give logs or results, or --store, not both", option="store")
     if serial and store is None:
         raise OptionError("--serial needs --store; units are chosen by their files", option="serial")
+    if temperature is not None and store is None:
+        raise OptionError("--temperature needs --store; give the logs of one temperature", option="temperature")
     if store is not None and results is not None:
         raise OptionError("--results keeps the results of logs; the store has its own", option="results")
     if not units and store is None:
@@ -141,7 +146,7 @@ def lot_command(
     files: list[Path] = []
     if store is not None:
         expect_files(*outputs)
-        found = _stored(store, serial or [], sheet, options)
+        found = _stored(store, serial or [], temperature, sheet, options)
         order = [*found]
     else:
         logs, files = _gather(matched(units), expecting=expected is not None, quiet=quiet)
@@ -176,14 +181,15 @@ def lot_command(
 
 
 def _stored(
-    place: str, units: Sequence[str], sheet: Datasheet | None, options: Mapping[str, Any]
+    place: str, units: Sequence[str], temperature: str | None, sheet: Datasheet | None, options: Mapping[str, Any]
 ) -> dict[str, Examined]:
     """The units of a store, in the order of production."""
     from sigmatau.cli.store import opened
     from sigmatau.store.choosing import Chosen
+    from sigmatau.store.naming import stated_temperature
 
     with opened(place) as store:
-        latest = store.units_latest(Chosen(units=tuple(units)))
+        latest = store.units_latest(Chosen(units=tuple(units), temperature=stated_temperature(temperature)))
     if not latest:
         raise DataError(f"{place}: the store has no unit of this kind")
     return {name: examine(result, sheet, name=name, **options) for name, result in latest.items()}

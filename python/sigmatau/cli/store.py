@@ -31,6 +31,7 @@ _SHOWN = {
 }
 
 Place = Annotated[str | None, Parameter(name="--store")]
+Temperature = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 Json = Annotated[Path | None, Parameter(name="--json", allow_leading_hyphen=True)]
 Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())]
 
@@ -52,6 +53,8 @@ class Choice:
         Only records before this time.
     state
         Only runs in this state: fitted, not_fitted, not_at_rest, failed. May be repeated.
+    temperature
+        Only runs whose stated temperature is this to 0.5 K, 85degC. Default: all.
     """
 
     unit: Annotated[list[str] | None, Parameter(negative=())] = None
@@ -61,10 +64,12 @@ class Choice:
     state: Annotated[list[Literal["fitted", "not_fitted", "not_at_rest", "failed"]] | None, Parameter(negative=())] = (
         None
     )
+    temperature: Temperature = None
 
     def chosen(self, *, history: bool = False) -> Chosen:
         """The same for a `Store`."""
         from sigmatau.store.choosing import Chosen
+        from sigmatau.store.naming import stated_temperature
 
         return Chosen(
             units=tuple(self.unit or ()),
@@ -72,6 +77,7 @@ class Choice:
             states=tuple(self.state or ()),
             since=_time(self.since, "since"),
             until=_time(self.until, "until"),
+            temperature=stated_temperature(self.temperature),
             history=history,
         )
 
@@ -106,7 +112,7 @@ def add_command(
     unit_from: str | None = None,
     model: str | None = None,
     date: str | None = None,
-    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    temperature: Temperature = None,
     jobs: int | None = None,
     quiet: Quiet = False,
 ) -> int:

@@ -14,10 +14,12 @@ from sigmatau.store.text import aligned, cell
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement
 
+_NEAR = 0.5  # 298 K are 25 degC [K]
+
 
 @frozen
 class Chosen:
-    """Which runs: all that are current, or those of units, of a sensor model, of a state, or of a time.
+    """Which runs: all that are current, or those of units, of a sensor model, of a state, of a time or of a temperature.
 
     Attributes
     ----------
@@ -29,6 +31,8 @@ class Chosen:
         Default: all states.
     since, until : datetime or None
         Beginning of the record: from `since` to before `until`, UTC.
+    temperature : float or None
+        Stated temperature of the record, to half a kelvin. [degC]
     pattern : bool
         Whether ``*`` in the name of a unit stands for any text.
     history : bool
@@ -44,6 +48,7 @@ class Chosen:
     states: tuple[str, ...] = ()
     since: datetime | None = None
     until: datetime | None = None
+    temperature: float | None = None
     pattern: bool = True
     history: bool = False
 
@@ -113,6 +118,8 @@ def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
         found.append(run.c.recorded >= in_utc(one.since))
     if one.until is not None:
         found.append(run.c.recorded < in_utc(one.until))
+    if one.temperature is not None:
+        found.append(run.c.temperature.between(one.temperature - _NEAR, one.temperature + _NEAR))
     return found
 
 

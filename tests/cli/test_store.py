@@ -37,6 +37,11 @@ def run(capsys, *argv):
 
 def test_add_says_what_it_did(lab, capsys):
     assert run(capsys, "add", "results", "--store", "lab.db", "--date", "name") == (0, "", "0 new, 6 already there\n")
+    (lab / "log.csv").write_text("gyro_x,gyro_y\n1,2\n")
+    assert (
+        "log.csv: not JSON, which sigmatau analyze --json writes"
+        in run(capsys, "add", "log.csv", "--store", "lab.db")[2]
+    )
     (lab / "results" / "cut.json").write_text('{"chan')
     code, out, err = run(capsys, "add", "results", "--store", "lab.db", "--date", "name")
     assert (code, out) == (1, "")

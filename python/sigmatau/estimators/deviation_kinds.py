@@ -116,6 +116,9 @@ def coefficients_of(noise: str | Mapping[str, float]) -> dict[str, float]:
     """A term's name, or coefficients in SI, as coefficients; raises `OptionError` for anything else."""
     if isinstance(noise, str):
         noise = {noise: 1.0}
+    if (channels := getattr(noise, "channels", None)) is not None:
+        example = next(iter(channels))
+        raise OptionError(f"{{option}} must be of one channel: model[{example!r}], not the whole model", option="noise")
     if not isinstance(noise, Mapping):
         raise OptionError(
             f"{{option}} must be the name of a term or a mapping from terms to coefficients, not {noise!r}",

@@ -264,7 +264,7 @@ class TestBadData:
         ("change", "words"),
         [
             ({"input": "rates"}, "`input` must be one of"),
-            ({"unit": {"gyros": "deg/s"}}, "no channel; channels: gyro, gyro_x"),
+            ({"unit": {"gyros": "deg/s"}}, "not a channel; channels: gyro, gyro_x"),
             ({"gyro": np.zeros((10, 3))}, "given twice"),
             ({"y": np.zeros(10, dtype=complex)}, "complex128"),
             ({"y": np.zeros(10, dtype="datetime64[s]")}, "datetime64"),

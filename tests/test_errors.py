@@ -2,8 +2,10 @@
 
 import pickle
 
+import numpy as np
 import pytest
 
+import sigmatau as st
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError, StampError, argument
 from sigmatau.exporting.choices import NoPlaceError, NotChosenError
 
@@ -57,3 +59,19 @@ def test_what_an_error_is_about(message, words):
 def test_errors_cross_processes(error):
     back = pickle.loads(pickle.dumps(error))
     assert (type(back), str(back), vars(back)) == (type(error), str(error), vars(error))
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        st.psd,
+        st.check,
+        lambda x: st.deviation(x, kind="hadamard"),
+        lambda x: st.dynamic_allan(x, "gyro_x"),
+        lambda x: st.cross_spectrum(x, "gyro_x", "gyro_y"),
+        lambda x: st.fit_channel(x, "gyro_x"),
+    ],
+)
+def test_an_array_in_place_of_a_record(call):
+    with pytest.raises(TypeError, match=r"must be a Record.*not a ndarray.*Record.from_arrays\(rate=100, gyro_x=x\)"):
+        call(np.zeros(100))

@@ -606,6 +606,9 @@ class TestWhatIsTypedInstead:
             ("predict a.json", "--after is missing; see sigmatau predict --help"),
             ("analyze a.csv --report", "--report needs a value"),
             ("analyze a.csv --rate 100Hz", "--rate '100Hz': must be a number without a unit"),
+            ("simulate imu.toml --rate 1 -o a.csv", "simulate: --hours is missing; see sigmatau simulate --help"),
+            ("simulate imu.toml --minutes 9 --rate 1 -o a.csv", "unknown option --minutes: the length is --hours"),
+            ("psd", "psd: LOG is missing; see sigmatau psd --help"),
         ],
     )
     def test_the_message_has_what_to_type(self, words, message, capsys):

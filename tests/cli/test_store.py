@@ -38,6 +38,11 @@ def run(capsys, *argv):
 
 def test_add_says_what_it_did(lab, capsys):
     assert run(capsys, "add", "results", "--store", "lab.db", "--date", "name") == (0, "", "0 new, 6 already there\n")
+    (lab / "log.csv").write_text("gyro_x,gyro_y\n1,2\n")
+    assert (
+        "log.csv: not JSON, which sigmatau analyze --json writes"
+        in run(capsys, "add", "log.csv", "--store", "lab.db")[2]
+    )
     (lab / "results" / "cut.json").write_text('{"chan')
     code, out, err = run(capsys, "add", "results", "--store", "lab.db", "--date", "name")
     assert (code, out) == (1, "")
@@ -147,6 +152,7 @@ def test_types_of_columns_do_not_depend_on_their_values(lab, capsys, what):
     (["show", "A1", "--store", "lab.db", "--run", "x"], 1, "no run 'x'; its runs: 2026-02-10.csv"),
     (["trend", "--store", "lab.db", "--term", "walk"], 2, "--term must be quantization"),
     (["trend", "--store", "lab.db", "--level", "95"], 2, "--level must be between 0 and 1"),
+    (["trend", "--store", "lab.db", "--channel", "gyrox"], 1, "no trend of random_walk: no run has it in gyrox"),
     (["export", "--store", "lab.db", "-o", "c.xlsx"], 2, "must end in .parquet, .csv"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--unit", "B"], 1, "nothing is written"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "mean"], 2, "--term is of coefficients"),
@@ -207,12 +213,32 @@ def test_runs_at_a_temperature(lab, capsys):
     assert {one["name"] for one in json.loads(capsys.readouterr().out)["runs"]} == {"1.csv", "4.csv", "7.csv"}
     assert main(["lot", "--store", "hot.db", "--temperature", "-45:-35", "--json"]) == 4
     assert len(json.loads(capsys.readouterr().out)["units"]) == 3
-    for wrong in ("25", "30:20", "a:b", "nan:nan"):
+    for wrong in ("30:20", "20:30:40", ":30"):
         assert run(capsys, "list", "--store", "hot.db", "--temperature", wrong)[::2] == (
-            2, f"sigmatau: --temperature {wrong}: must be a range in °C like 20:30\n",
+            2, f"sigmatau: --temperature {wrong}: must be a temperature, 85degC, or a range, 20:30\n",
         )  # fmt: skip
     for command in ("compare", "lot"):
         assert main([command, "results", "--temperature", "20:30"]) == 2
+
+
+def test_a_store_of_several_temperatures(lab, capsys):
+    """The same units at 25 and 85 degC: each is judged and compared at one of them."""
+    for unit in range(3):
+        one = result(10 + unit, log=f"hot {unit}", path=f"hot/A{unit}/2026-0{unit + 1}-20.csv")
+        (lab / f"hot{unit}.json").write_text(json.dumps(one))
+        argv = ["add", f"hot{unit}.json", "--store", "lab.db", "--unit", f"A{unit}", "--temperature", "85degC"]
+        assert run(capsys, *argv)[0] == 0
+    assert run(capsys, "add", "results", "--store", "lab.db", "--temperature", "-40")[0] == 0
+    _, out, _ = run(capsys, "list", "runs", "--store", "lab.db", "--temperature", "358.15K", "--json")
+    assert json.loads(out)["temperature"] == [85.0] * 3
+    assert main(["lot", "--store", "lab.db", "--temperature", "85", "--json"]) == 4
+    assert len(json.loads(capsys.readouterr().out)["units"]) == 3
+    assert main(["lot", "--store", "lab.db", "--temperature", "60"]) == 1
+    assert main(["compare", "--store", "lab.db", "--temperature", "-40"]) == 1  # a copy is left out, as without it
+    assert "of 3 units" in capsys.readouterr().out
+    for command in ("lot", "compare"):
+        assert main([command, "results", "--temperature", "85"]) == 2
+        assert "--temperature needs --store" in capsys.readouterr().err
 
 
 def test_lot_takes_the_latest_even_if_it_failed(lab, capsys):

@@ -199,7 +199,7 @@ class TestRefusals:
     def test_a_missing_file(self, tmp_path):
         with pytest.raises(DataError, match=r"none\.toml: No such file"):
             datasheet(str(tmp_path / "none.toml"))
-        with pytest.raises(DataError, match="maker and source are missing"):
+        with pytest.raises(DataError, match="maker, source are missing"):
             Datasheet.from_dict({"name": "N"})
 
 

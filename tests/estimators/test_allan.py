@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import known
-from sigmatau import Record, allan, analyze
+from sigmatau import NoiseModel, Record, allan, analyze
 from sigmatau._native import arguments
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import accumulate
@@ -264,7 +264,7 @@ class TestBadData:
         ("change", "words"),
         [
             ({"input": "rates"}, "`input` must be one of"),
-            ({"unit": {"gyros": "deg/s"}}, "no channel; channels: gyro, gyro_x"),
+            ({"unit": {"gyros": "deg/s"}}, "not a channel; channels: gyro, gyro_x"),
             ({"gyro": np.zeros((10, 3))}, "given twice"),
             ({"y": np.zeros(10, dtype=complex)}, "complex128"),
             ({"y": np.zeros(10, dtype="datetime64[s]")}, "datetime64"),
@@ -411,6 +411,7 @@ def test_missing_samples_widen_the_interval_for_a_noise():
     [
         ("full", {"level": 0.99}, r"`level` needs the noise, interval\(noise='random_walk'\)"),
         ("full", {"noise": "white"}, "unknown term 'white' in `noise`"),
+        ("full", {"noise": NoiseModel(channels={"gyro_x": {"random_walk": 1.0}})}, r"one channel: model\['gyro_x'\]"),
         ("none", {"noise": "random_walk"}, "`noise` needs a curve of overlapping clusters"),
     ],
 )

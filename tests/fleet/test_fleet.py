@@ -246,3 +246,19 @@ def test_a_log_that_kills_its_worker_beside_a_record_that_is_divided(processes, 
     again = processes.fleet(*arguments[:3], "--workers", 1, "--retry-failed", reading=(), FLEET_HEALED="yes")
     assert ended(again)[0] == "1 of 1 logs analysed, 9 were in the store\n"
     assert contents(processes.folder / "a.db")[str(poison)][0] == "fitted"
+
+
+def test_an_option_that_is_wrong_for_every_log_stores_nothing(tmp_path, monkeypatch, capsys):
+    """`lot --store` would take the failures for the latest results. A log without a unit is named."""
+    monkeypatch.chdir(tmp_path)
+    make_logs(tmp_path / "logs", 2)
+    start = ["fleet", "analyze", "logs/**", "--store", "a.db", "--workers", "1", *READING]
+    assert main([*start[:-1], "gyro=deg/q"]) == 2
+    out, err = capsys.readouterr()
+    assert out == "0 of 2 logs analysed, 2 failed\n"
+    assert "not added to the store: an option is wrong or missing for every log" in " ".join(err.split())
+    assert count("a.db") == 0
+    assert main([*start, "--unit-from", "(none[0-9])"]) == 1
+    err = capsys.readouterr().err
+    assert "--unit-from '(none[0-9])' finds no unit in the path of the log" in err
+    assert "the same for 1 more of 2 logs" in err

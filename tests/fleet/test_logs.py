@@ -24,17 +24,24 @@ def folder(tmp_path, monkeypatch):
     return tmp_path / "logs"
 
 
-EVERY = ["logs/A1/day1.npy", "logs/A1/day2.npy", "logs/A2/day1.npy", "logs/A3.zarr", "logs/top.npy"]
+EVERY = [
+    "logs/A1/day1.npy",
+    "logs/A1/day2.npy",
+    "logs/A1/empty.csv",
+    "logs/A2/day1.npy",
+    "logs/A3.zarr",
+    "logs/top.npy",
+]
 
 
 @pytest.mark.parametrize("pattern", ["logs", "logs/", "logs/**"])
 def test_all_logs_of_a_folder(folder, pattern):
-    """Not notes, results, empty and hidden files; a Zarr store is one log."""
+    """Not notes, results and hidden files; a Zarr store is one log. An empty log is a failure to report."""
     assert [log.place for log in find([pattern])] == EVERY
 
 
 def test_patterns(folder):
-    assert [log.place for log in find(["logs/A*/day1.npy", "logs/A1/day1.npy"])] == EVERY[0:3:2]
+    assert [log.place for log in find(["logs/A*/day1.npy", "logs/A1/day1.npy"])] == EVERY[0:4:3]
     assert [log.place for log in find(["logs/**/*.zarr"])] == ["logs/A3.zarr"]
     assert [log.place for log in find(["logs/A1/notes.md"])] == [
         "logs/A1/notes.md"

@@ -115,6 +115,8 @@ class TestInMemory:
 
     def test_one_run_is_not_compared(self, days):
         assert "Nothing to compare: each value is from one run." in repr(compare_runs(days[:1]))
+        units = repr(compare_runs(days[:2], units=["u", "v"]))
+        assert units.startswith("2 results of 2 units\nNothing to compare: each value is from one run.")
 
     def test_names_and_units(self, days):
         compared = compare_runs(days, names=["a", "b", "c", "d"], units=["u", "u", "v", "v"])

@@ -22,7 +22,10 @@ PROCESS = GaussMarkov(sigma=1.0, time=2.0)
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"terms": {"random_walk": "1"}}, "random_walk must be a positive number, not '1'"),
+        (
+            {"terms": {"random_walk": "1"}},
+            "random_walk must be a positive number, not '1'; NoiseModel.from_dict takes values with units",
+        ),
         ({"terms": {"random_walk": True}}, "random_walk must be a positive number, not True"),
         ({"terms": {"random_walk": np.array([1.0])}}, "random_walk must be a positive number"),
         ({"terms": 3.0}, "`terms` must be a mapping"),

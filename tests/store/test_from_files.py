@@ -14,7 +14,7 @@ from store_results import result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.store.from_files import add_files, gather
 from sigmatau.store.ingest import Added
-from sigmatau.store.naming import Naming, UnknownUnitError
+from sigmatau.store.naming import Naming, UnknownUnitError, stated_temperature
 from sigmatau.store.store import Store
 
 
@@ -101,9 +101,10 @@ def test_unit(naming, notes, unit):
 
 
 def test_unit_that_nothing_names():
-    for naming in (Naming(), Naming(unit_from=r"X(\d+)")):
-        with pytest.raises(UnknownUnitError, match="--unit NAME"):
-            naming.entry(noted(), FILE)
+    with pytest.raises(UnknownUnitError, match="--unit NAME"):
+        Naming().entry(noted(), FILE)
+    with pytest.raises(UnknownUnitError, match=r"--unit-from 'X.*' finds no unit in the path of the log, '.*SN7"):
+        Naming(unit_from=r"X(\d+)").entry(noted(), FILE)
 
 
 @pytest.mark.parametrize(("naming", "notes", "recorded"), [
@@ -133,6 +134,14 @@ def test_date_in_the_name(name, recorded):
 def test_temperature(text, degrees):
     assert Naming(unit="A").entry(noted(temperature=text), FILE).temperature == pytest.approx(degrees, abs=1e-12)
     assert Naming(unit="A", temperature=5.0).entry(noted(temperature=text), FILE).temperature == 5.0
+    assert stated_temperature(text) == pytest.approx(degrees, abs=1e-12)
+
+
+def test_temperature_of_an_option():
+    assert stated_temperature(None) is None
+    assert stated_temperature("-40degC") == -40.0
+    with pytest.raises(OptionError, match="'85F' is not a temperature like 25degC"):
+        stated_temperature("85F")
 
 
 @pytest.mark.parametrize(("naming", "notes", "told"), [

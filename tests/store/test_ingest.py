@@ -123,6 +123,8 @@ def test_choosing(place):
         )
         assert len(store.runs(Chosen(model="tactical"))) == 12
         assert len(store.runs(Chosen(model="other"))) == 0
+        assert len(store.runs(Chosen(temperature=(20, 21)))) == 12
+        assert len(store.runs(Chosen(temperature=(21.2, 22)))) == 0
 
 
 def test_version_is_not_compared_wherever_it_stands():

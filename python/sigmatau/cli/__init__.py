@@ -31,6 +31,8 @@ _OTHER_NAMES = {
     ("analyze", "-o"): "outputs are --report r.html, --json r.json, --csv r.csv, --plot p.png and --export TARGET=FILE",
     ("analyze", "--to"): "the file of a filter is --export TARGET=FILE, e.g. --export kalibr=imu.yaml",
     ("analyze", "--duration"): "a part of the record is --window 0s:600s",
+    ("simulate", "--minutes"): "the length is --hours, 0.1667 for ten minutes",
+    ("simulate", "--duration"): "the length is --hours, 0.1667 for ten minutes",
     ("analyze", "--freq"): "the sampling rate is --rate",
     ("analyze", "--fs"): "the sampling rate is --rate",
 }
@@ -110,6 +112,16 @@ def _in_words(error: CycloptsError) -> str:
         return "sigmatau datasheet list, or sigmatau datasheet show NAME"
     if command == "datasheet" and isinstance(error, CoercionError) and error.token and not error.token.keyword:
         return f"datasheet takes list or show: sigmatau datasheet show {error.token.value}"
+    words = " ".join(error.command_chain or ())
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        name = error.argument.name
+        if error.keyword or error.argument.tokens:
+            return f"{words}: {error.keyword or name} needs a value; see sigmatau {words} --help"
+        unknown = [token for token in error.unused_tokens or () if token.startswith("--")]
+        option = unknown[0].partition("=")[0] if unknown else ""
+        hint = _OTHER_NAMES.get((command, option))
+        more = f"; unknown option {option}{f': {hint}' if hint else ''}" if option else ""
+        return f"{words}: {name} is missing{more}; see sigmatau {words} --help"
     if isinstance(error, UnknownOptionError):
         option = (error.token.keyword or error.token.value).partition("=")[0]
         if hint := _OTHER_NAMES.get((command, option)):
@@ -121,14 +133,11 @@ def _in_words(error: CycloptsError) -> str:
         if command == "export" and unused and (name := _as_target(unused[0])):
             return f"{unused[0]!r} is not expected here: the target is --to {name}"
         return f"{', '.join(map(repr, unused))} not expected here. {_UNUSED_HINT}"
-    called = " ".join(["sigmatau", *(error.command_chain or ())])
-    if isinstance(error, MissingArgumentError) and error.argument is not None:
-        if error.keyword is None and not error.argument.tokens:
-            return f"{error.argument.name} is missing; see {called} --help"
-        return f"{error.keyword or error.argument.name} needs a value; see {called} --help"
     if isinstance(error, CoercionError) and error.target_type in (int, float) and error.token and error.token.keyword:
         kind = "whole number" if error.target_type is int else "number"
-        return f"{error.token.keyword} {error.token.value!r}: must be a {kind} without a unit; see {called} --help"
+        return (
+            f"{error.token.keyword} {error.token.value!r}: must be a {kind} without a unit; see sigmatau {words} --help"
+        )
     return str(error)
 
 

@@ -81,7 +81,7 @@ def compare_command(
     unit
         With --store, serial number; A* stands for all that begin with A. May be repeated.
     temperature
-        With --store, only runs at these temperatures in °C, 20:30.
+        With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
     quiet
         Print only errors on standard error.
     """

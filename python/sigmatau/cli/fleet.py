@@ -19,8 +19,11 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
+    from distributed import Client
+
+    from sigmatau.fleet.logs import Log
     from sigmatau.fleet.stored import Stored
-    from sigmatau.fleet.tasks import Outcome
+    from sigmatau.fleet.tasks import Job, Outcome
     from sigmatau.store.naming import Naming
 
 NOT_AT_REST = 5
@@ -41,7 +44,7 @@ def fleet_command(
     unit_from: str | None = None,
     model: str = "",
     date: str | None = None,
-    temperature: float | None = None,
+    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     retry_failed: Annotated[bool, Parameter(negative=())] = False,
     reading: Reading | None = None,
     settings: Settings | None = None,
@@ -77,7 +80,7 @@ def fleet_command(
         Beginning of the records, 2026-05-01T12:00 (UTC), or name: the first date in the path of a log.
         Default: not stated.
     temperature
-        Temperature of the records in degC. Default: not stated.
+        Temperature of the records in °C, or 298K. Default: not stated.
     retry_failed
         Analyse logs again that failed before.
     quiet
@@ -97,23 +100,25 @@ def fleet_command(
 
     from sigmatau.analysis import stated_settings
     from sigmatau.fleet.logs import find
-    from sigmatau.fleet.run import cluster, run_fleet
+    from sigmatau.fleet.run import cluster
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Job
     from sigmatau.io.read.options import stated_options
     from sigmatau.store.connect import engine_of
-    from sigmatau.store.naming import Naming
+    from sigmatau.store.naming import Naming, stated_temperature
 
     how, chosen = (reading or Reading()).options(), (settings or Settings()).arguments()
     _check(how, chosen)
     stated = {"reading": stated_options(**how), "analysis": stated_settings(**chosen)}
     options = {of: values for of, values in stated.items() if values}
-    naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=temperature)
+    degrees = stated_temperature(temperature)
+    naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
     naming.check()
     # Workers are in other folders, and logs/a.csv of two folders are two logs.
     logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     found = [log for log in find(logs) if not _of_store(log.place, place)]
-    stated = {log.place: _stated(naming, log.place) for log in found}  # a name that is missing is an error now
+    stated = _all_stated(naming, found)  # a name that is missing is an error now
+    job = Job(reading=how, settings=chosen, options=options, naming=naming)
     with closing(Stored(engine_of(place), options)) as stored:
         wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
         known = {log.place for log in found} - {log.place for log in wanted}
@@ -122,38 +127,49 @@ def fleet_command(
         before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
         if before:
             say(f"of {len(found)} logs {before}", quiet=quiet)
-        tally = _Tally(stored, len(wanted))
+        tally = _Tally(stored, len(wanted), tried=bool(known))
         if wanted:
-            job = Job(reading=how, settings=chosen, options=options, naming=naming)
             gigabyte = None if memory is None else memory * 1e9
+            with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client:
+                _run(client, wanted, job, tally, quiet=quiet)
+    return _told(tally, before)
+
+
+def _run(client: Client, wanted: Sequence[Log], job: Job, tally: _Tally, *, quiet: bool) -> None:
+    """Analyse logs, with progress; what is finished is in the store whatever ends the run."""
+    from sigmatau.fleet.run import run_fleet
+
+    try:
+        with _progress(len(wanted), quiet=quiet) as show:
+
+            def done(outcomes: Sequence[Outcome]) -> None:
+                tally.take(outcomes)
+                show(tally.finished)
+
             try:
-                with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client, _progress(
-                    len(wanted), quiet=quiet
-                ) as show:  # fmt: skip
+                run_fleet(client, wanted, job, done=done, tell=lambda text: say(text, quiet=quiet))
+            finally:
+                tally.write()
+    except DataError as error:
+        if not tally.finished:
+            raise
+        raise DataError(
+            f"{error}; {tally.written} of {len(wanted)} logs are in the store, and the same command goes on with the others"
+        ) from None
 
-                    def done(outcomes: Sequence[Outcome]) -> None:
-                        tally.take(outcomes)
-                        show(tally.finished)
 
-                    try:
-                        run_fleet(client, wanted, job, done=done, tell=lambda text: say(text, quiet=quiet))
-                    finally:
-                        tally.write()
-            except DataError as error:
-                if not tally.finished:
-                    raise
-                raise DataError(
-                    f"{error}; {tally.written} of {len(wanted)} logs are in the store, and the same command goes on with the"
-                    " others"
-                ) from None
-        for line in tally.errors[:_LISTED]:
-            sys.stderr.write(f"sigmatau: {line}\n")
-        if len(tally.errors) > _LISTED:
-            say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
-        sys.stdout.write(f"{tally.summary(before)}\n")
-        if tally.codes[2] and tally.finished == len(tally.errors):
-            return 2  # otherwise the options are right, and some of the files are of another kind
-        return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
+def _told(tally: _Tally, before: str) -> int:
+    """Print errors and the summary; returns the exit code."""
+    for line in tally.errors[:_LISTED]:
+        sys.stderr.write(f"sigmatau: {line}\n")
+    if tally.held:
+        say("not added to the store: an option is wrong or missing for every log")
+    elif len(tally.errors) > _LISTED:
+        say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
+    sys.stdout.write(f"{tally.summary(before)}\n")
+    if tally.codes[2] and tally.finished == len(tally.errors):
+        return 2  # otherwise the options are right, and some of the files are of another kind
+    return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
 
 
 def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
@@ -166,6 +182,23 @@ def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
     causes_to_keep(chosen["keep"])
     if chosen["terms"] is not None:
         wanted_terms(chosen["terms"])
+
+
+def _all_stated(naming: Naming, logs: Sequence[Log]) -> dict[str, dict[str, Any]]:
+    """What the options state of each run; raises `DataError` with the first log whose unit they do not name."""
+    from sigmatau.store.naming import UnknownUnitError
+
+    stated: dict[str, dict[str, Any]] = {}
+    nameless: list[str] = []
+    for log in logs:
+        try:
+            stated[log.place] = _stated(naming, log.place)
+        except UnknownUnitError as error:
+            nameless.append(str(error) if log.place in str(error) else f"{log.place}: {error}")
+    if nameless:
+        more = f"; the same for {len(nameless) - 1} more of {len(logs)} logs" if len(nameless) > 1 else ""
+        raise DataError(f"{nameless[0]}{more}")
+    return stated
 
 
 def _stated(naming: Naming, place: str) -> dict[str, Any]:
@@ -191,10 +224,14 @@ def _before(known: int, failed: int) -> str:
 
 
 class _Tally:
-    """Outcomes on their way to the store."""
+    """Outcomes on their way to the store.
 
-    def __init__(self, stored: Stored, total: int) -> None:
-        self._stored, self.total = stored, total
+    Failures by an option are held until another log shows that the options are right: `lot` would read them as the latest
+    result of every unit. If the store has logs of the same options, they have been `tried`.
+    """
+
+    def __init__(self, stored: Stored, total: int, *, tried: bool) -> None:
+        self._stored, self.total, self._tried = stored, total, tried
         self._waiting: list[Outcome] = []
         self._since = time.monotonic()
         self.finished = 0
@@ -217,10 +254,15 @@ class _Tally:
 
     def write(self) -> None:
         """Write what waits, in one transaction; what is written stays whatever happens."""
-        if self._waiting:
+        if self._waiting and not self.held:
             waiting, self._waiting = self._waiting, []
             self._stored.add([one.rows for one in waiting], [one.log for one in waiting])
             self.written += len(waiting)
+
+    @property
+    def held(self) -> bool:
+        """Whether every log so far failed, and an option is why."""
+        return not self._tried and self.codes[2] > 0 and self.finished == len(self.errors)
 
     def summary(self, before: str) -> str:
         """One line: how many logs by outcome."""

@@ -115,7 +115,7 @@ def lot_command(
     serial
         With --store, serial number; A* stands for all that begin with A. May be repeated.
     temperature
-        With --store, only runs at these temperatures in °C, 20:30.
+        With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
     json
         Print the lot as JSON.
     verbose

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 from dataclasses import dataclass
@@ -38,7 +37,10 @@ _KINDS = {  # of columns of Parquet; the others are text
     "bool": ("observed",),
 }
 
+_ROUNDED = 0.5  # of a temperature as people state it: 298 K are 25 degC [K]
+
 Place = Annotated[str | None, Parameter(name="--store")]
+Temperature = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 Json = Annotated[Path | None, Parameter(name="--json", allow_leading_hyphen=True)]
 Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())]
 
@@ -61,7 +63,7 @@ class Choice:
     state
         Only runs in this state: fitted, not_fitted, not_at_rest, failed. May be repeated.
     temperature
-        Only runs at these temperatures in °C, 20:30.
+        Only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
     """
 
     unit: Annotated[list[str] | None, Parameter(negative=())] = None
@@ -71,7 +73,7 @@ class Choice:
     state: Annotated[list[Literal["fitted", "not_fitted", "not_at_rest", "failed"]] | None, Parameter(negative=())] = (
         None
     )
-    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
+    temperature: Temperature = None
 
     def chosen(self, *, history: bool = False) -> Chosen:
         """The same for a `Store`."""
@@ -101,16 +103,18 @@ def opened(place: str | None, *, create: bool = False) -> Store:
 
 
 def temperatures(text: str | None) -> tuple[float, float] | None:
-    """The range of ``--temperature``."""
+    """The range of ``--temperature``: of one temperature, what is rounded to it. [degC]"""
+    from sigmatau.store.naming import stated_temperature
+
     if text is None:
         return None
-    try:
-        low, high = map(float, text.split(":"))
-    except ValueError:
-        low = high = math.nan
-    if not low <= high:
-        raise OptionError(f"--temperature {text}: must be a range in °C like 20:30", option="temperature")
-    return low, high
+    ends = [stated_temperature(part) for part in text.split(":")]
+    low, high = ends[0], ends[-1]
+    if len(ends) > 2 or low is None or high is None or low > high:
+        raise OptionError(
+            f"--temperature {text}: must be a temperature, 85degC, or a range, 20:30", option="temperature"
+        )
+    return (low, high) if len(ends) == 2 else (low - _ROUNDED, high + _ROUNDED)
 
 
 def _time(text: str | None, option: str) -> datetime | None:
@@ -131,7 +135,7 @@ def add_command(
     unit_from: str | None = None,
     model: str | None = None,
     date: str | None = None,
-    temperature: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
+    temperature: Temperature = None,
     jobs: int | None = None,
     quiet: Quiet = False,
 ) -> int:
@@ -157,7 +161,7 @@ def add_command(
         Beginning of the records, 2026-05-01T12:00 (UTC, or with a time zone); or name: the date in the name of each log.
         Default: the note "date".
     temperature
-        Temperature in °C. Default: the note "temperature".
+        Temperature in °C, or 298K. Default: the note "temperature".
     jobs
         Number of processes that read many files (default: all cores).
     quiet
@@ -168,15 +172,16 @@ def add_command(
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     from sigmatau.store.from_files import gather, processes
-    from sigmatau.store.naming import Naming
+    from sigmatau.store.naming import Naming, stated_temperature
 
-    naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=temperature)
+    degrees = stated_temperature(temperature)
+    naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=degrees)
     naming.check()
     files = gather(matched(results))
     if not any(file.exists() for file in files):  # and no store is made
         raise DataError(f"{files[0]}: No such file or directory")
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
-        naming = Naming(folders=True, model=model or "", date=date, temperature=temperature)
+        naming = Naming(folders=True, model=model or "", date=date, temperature=degrees)
     with opened(store, create=True) as opened_store, working("adding results", quiet=quiet) as done:
         found = opened_store.add_files(
             files, naming, jobs=jobs or processes(), done=lambda count: done(count / len(files))

@@ -260,7 +260,7 @@ def texts_of(content: Mapping[str, Any]) -> dict[str, str]:
     missing = [key for key in _NEEDED if key not in content]
     if missing:
         example = ", ".join(f'{key} = "…"' for key in missing)
-        raise DataError(f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; write e.g. {example}")
+        raise DataError(f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; write e.g. {example}")
     return {key: _text(content[key], key) for key in TEXTS if key in content}
 
 

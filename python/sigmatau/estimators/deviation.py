@@ -21,7 +21,7 @@ from sigmatau.estimators.allan import Overlap, refuse_missing
 from sigmatau.estimators.deviation_kinds import KINDS, Kind, TauGrid, estimator, sizes_for
 from sigmatau.frozen import frozen
 from sigmatau.noise.uncertainty import chi2_factors
-from sigmatau.record.record import Record
+from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.units import integral
@@ -323,8 +323,7 @@ def deviation(
     >>> st.deviation(record, kind="hadamard", taus=[0.01, 1])["gyro_x"].n_terms
     array([59998, 59701])
     """
-    if not isinstance(record, Record):
-        raise TypeError(f"`record` must be a Record, see sigmatau.Record.from_arrays, not a {type(record).__name__}")
+    need_record(record)
     estimator(kind)
     if overlap is not None and kind != "hadamard":
         raise OptionError(

@@ -63,8 +63,8 @@ def estimator(kind: str) -> Estimator:
     if not isinstance(kind, str) or kind not in KINDS:
         if kind in _ALLAN_NAMES:
             raise OptionError(
-                f"{{option}} {kind!r}: the Allan deviation is sigmatau.allan, or sigmatau allan on the command line; kinds:"
-                f" {', '.join(KINDS)}",
+                f"{{option}} {kind!r}: the Allan deviation is sigmatau.allan, or sigmatau analyze on the command line;"
+                f" kinds: {', '.join(KINDS)}",
                 option="kind",
             )
         meant = f"write {_OTHER_NAMES[kind]}" if kind in _OTHER_NAMES else "unknown"
@@ -116,6 +116,9 @@ def coefficients_of(noise: str | Mapping[str, float]) -> dict[str, float]:
     """A term's name, or coefficients in SI, as coefficients; raises `OptionError` for anything else."""
     if isinstance(noise, str):
         noise = {noise: 1.0}
+    if (channels := getattr(noise, "channels", None)) is not None:
+        example = next(iter(channels))
+        raise OptionError(f"{{option}} must be of one channel: model[{example!r}], not the whole model", option="noise")
     if not isinstance(noise, Mapping):
         raise OptionError(
             f"{{option}} must be the name of a term or a mapping from terms to coefficients, not {noise!r}",

@@ -24,7 +24,7 @@ from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.estimators.allan import allan
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.frozen import frozen
-from sigmatau.record.record import Record
+from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed, duration_text, plain, seconds
 
@@ -193,6 +193,7 @@ def dynamic_allan(
     >>> st.dynamic_allan(record, "gyro_x", window=100, taus=[1.0]).adev.shape
     (11, 1)
     """
+    need_record(data, name="data", stream=True)
     stream = data.stream_of(channel) if isinstance(data, Record) else data
     if channel not in stream.channels:
         raise KeyError(f"no channel {channel!r}; the stream has {', '.join(stream.channels)}")

@@ -17,7 +17,7 @@ from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import usable
 from sigmatau.noise.terms import avar
-from sigmatau.record.record import Record
+from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 
 FitMethod = Literal["likelihood", "gls"]
@@ -109,6 +109,7 @@ def fit_channel(
     >>> fit_channel(record, "gyro_x", terms=["random_walk", "rate_random_walk"], processes=[])["random_walk"].observed
     True
     """
+    need_record(record)
     if method not in get_args(FitMethod):
         raise OptionError(
             f"{{option}} must be one of {', '.join(get_args(FitMethod))}, not {method!r}", option="method"

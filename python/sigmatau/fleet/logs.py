@@ -78,8 +78,7 @@ def _local(pattern: str) -> Iterator[Log]:
                 raise DataError(f"{path}: {error.strerror or error}") from None
             yield Log(place=str(path), size=None, changed="")  # a link to nowhere: the reader says so
             continue
-        if state.st_size or not several:
-            yield Log(place=str(path), size=state.st_size, changed=str(state.st_mtime_ns))
+        yield Log(place=str(path), size=state.st_size, changed=str(state.st_mtime_ns))
 
 
 def _matching(pattern: str) -> Iterator[str]:

@@ -154,7 +154,7 @@ def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[
         previous = row[0]
         lines.append((" " * gap).join(text.ljust(width) for text, width in zip(shown, widths, strict=True)).rstrip())
     if all(comparison.cells.seen[at] < 2 for at in rows):
-        return [*lines, f"Nothing to compare: each value is from one {what}. Give the results of two or more."]
+        return [*lines, _nothing(what)]
     return [
         *lines,
         f"between {what}s: spread of the true values, errors removed [{level} % interval]",
@@ -269,6 +269,10 @@ def _turn_on(comparison: RunComparison) -> list[str]:
     return wrapped([f"{start}, STD: {'; '.join(parts)}{factors}"])
 
 
+def _nothing(what: str) -> str:
+    return f"Nothing to compare: each value is from one {what}. Give the results of two or more."
+
+
 def _of_many(comparison: RunComparison) -> list[str]:
     """Over many groups: by channel and term how many repeat, and the groups with a run that does not belong."""
     judgements = comparison.judgements()
@@ -281,6 +285,8 @@ def _of_many(comparison: RunComparison) -> list[str]:
         label = labels[comparison.cells.label[at]]
         if label.term != MEAN:
             rows.setdefault((label.channel, label.term), []).append(at)
+    if not (comparison.cells.seen > 1).any():
+        return [f"{used} results of {len(comparison.groups)} {group}s", _nothing(what)]
     channels: dict[str, int] = {}
     for label in labels:
         channels.setdefault(label.channel, len(channels))

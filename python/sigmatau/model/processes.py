@@ -265,7 +265,8 @@ def coefficients_of(what: str, given: object) -> dict[str, float]:
             raise DataError(f"unknown term {name!r}; terms: {', '.join(TERMS)}")
         found[name] = real(value)
         if not math.isfinite(found[name]) or (found[name] < 0 and name != "rate_ramp"):
-            raise DataError(f"{name} must be a positive number, not {value!r}")
+            more = "; NoiseModel.from_dict takes values with units" if isinstance(value, str) else ""
+            raise DataError(f"{name} must be a positive number, not {value!r}{more}")
     return found
 
 

@@ -25,7 +25,7 @@ from sigmatau.quality.samples.shocks_and_steps import between_steps
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.spectrum.aliasing import aliasing
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
-from sigmatau.record.record import Record
+from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
@@ -85,6 +85,7 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     >>> [finding.code for finding in st.check(st.Record.from_arrays(rate=100, gyro_x=np.round(rates, 3)))]
     ['coarse_resolution']
     """
+    need_record(record)
     if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < LEAST_SAMPLES:
         raise OptionError(
             f"{{option}} must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",

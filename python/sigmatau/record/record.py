@@ -296,6 +296,15 @@ def _thermometer(name: str, values: NDArray[np.float64], unit: str, rate: float)
     return replace(made, name=name, channels=(name,))
 
 
+def need_record(given: object, *, name: str = "record", stream: bool = False) -> None:
+    """Raise `TypeError`, with what to write, for what is neither a record nor, if it may be one, a stream."""
+    if not isinstance(given, (Record, Stream) if stream else Record):
+        raise TypeError(
+            f"`{name}` must be a Record{' or a Stream' if stream else ''}, not a {type(given).__name__}: see sigmatau.read"
+            " for files, sigmatau.from_frame for data frames and sigmatau.Record.from_arrays(rate=100, gyro_x=x) for arrays"
+        )
+
+
 def real_numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Numbers as float64, masked ones as NaN."""
     if isinstance(values, np.ma.MaskedArray):

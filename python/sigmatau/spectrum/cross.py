@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import freeze
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.record.record import Record
+from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 from sigmatau.results import Printed, plain
 from sigmatau.spectrum import coherence as law
@@ -355,6 +355,7 @@ def cross_spectrum(
     >>> bool((cross.coherence > 0.5).any())
     False
     """
+    need_record(record, stream=True)
     if method not in ("welch", "multitaper"):
         raise OptionError(f"{{option}} must be welch or multitaper, not {method!r}", option="method")
     if a == b:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError, RecordTooShortError
-from sigmatau.record.record import Record
+from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
@@ -86,6 +86,7 @@ def psd(
     >>> float(spectrum.density.mean().round(10))  # N²
     1e-08
     """
+    need_record(record, stream=True)
     if method not in ("welch", "multitaper"):
         raise OptionError(f"{{option}} must be welch or multitaper, not {method!r}", option="method")
     streams = record.streams if isinstance(record, Record) else (record,)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @frozen
 class Chosen:
-    """Which runs: all that are current, or those of units, of a sensor model, of a state, or of a time.
+    """Which runs: all that are current, or those of units, of a sensor model, of a state, of a time or of a temperature.
 
     Attributes
     ----------

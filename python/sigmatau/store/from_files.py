@@ -180,7 +180,8 @@ def _rows_of(file: Path, naming: Naming) -> Rows:
     try:
         content = loads(data)
     except (ValueError, RecursionError) as error:
-        raise DataError(f"not JSON: {error}" if data.strip() else "is empty") from None
+        what = "not JSON, which sigmatau analyze --json writes" if data.lstrip()[:1] != b"{" else f"not JSON: {error}"
+        raise DataError(what if data.strip() else "is empty") from None
     if not isinstance(content, dict) or not isinstance(content.get("channels"), dict):
         raise DataError("not a result of sigmatau analyze")
     return rows_of(naming.entry(content, file))

@@ -142,6 +142,10 @@ class Naming:
         else:
             match = re.search(self.unit_from, log)
             found = (match[1] or "") if match else ""
+            if not found:
+                raise UnknownUnitError(
+                    f"--unit-from {self.unit_from!r} finds no unit in the path of the log, {log!r:.200}"
+                )
         if not found:
             raise UnknownUnitError("its unit is not known; give --unit NAME, --unit-from folder, or analyze with --note"
                                    ' "serial number=A123"')  # fmt: skip
@@ -165,16 +169,28 @@ class Naming:
             return self.temperature
         for key in _TEMPERATURE_NOTES:
             if text := notes.get(key):
-                match = _TEMPERATURE.fullmatch(text)
-                if match is None:
+                found = _celsius(text)
+                if found is None:
                     raise DataError(
                         f"the note {key} {text!r:.40} is not a temperature like 25 degC; give --temperature"
                     )
-                found = float(match[1]) - (_KELVIN if match[2] == "K" else 0.0)
                 if found < -_KELVIN:
                     raise DataError(f"the note {key} {text!r:.40} is below absolute zero; give --temperature")
                 return found
         return None
+
+
+def stated_temperature(text: str | None) -> float | None:
+    """A temperature of the command line in degC; raises `OptionError` for anything but 25, 25degC or 298K."""
+    found = None if text is None else _celsius(text)
+    if text is not None and found is None:
+        raise OptionError(f"{{option}} {text!r:.40} is not a temperature like 25degC", option="temperature")
+    return found
+
+
+def _celsius(text: str) -> float | None:
+    match = _TEMPERATURE.fullmatch(text.strip())
+    return None if match is None else float(match[1]) - (_KELVIN if match[2] == "K" else 0.0)
 
 
 def _iso(text: str) -> datetime | None:

@@ -260,7 +260,7 @@ def plan(
 
     See Also
     --------
-    analyze : what a record shows.
+    analyze : the terms that a record shows.
 
     References
     ----------

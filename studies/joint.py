@@ -178,7 +178,11 @@ def page(results: Mapping[str, list[Row]]) -> str:
                 f"| {name} | {LETTERS[term]} | {_share(_seen(single))} | {_share(_seen(joint))} | {100 * alone:.3g} |"
                 f" {100 * width:.3g} | {_share(cover)} |"
             )
-    lines += ["", f"In all rows together: {_share(pooled)} % of {len(pooled)} intervals hold the truth.", _FALSE]
+    lines += [
+        "",
+        f"In all rows together: {_share(pooled)} % of {len(pooled)} intervals contain the true value.",
+        _FALSE,
+    ]
     for name, rows in results.items():
         case = CASES[name]
         usual = not case.odd and case.odd_corner is None
@@ -248,7 +252,7 @@ at {rate:g} Hz with N = 1, fitted jointly with the defaults ([theory](../theory/
 to run, B and K are common. In SI units "weak K" is 0.007, "weaker K" 0.005 and "weak B" 0.07. There are {sets} sets
 in a cell; seeds are derived from their names.
 
-Gates, each with 3 standard errors of the simulation: in each row the 95 % intervals and limits hold the truth in at
+Gates, each with 3 standard errors of the simulation: in each row the 95 % intervals and limits contain the true value in at
 least 92 % of the sets; an absent term is observed in at most 5 %; a process is added, or intervals are widened, in
 at most 2 %; a run that belongs is named, or runs with the same coefficient are said to differ, in at most 1 % of the
 sets. Rows in which one run differs are not held to the gates of the coefficients.
@@ -271,7 +275,7 @@ Shares of the sets [%].
 |---|---|---|---|---|---|---|---|"""
 
 _RUNS = """
-## Runs that do not belong
+## Outlying runs
 
 "Named": the share of the sets in which the run that differs is named, and in which another run is named, with
 corrected p < 0.01. "Differs": the share of the sets that show B or K in which its homogeneity has p < 0.01. The

@@ -146,7 +146,7 @@ def _failures(where: str, ratio: float, one: Mapping[str, float]) -> list[str]:
         if one[name] < 0.95 - error(0.95)
     ]
     if one["outlier"] > 0.05 + error(0.05):
-        found.append(f"- {where}: {100 * one['outlier']:.1f} % false runs that do not belong")
+        found.append(f"- {where}: {100 * one['outlier']:.1f} % false outliers")
     return found
 
 
@@ -187,7 +187,7 @@ this. All numbers are in per cent of the sets.
 
 - *p < 5 %*: Cochran's test says that the runs vary: its size at τ = 0, its power elsewhere. *p_low < 2.5 %*: the test
   says that the runs are more alike than their errors allow.
-- *τ*, *mean*, *next run*: the 95 % interval contains the truth; for the next run, the prediction interval contains
+- *τ*, *mean*, *next run*: the 95 % interval contains the true value; for the next run, the prediction interval contains
   the value of one more run.
 - *false outlier*: a run is said not to belong although all do. *true outlier*: the first run is moved by 6 standard
   deviations of a value, and is named.
@@ -206,7 +206,7 @@ _UNEQUAL = """## Unequal errors
 The standard deviation of the logarithms of the errors is 0.5, so that one in twenty differs by more than a factor of
 2.7 from the median. The errors of the runs are known, that of the next run is not."""
 
-_GATES = """The size of the test at τ = 0 is 5 %. The intervals contain the truth in 95 % of the sets or more. At most
+_GATES = """The size of the test at τ = 0 is 5 %. The intervals contain the true value in 95 % of the sets or more. At most
 5 % false outliers. All within 3 standard errors of the simulation. Cells that fail are listed, not repeated."""
 
 _RECORDS = """## From records to the comparison

@@ -2,7 +2,7 @@
 Compare runs of a unit
 ======================
 
-Seven days of one gyro, one of which does not belong: the spread between days without the errors of the runs.
+Seven days of one gyro, one of them an outlier: the spread between days without the errors of the runs.
 """
 
 import matplotlib.pyplot as plt

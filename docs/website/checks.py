@@ -76,21 +76,28 @@ def offline(site: Path) -> Iterator[str]:
                 yield f"{path.relative_to(site)} loads {address}"
 
 
-# What people type, and pages one of which must be among the first results.
+# What people type, and pages one of which must be among the first results: for each question its own page.
 FIRST = 5
 QUESTIONS = {
-    "units density discrete sqrt(Hz)": ("questions/", "how-to/"),
-    "bias instability random walk filter": ("questions/", "how-to/"),
-    "how long to record": ("questions/", "how-to/planning"),
-    "NaN short log": ("questions/", "how-to/"),
-    "gaps": ("questions/", "how-to/gaps"),
-    "correlation time Gauss-Markov": ("questions/", "how-to/"),
-    "which axis": ("questions/", "how-to/"),
-    "inflate": ("questions/", "how-to/"),
-    "datasheet": ("questions/", "how-to/datasheets"),
-    "memory slow": ("questions/", "how-to/"),
-    "ROS 2 bag": ("questions/", "how-to/"),
-    "falling tail": ("questions/", "how-to/"),
+    "units density discrete sqrt(Hz)": ("questions/density-or-discrete",),
+    "noise density continuous or discrete": ("questions/density-or-discrete",),
+    "bias instability random walk filter": ("questions/bias-instability-or-random-walk",),
+    "gyroscope_random_walk bias instability": ("questions/bias-instability-or-random-walk",),
+    "random walk from datasheet": ("questions/random-walk-from-a-datasheet",),
+    "how long to record": ("questions/how-long-to-record",),
+    "NaN short log": ("questions/nan-on-a-short-log",),
+    "gaps": ("questions/gaps", "how-to/gaps"),
+    "irregular time stamps": ("questions/gaps", "how-to/gaps"),
+    "correlation time Gauss-Markov": ("questions/correlation-time",),
+    "which axis": ("questions/which-axis",),
+    "maximum or mean of three axes": ("questions/which-axis",),
+    "inflate": ("questions/inflation",),
+    "datasheet": ("questions/random-walk-from-a-datasheet", "how-to/datasheets"),
+    "memory slow": ("questions/memory-and-time",),
+    "ROS 2 bag": ("questions/install-and-ros",),
+    "no IMU messages topic": ("questions/install-and-ros",),
+    "falling tail": ("questions/falling-tail",),
+    "curve falls at end": ("questions/falling-tail",),
 }
 
 

@@ -42,9 +42,11 @@ def _command(text: str) -> list[str]:
     usage, _, rest = rest.partition("```console\n")[2].partition("```\n")
     if not usage:  # a group of commands
         return [*heading(name, "-"), escaped(rest or text.partition("\n")[2]), ""]
+    words = name.removeprefix("sigmatau ")
+    usage = usage.replace(f"{name} {words} ", f"{name} ", 1)  # the library repeats the name before a given usage
     summary, _, rest = rest.strip().partition("\n**")
     parts = [*heading(name, "-"), escaped(summary), "", ".. code-block:: text", "", f"   {usage.strip()}", ""]
-    if examples := EXAMPLES.get(name.removeprefix("sigmatau ")):
+    if examples := EXAMPLES.get(words):
         parts += [".. code-block:: sh", "", *(f"   {line}" for line in examples.splitlines()), ""]
     parts += [f".. program:: {name}", ""]
     for item in _ITEM.finditer(rest):

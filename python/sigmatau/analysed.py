@@ -104,7 +104,7 @@ class Analysis(Tabular):
     rate_source : str
         Where the sampling rate comes from: ``"given"``, ``"time stamps"`` …
     rest : Rest or None
-        Whether the sensor is at rest: without that there are curves, and no coefficients. None for curves alone.
+        Whether the sensor is at rest. If it is not, there are curves but no coefficients. None for curves alone.
     used : mapping of str to ndarray, shape (n_spans, 2)
         By channel, beginnings and ends of the stretches that were analysed, from the beginning of the record. Samples
         between them are missing, or were left out. Empty for curves alone. [s]
@@ -113,7 +113,7 @@ class Analysis(Tabular):
     options : mapping
         Settings of `analyze` that are not the default and matter for the numbers, as plain values.
     notes : mapping of str to str
-        What the user says of the record: serial number, run, temperature …
+        Information about the record from the user: serial number, run, temperature …
 
     See Also
     --------
@@ -328,14 +328,14 @@ class Analysis(Tabular):
         return self.rest is not None and self.rest.verdict == "not_at_rest"
 
     def overview(self, *, width: int = 80, legend: bool = True) -> str:
-        """The record in a line, and the main coefficients of each axis in a row, as the command line prints them.
+        """One line on the record, and one row of main coefficients for each axis, as the command line prints them.
 
         Parameters
         ----------
         width : int
             Columns of the terminal.
         legend : bool
-            Whether a line says what the trust means.
+            Whether a line explains the trust.
 
         Returns
         -------

@@ -100,27 +100,27 @@ def analyze(
     Parameters
     ----------
     record : Record, str, Path or data frame
-        From `sigmatau.read` or `Record.from_arrays`; or a log that `sigmatau.read` needs no arguments for, by its path; or a
-        data frame that `sigmatau.from_frame` needs none for.
+        A record from `sigmatau.read` or `Record.from_arrays`; or the path of a log that `sigmatau.read` reads without
+        other arguments; or a data frame that `sigmatau.from_frame` accepts without other arguments.
     taus, overlap, counting
         See `sigmatau.allan`.
     method : {"likelihood", "gls", "read-off"}
-        How the coefficients are fitted, beside reading them off: by the likelihood of the spectrum, with all that it shows
-        in the model; by generalised least squares on the Allan variances (`sigmatau.fit`); or not at all. Channels with
-        very few samples are fitted by least squares, which always uses overlapping clusters on half octaves, for any grid
-        of the curve.
+        Method of the fit: likelihood of the spectrum, with filters, lines and processes in the model; generalised least
+        squares on the Allan variances (`sigmatau.fit`); or no fit. Coefficients are always read off the curve too.
+        Channels with very few samples are fitted by least squares, which always uses overlapping clusters on half
+        octaves, for any grid of the curve.
     terms : sequence of str, optional
-        Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all. A term that is left out is taken as
-        absent; if it is not, the others are wrong.
+        Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all. A term that is left out is
+        assumed to be absent; if it is present, the others are wrong.
     tau_min : float, optional
         Shortest averaging time of least squares. Default: found from the goodness of fit. [s]
     read_off_at : mapping of str to tuple of float, optional
         Averaging times between which lines are read off, by term, or by channel or sensor and term: ``{"random_walk": (1,
         10), "gyro_x.quantization": (0.01, 2)}``. Default: by the rules of `sigmatau.read_off`. [s]
     long : {"auto", "exact", "strided"}
-        For clusters of more than 4096 samples: use every pair ("exact"), or in bounded memory those that begin at every 64th
-        sample or less often ("strided"), see `sigmatau.Accumulator`. "auto" is exact if the memory suffices; otherwise it is
-        strided, with a finding.
+        For clusters of more than 4096 samples: use every pair ("exact"), or in bounded memory only pairs that begin at
+        every 64th sample or less often ("strided"), see `sigmatau.Accumulator`. "auto" is exact if the record fits in
+        memory; otherwise it is strided, with a finding.
     window : str, optional
         Part of the record to analyse: ``"600s:7800s"`` from its beginning, or ``"most-stable=2h"``, see
         `sigmatau.quality.selection.window`.
@@ -133,12 +133,13 @@ def analyze(
     bandwidth : mapping, optional
         The sensors' own bandwidth, see `sigmatau.check`.
     at_rest : bool
-        Whether to take the record as at rest, whatever it shows: motion is analysed as noise. Otherwise a record that is not
-        at rest has no coefficients, and one that is at rest for a part is cut to that part, with a finding.
+        Whether to analyse motion as noise. Otherwise a record that is not at rest has no coefficients, and a record
+        that is partly at rest is cut to its part at rest, with a finding.
     stability : bool
         Whether to compute the dynamic Allan deviation of every channel, see `sigmatau.dynamic_allan`.
     notes : mapping of str to str, optional
-        What to say of the record in the result: ``{"serial number": "A123", "run": "day 1"}``. `compare_runs` groups by it.
+        Information about the record for the result: ``{"serial number": "A123", "run": "day 1"}``. `compare_runs`
+        groups results by these notes.
     threads
         See `sigmatau.allan`.
 
@@ -161,8 +162,9 @@ def analyze(
 
     Notes
     -----
-    A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve uses
-    clusters that are at least half complete; the fit accounts for that, and nothing is read off if more than 1 % is missing.
+    A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve
+    uses clusters that are at least half complete. The fit accounts for missing samples. If more than 1 % are missing,
+    nothing is read off.
 
     Examples
     --------

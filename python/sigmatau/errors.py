@@ -105,13 +105,13 @@ _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
 
 
 class OptionError(_SourcedError):
-    """An option is wrong, or an option is missing that neither the file nor a default can supply.
+    """An option is wrong, or a required option is missing.
 
     Parameters
     ----------
     message : str
-        ``{option}`` in it stands for the option, and `argument` makes placeholders for others: arguments in backticks in
-        Python, ``--option`` on the command line.
+        Message with the placeholder ``{option}`` for the option; `argument` makes placeholders for other options. They
+        are printed as arguments in backticks in Python, and as ``--option`` on the command line.
     option : str or None
         Name of the option, e.g. ``"unit"``.
 
@@ -177,12 +177,12 @@ class OptionError(_SourcedError):
 
 
 class DataError(_SourcedError):
-    """A file or an array cannot be used as it is.
+    """A file or an array cannot be used.
 
     Parameters
     ----------
     message : str
-        What is wrong, where, and what to do.
+        The fault, its place, and the action to take.
 
     See Also
     --------
@@ -209,7 +209,7 @@ class RecordTooShortError(DataError):
     Parameters
     ----------
     message : str
-        What is too short, and what to do.
+        Description of the record that is too short, and the action to take.
     need, got : int
         Samples needed, and samples found.
 
@@ -244,7 +244,7 @@ class NonFiniteError(DataError):
     Parameters
     ----------
     message : str
-        Where the sample is, and what to do.
+        Place of the sample, and the action to take.
     channel : str
         Name of the channel.
     index : int

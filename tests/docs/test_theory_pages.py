@@ -229,7 +229,7 @@ def test_lines_and_resonances():
     assert np.tan(top.x) == pytest.approx(2 * top.x, rel=1e-6)
     assert "u = 1.1656: σ = 0.7246 A at τ = 0.3710/f₀" in page
     raised = math.sqrt(1 + kernels.sinusoid_avar(1.0, 23.3, np.array([1]), 0.01)[0])
-    assert f"raises σ at one sample of 100 Hz by {100 * (raised - 1):.0f} %" in page
+    assert f"raises σ at m = 1 by {100 * (raised - 1):.0f} %" in page
     fine = TAU0 / 400  # of samples so close that they are continuous
     assert resonance_avar(SIGMA, F0, G, 400 * M, fine) == pytest.approx(resonance(TAU), rel=1e-4)
     f = np.array([1.0, F0, 9.0])
@@ -309,8 +309,8 @@ NUMBERS = [
     ("gauss-markov", "0.6174 σ", math.sqrt(-PEAK.fun), 0.6174, 5e-5),
     ("gauss-markov", "B = 0.929 σ", math.sqrt(-PEAK.fun) / TERMS["bias_instability"].level, 0.929, 5e-4),
     ("gauss-markov", "σ = 1.076 B", TERMS["bias_instability"].level / math.sqrt(-PEAK.fun), 1.076, 5e-4),
-    ("gauss-markov", "18 % low", max(half_decade_low()), 18, 1.0),
-    ("gauss-markov", "36 of 300 s", 3 * 3600 / 300, 36, 1e-9),
+    ("gauss-markov", "18 % too low", max(half_decade_low()), 18, 1.0),
+    ("gauss-markov", "36 correlation times of 300 s", 3 * 3600 / 300, 36, 1e-9),
     ("filter", "5 % at τ = 30 T = 4.8/f_c", 100 * deficit(30.0), 5, 0.5),
     ("filter", "30 T = 4.8/f_c", 30 / (2 * np.pi), 4.8, 0.05),
     ("filter", "1 % at 150 T", 100 * deficit(150.0), 1, 0.05),
@@ -391,7 +391,7 @@ def test_costs_of_filters_are_those_of_the_study():
 
 def test_weak_coverage_is_that_of_the_study():
     measured = {row[0]: row for row in rows_of(study("likelihood").partition("## Records that no model")[2])}
-    page = PAGES["intervals"].partition("## Where it does not hold")[2]
+    page = PAGES["intervals"].partition("## Exceptions")[2]
     for words, name, column, covered in (
         ("behind a filter at 0.01 of the rate", "Butterworth filter, order 2, at 0.01 of the rate", 9, "72"),
         ("exponential smoothing, 0.3 s", "exponential smoothing, 0.3 s", 9, "80"),
@@ -524,7 +524,7 @@ def test_factors_of_the_glossary():
 
 
 def test_spellings_of_the_glossary():
-    table = GLOSSARY.partition("Spellings that are read")[2].partition("\n## ")[0]
+    table = GLOSSARY.partition("Accepted spellings")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| (`.*`) \| `([^`]+)` \|$", table, flags=re.MULTILINE)
     assert len(rows) > 10
     for spellings, unit in rows:

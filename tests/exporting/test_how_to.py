@@ -47,7 +47,7 @@ def test_page_of_a_target(name):
     assert commands[0][:4] == ["sigmatau", "analyze", "static.csv", "--export"]
     assert commands[0][4].startswith(f"{name}=")
     assert {argv[argv.index("--to") + 1] for argv in commands[1:]} == {name}
-    assert "## Why the number" in page
+    assert "## Differences from other" in page
     shown = re.findall(r"^<!-- file: (\S+) -->\n```(?:yaml|python-file|text)\n", page, flags=re.MULTILINE)
     assert shown == [commands[-1][commands[-1].index("-o") + 1]] * (name != "state-space")
 

@@ -129,7 +129,7 @@ def test_printed():
         "gyro_x: bias instability beside quantization 0.973 arcsec, angle random walk 0.0015 deg/√h; 10 Hz"
     )
     assert "a record of 100 h shows 0.0008" in text
-    assert "0.0022 deg/h shows in half of the records of " in text
+    assert "0.0022 deg/h needs a record of " in text
     assert "a record of 100 h determines a bias instability of 0.0022 deg/h to ± " in text
 
 
@@ -258,7 +258,7 @@ class TestCommand:
         assert (code, err) == (0, "")
         assert "gyro_x: bias instability beside angle random walk 0.3 deg/√h; 100 Hz" in out
         assert "a record of 2 h shows" in out
-        assert "10 deg/h shows in half of the records of" in out
+        assert "10 deg/h needs a record of" in out
         assert "accel" not in out  # nothing beside its bias instability
 
     def test_a_result(self, model, tmp_path, capsys):

@@ -87,11 +87,11 @@ def analyze_command(
     logs
         One log; or several logs or folders of logs, which are analysed separately and summarised.
     report
-        Write one page with curves, coefficients, findings and what was done: .html opens offline, .pdf is to print; for
-        several logs, a folder for one .html each.
+        Write a report with curves, coefficients, findings and processing steps: .html opens offline, .pdf is for
+        printing; for several logs, a folder for one .html each.
     note
-        What the report and the JSON say of the record, "serial number=A123"; may be repeated. sigmatau compare groups
-        results by serial number and run.
+        Information about the record for the report and the JSON, "serial number=A123"; may be repeated. sigmatau
+        compare groups results by serial number and run.
     plot
         Draw all axes: .png, .svg or .pdf; for several logs, a folder for one .png each.
     overlay

@@ -8,8 +8,8 @@ from sigmatau._version import __version__
 
 _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
-    " · 3 a unit does not meet its specification (lot) · 4 done with the readable part of a damaged file, or not every unit"
-    " of a lot is judged (lot)"
+    " · 3 a unit does not meet its specification (lot) · 4 done with the readable part of a damaged file, or some units"
+    " of a lot are not judged (lot)"
     " · 5 the sensor is not at rest, so that there are no coefficients (analyze)"
     " · 130 interrupted · 143 terminated."
     " Tables and JSON go to standard output, messages to standard error."
@@ -80,13 +80,13 @@ sigmatau export --from-datasheet bmi088 --to kalibr --rate 200 -o imu.yaml
 sigmatau export imu.toml --to vins --rate 200 --rate-random-walk "accel=1e-5 m/s^3/sqrt(Hz)\"""",
     ),
     "watch": (
-        "Follow a log while it is written: curve and coefficients of all samples so far.",
+        "Follow a log while it is written: print curve and coefficients of all samples so far.",
         """\
 logger | sigmatau watch --rate 200 --channels gyro=1:3 --unit gyro=deg/s
 sigmatau watch growing.csv --idle 60 --json last.json""",
     ),
     "compare": (
-        "Compare runs of a unit: what repeats, what varies and by how much, which run does not belong.",
+        "Compare runs of a unit: repeatability, spread between runs with its interval, outlying runs.",
         """\
 sigmatau compare day1.json day2.json day3.json --plot forest.png
 sigmatau compare results --table --csv repeatability.csv
@@ -152,6 +152,24 @@ sigmatau store export --store lab.db --what runs -o runs.csv""",
     ),
 }
 
+# Usage of commands with optional arguments, whose names the library does not print.
+_USAGE = {
+    "analyze": "LOGS...",
+    "export": "[SOURCE]",
+    "watch": "[SOURCE]",
+    "compare": "[RESULTS...]",
+    "lot": "[UNITS...]",
+    "datasheet": "ACTION [NAME]",
+    "fleet": "ACTION [LOGS...]",
+    "store add": "RESULTS...",
+    "store list": "[WHAT]",
+}
+
+
+def _usage(name: str) -> str | None:
+    return f"Usage: sigmatau {name} [OPTIONS] {_USAGE[name]}" if name in _USAGE else None
+
+
 EXAMPLES = {
     name: examples for name, (_, examples) in (_COMMANDS | {f"store {name}": of for name, of in _STORE.items()}).items()
 }
@@ -173,6 +191,7 @@ for _name, (_summary, _examples) in _COMMANDS.items():
         help=_summary,
         help_epilogue=f"Examples:\n\n```\n{_examples}\n```\n\n{_EXIT_CODES}",
         help_format="markdown",
+        usage=_usage(_name),
     )
 
 _store = App(name="store", help="Keep results in a database: SQLite file or PostgreSQL.", help_epilogue=_EXIT_CODES)
@@ -183,5 +202,6 @@ for _name, (_summary, _examples) in _STORE.items():
         help=_summary,
         help_epilogue=f"Examples:\n\n```\n{_examples}\n```\n\n{_EXIT_CODES}",
         help_format="markdown",
+        usage=_usage(f"store {_name}"),
     )
 app.command(_store)

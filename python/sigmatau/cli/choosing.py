@@ -42,12 +42,12 @@ class Choosing:
     walk_factor
         Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.
     step
-        Step of the filter in seconds, for targets that need one; required for them.
+        Step of the filter in seconds: px4 (default 0.01), ardupilot (default 0.0125), state-space (default 1/rate).
     name
         Other fields of a target: topic=/imu0, gravity=9.81.
     strict
-        Refuse a coefficient that was not observed or stated on every axis, instead of writing its upper limit or one that
-        is matched.
+        Refuse a coefficient that was not observed or stated on every axis, instead of writing its upper limit or a
+        matched value.
     """
 
     axes: Literal["worst", "mean", "each"] = "worst"

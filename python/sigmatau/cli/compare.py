@@ -49,9 +49,9 @@ def compare_command(
     datasheet: Annotated[str | None, Parameter(show=False)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Compare runs of a unit: what repeats from run to run, what varies and by how much, which run does not belong.
+    """Compare runs of a unit: repeatability, spread between runs with its interval, outlying runs.
 
-    Units are told apart by the note "serial number" of analyze, or by folder. A result that cannot be used is named on
+    Units are distinguished by the note "serial number" of analyze, or by folder. A result that cannot be used is named on
     standard error, the others are compared, and the exit code is 1.
 
     Parameters
@@ -70,7 +70,7 @@ def compare_command(
     style
         Style of the figure: screen, or paper, for the width of a column or a page of a paper.
     json
-        Write everything as JSON; - writes it to standard output instead of the table.
+        Write the comparison as JSON; - writes it to standard output instead of the table.
     csv
         Write one row for each group, channel and term as CSV in SI units.
     jobs
@@ -79,7 +79,7 @@ def compare_command(
         Compare the runs of this store in place of results: a SQLite file or postgresql://USER@HOST/NAME, see sigmatau
         store. Lines and filters (the clocks) are not compared.
     unit
-        With --store, serial number; A* stands for all that begin with A. May be repeated.
+        With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     temperature
         With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
     quiet

@@ -35,7 +35,7 @@ def datasheet_command(
     model
         Print a model file, for simulate and plan.
     use
-        Values for the model (default: typical). If the datasheet states only the other kind, that is used.
+        Values for the model (default: typical). If the datasheet states only the other kind, the other kind is used.
     sided
         For the model: convention of noise densities. Required if the datasheet does not state it.
     bias

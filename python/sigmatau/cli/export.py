@@ -49,13 +49,13 @@ def export_command(
     output
         File to write (default: standard output).
     rate
-        Sampling rate in Hz (default: that of the record, if the source is a result).
+        Sampling rate in Hz (default: the rate of the record, if the source is a result).
     from_datasheet
         Instead of a source: typical values of a sensor, by a name of "sigmatau datasheet list" or your file (.toml). If a
         convention is not stated, the one with more noise is used; a rate random walk is matched at --horizon (default 10s).
     inflate
-        JSON of the sensor at rest; the source is the JSON of the same sensor with engines or motors on. Print the factor of
-        each coefficient. With --to, write the numbers of the source, with these factors as comments.
+        JSON of the sensor at rest; the source is the JSON of the same sensor with engines or motors on. Prints the
+        factor of each coefficient. With --to, writes the numbers of the source, with these factors as comments.
     list_
         List the targets; with a name, --list kalibr, show its options.
     quiet

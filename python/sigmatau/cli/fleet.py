@@ -72,8 +72,8 @@ def fleet_command(
     memory
         Memory of each process of this host in GB (default: its share of the host's). Larger records are divided.
     unit_from
-        What names the unit: a regular expression for the path of a log, whose first group is the unit, '(SN[0-9]+)'.
-        Default: the folder of the log.
+        Source of the unit's name: a regular expression for the path of a log, whose first group is the unit,
+        '(SN[0-9]+)'. Default: the folder of the log.
     model
         Sensor model of the units. Default: not stated.
     date

@@ -79,20 +79,20 @@ def lot_command(
     Parameters
     ----------
     units
-        Logs, or JSON results of analyze, one for each unit, in the order of production; or folders of them. A folder with
-        logs stands for its logs alone, without results of an earlier run.
+        Logs, or JSON results of analyze, one for each unit, in the order of production; or folders of them. If a folder
+        has logs, only the logs are used, not the results of an earlier run.
     spec
         Specification: your file (.toml), or a name of "sigmatau datasheet list".
     expect
-        Number of units, or a file with their names, one in each line: those without a file are missing.
-        Default: not checked.
+        Number of units, or a file with their names, one per line: units without a log are reported as missing. Default:
+        not checked.
     output
         Write the lot: .html (a page that opens offline), .pdf, .csv, .json, .xml (JUnit). May be repeated.
     results
         Folder for the result of each unit, as analyze --json writes it.
     level
-        Confidence level of "above" and "below" a maximum: a value exactly at it fails its unit with a probability of at most
-        1 - LEVEL, and lets it pass with no more.
+        Confidence level of "above" and "below" a maximum: a unit with a value exactly at its maximum fails with a
+        probability of at most 1 - LEVEL, and passes with a probability of at most 1 - LEVEL.
     factor
         Where the specification states no maximum, use FACTOR times the typical or 1 σ value. Default: such a value is not
         judged, and no unit passes.
@@ -113,13 +113,13 @@ def lot_command(
         Judge the latest result of each unit of this store in place of logs: a SQLite file or postgresql://USER@HOST/NAME,
         see sigmatau store.
     serial
-        With --store, serial number; A* stands for all that begin with A. May be repeated.
+        With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     temperature
         With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
     json
         Print the lot as JSON.
     verbose
-        Print every unit, and for a single one its comparison in full.
+        Print every unit; for a single unit, print its full comparison.
     quiet
         Print only errors on standard error.
     """

@@ -399,8 +399,8 @@ class Reading:
     unit
         Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the log does not state it.
     topic
-        Topic, message or variable to read if the log contains several: one, or one for each sensor. Default: that with a
-        gyro and an accelerometer, or the only one of each.
+        Topic, message or variable to read if the log contains several: one, or one for each sensor. Default: the topic
+        with a gyro and an accelerometer, or the only topic of each.
     layout
         Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips 4 bytes.
         Required for raw binary files.

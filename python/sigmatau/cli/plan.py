@@ -58,12 +58,12 @@ def plan_command(
     term
         The noise term: quantization, random_walk, bias_instability, rate_random_walk or rate_ramp.
     hours
-        Length of a record in hours, to find the smallest value that it shows. Default: that of the record, if the
+        Length of a record in hours, to find the smallest value that it shows. Default: the length of the record, if the
         source is a result.
     value
         A value with its unit, "0.5 deg/h", to find the length of a record that shows it. Default: the value of the source.
     rate
-        Sampling rate in Hz. Default: that of the record, if the source is a result.
+        Sampling rate in Hz. Default: the rate of the record, if the source is a result.
     channels
         Channels to plan for. Default: all channels that have other noise terms and the unit of the value.
     json

@@ -50,9 +50,10 @@ def predict_command(
     after
         Times from the start, with units: 60s,10min.
     calibration
-        Time at rest before the start, with its unit. The mean rate over this time is subtracted, which levels the unit and
-        removes the bias. Default: none: the initial state is known, and random walks and flicker noise start at 0. In
-        simulated records only the first sample is 0, so that their errors are larger; the result states by how much.
+        Time at rest before the start, with its unit. The mean rate over this time is subtracted, which levels the unit
+        and removes the bias. Default: no calibration: the initial state is known, and random walks and flicker noise
+        start at 0. In simulated records only the first sample is 0, so their errors are larger by a factor that the
+        result states.
     rate
         Steps per second in Hz. Default: the sampling rate of the result, or 100.
     turn_on

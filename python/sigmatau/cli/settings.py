@@ -28,16 +28,16 @@ class Settings:
     counting
         Number of terms for N rates: N+1-2n (standard), or N-2n as in the paper's eq. (6) (paper).
     terms
-        Noise terms that may be present: random_walk,bias_instability. Default: all five. A term that is left out is taken as
-        absent; if it is not, the others are wrong.
+        Noise terms that may be present: random_walk,bias_instability. Default: all five. A term that is left out is
+        assumed to be absent; if it is present, the others are wrong.
     tau_min
         Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
     read_off_at
         Averaging times between which a line is read off: random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for
         one, gyro.random_walk=… for a sensor (ms, s, min, h, d); may be repeated. Default: by rules.
     long
-        Pairs of clusters longer than 4096 samples: all (exact), or every 64th or fewer, in bounded memory (strided). auto is
-        strided if the record does not fit in memory, and exact otherwise; a finding reports strided.
+        Pairs of clusters longer than 4096 samples: all pairs (exact), or at most every 64th pair, in bounded memory
+        (strided). auto is strided if the record does not fit in memory, and exact otherwise; a finding reports strided.
     window
         Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.
         Default: all.

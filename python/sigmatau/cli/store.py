@@ -53,7 +53,7 @@ class Choice:
     Parameters
     ----------
     unit
-        Only units with this serial number; A* stands for all that begin with A. May be repeated.
+        Only units with this serial number; A* selects all serial numbers that begin with A. May be repeated.
     model
         Only units of this sensor model.
     since
@@ -216,7 +216,7 @@ def list_command(
     store
         SQLite file or URL. Default: $SIGMATAU_STORE.
     history
-        Also list results that later ones of the same log and options have replaced.
+        Also list results that were replaced by later results of the same log and options.
     json
         Print JSON.
     """

@@ -52,7 +52,7 @@ def watch_command(
     json: Path | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
-    """Follow a log while it is written: curve and coefficients of all samples so far.
+    """Follow a log while it is written: print curve and coefficients of all samples so far.
 
     A channel needs some megabytes of memory for any length. Clusters of up to 4096 samples are exact; longer clusters use
     every 64th pair or fewer. At the end of the input, or at Ctrl-C, the table of coefficients is printed.

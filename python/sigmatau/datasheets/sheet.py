@@ -154,9 +154,9 @@ class Datasheet(Printed):
     ) -> NoiseModel:
         """A noise model with the numbers of the datasheet for each axis of a unit, for `simulate` and `plan`.
 
-        A random walk takes precedence over a noise density. The minimum of an Allan deviation becomes a bias instability of
-        1/0.664 times it, an upper bound, since other terms add to the minimum. A bias stability, the standard deviation of
-        means, is of all terms, and is left out.
+        A random walk takes precedence over a noise density. The minimum of an Allan deviation is divided by 0.664 to
+        give the bias instability; this is an upper bound, because other terms add to the minimum. A bias stability, the
+        standard deviation of means, depends on all terms and is omitted.
 
         Parameters
         ----------
@@ -359,7 +359,7 @@ def list_datasheets() -> Library:
 
 
 def datasheet(name: str | Path) -> Datasheet:
-    """A datasheet of the library by its name, or that of a TOML file.
+    """A datasheet of the library by its name, or a datasheet from a TOML file.
 
     Parameters
     ----------

@@ -127,15 +127,15 @@ class Verdict(Printed):
     judged : tuple of Judged
         Each claim for each channel.
     unsaid : tuple of (str, str)
-        Channels and terms that were measured and are not in the datasheet.
+        Channels and terms that were measured but are not in the datasheet.
     missing : tuple of str
         Sensors and axes of the datasheet that are not in the result, or have no model there.
     absent : tuple of str
-        Those that are not in the result.
+        The part of `missing` that is not in the result at all.
     level : float
         Confidence level of "above" and of "below".
     factor : float or None
-        Maximum over the typical value where the datasheet has no maximum: a factor; None without.
+        Factor from the typical value to the maximum, where the datasheet has no maximum; None without a factor.
 
     See Also
     --------
@@ -174,7 +174,7 @@ class Verdict(Printed):
 
     @property
     def may_be_out(self) -> bool:
-        """Whether it is not shown that all maxima are met: one is or may be exceeded, or a sensor is missing."""
+        """Whether a maximum is or may be exceeded, or a sensor is missing."""
         return bool(self.missing) or not self.judged or any(judged.may_be_out for judged in self.judged)
 
     def fails(self, undecided: Literal["pass", "fail"] = "pass") -> bool:
@@ -185,7 +185,7 @@ class Verdict(Printed):
         Parameters
         ----------
         undecided : {"pass", "fail"}
-            Whether it counts as passed or as failed that a maximum is not shown to be met.
+            Whether a unit passes or fails if a maximum is not shown to be met.
 
         Returns
         -------
@@ -194,7 +194,7 @@ class Verdict(Printed):
         Raises
         ------
         OptionError
-            For another word.
+            For an invalid `undecided`.
         """
         if undecided not in ("pass", "fail"):
             raise OptionError(f"{{option}} must be 'pass' or 'fail', not {undecided!r}", option="undecided")

@@ -39,12 +39,12 @@ class Accumulator(Printed):
     unit : mapping, optional
         Unit by channel, or by ``"gyro"`` and ``"accel"``. Default: SI.
     input : {"rate", "increments"}
-        Meaning of the numbers.
+        Content of the samples: rates, or increments per sample.
     taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
         Averaging times, see `sigmatau.allan`; a snapshot omits those too long for the samples pushed. [s]
     long : {"exact", "strided"}
-        Mode for clusters of more than 4096 samples: keep all samples, 8 bytes each, and use every pair; or use some
-        megabytes per channel for a record of any length, with at least 64 starts per cluster.
+        Mode for clusters of more than 4096 samples. "exact" keeps all samples, 8 bytes each, and uses every pair.
+        "strided" needs a few megabytes per channel for a record of any length, with at least 64 starts per cluster.
     start : int
         Index in the record of the first sample that will be pushed, for stretches that are to be merged.
 
@@ -134,7 +134,7 @@ class Accumulator(Printed):
         Raises
         ------
         NonFiniteError
-            If a sample is missing, infinite or beyond 1e130; then none of the chunk is taken.
+            If a sample is missing, infinite or beyond 1e130. The chunk is then not added.
         ValueError
             For another shape, or other channels.
         """
@@ -168,8 +168,8 @@ class Accumulator(Printed):
         TypeError
             If `later` is not an accumulator.
         ValueError
-            If `later` is not made for the same channels, rate and times in the same way, or does not begin where this
-            one ends; then nothing has changed.
+            If `later` has other channels, another rate or other averaging times, or does not begin where this one ends.
+            Nothing has then changed.
         """
         if not isinstance(later, Accumulator):
             raise TypeError(f"only an Accumulator can be merged, not a {type(later).__name__}")

@@ -59,7 +59,7 @@ class DeviationCurve(Tabular):
     ----------
     channel : str
     quantity, unit : str
-        Of the rate; SI.
+        Quantity and unit of the rate; SI.
     m : ndarray of int, shape (n_tau,)
         Cluster sizes in samples (the paper's n).
     tau : ndarray, shape (n_tau,)
@@ -141,7 +141,7 @@ class DeviationCurve(Tabular):
             The name of a term, or coefficients such as `NoiseFit.model`: exact degrees of freedom for this noise, of
             overlapping clusters. Default: `edf`, which a curve of `sigmatau.analyze` has. [SI]
         level : float
-            Probability that the interval holds.
+            Probability that the interval contains the true value.
 
         Returns
         -------
@@ -337,17 +337,18 @@ def allan(
     Parameters
     ----------
     record : Record or array_like, shape (n,)
-        Static data, or the samples of one signal with its `rate`. With missing samples, clusters are averaged over their
-        present samples, and a pair counts if both clusters are at least half full; sizes without such a pair are omitted.
-        The expected variance of such a curve is larger than that of a complete record: of a random walk by the share of
-        samples that is missing, of quantization noise at long times by much more. `analyze` fits the samples instead.
+        Static data, or the samples of one signal with its `rate`. With missing samples, clusters are averaged over
+        their present samples, and a pair counts if both clusters are at least half full; sizes without such a pair are
+        omitted. The expected variance of such a curve is larger than that of a complete record: for a random walk by
+        the share of missing samples, for quantization noise at long times by much more. `analyze` fits the samples
+        instead.
     rate : float, optional
         Sampling rate of an array. [Hz]
     unit : str, optional
         Unit of an array, such as ``"deg/s"``.
     taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
         Grid of averaging times from one sample up to half the record, by parts of an octave or every whole number of
-        samples; or the times themselves, rounded to whole samples (the result holds the times after rounding). [s]
+        samples; or a list of times, rounded to whole samples (the result contains the rounded times). [s]
     overlap : {"full", "none"}
         Clusters that are averaged: all, eq. (10), or only those without common samples.
     counting : {"standard", "paper"}
@@ -358,7 +359,7 @@ def allan(
     Returns
     -------
     Curves or DeviationCurve
-        A mapping from channel to `DeviationCurve`; of an array, its curve.
+        A mapping from channel to `DeviationCurve`; for an array, a single curve.
 
     Raises
     ------

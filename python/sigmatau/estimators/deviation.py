@@ -45,7 +45,7 @@ class Deviation(Printed):
     quantity : str
         Of the channel.
     unit : str
-        Of the deviation; SI. That of the rate, or for time, MTIE and TIE rms that of its integral: rad, m/s.
+        Unit of the deviation; SI. The unit of the rate; for time, MTIE and TIE rms the unit of its integral: rad, m/s.
     m : ndarray of int, shape (n_tau,)
         Cluster sizes in samples.
     tau : ndarray, shape (n_tau,)
@@ -139,7 +139,7 @@ class Deviation(Printed):
         noise : str or mapping of str to float
             As in `Deviation.edf`.
         level : float
-            Probability that the interval holds.
+            Probability that the interval contains the true value.
 
         Returns
         -------
@@ -262,7 +262,7 @@ def deviation(
     The estimators use the N+1 phase points x of N rate samples, as defined in NIST SP 1065 [1]_:
 
     ============ ============================================================================== ============
-    kind         what it averages                                                               m
+    kind         average of                                                                     m
     ============ ============================================================================== ============
     ``modified`` second differences of the phase averaged over m points; N+2−3m terms            ≤ (N+1)/3
     ``hadamard`` third differences of the phase; N+1−3m terms. Blind to a ramp                   ≤ N/3
@@ -273,8 +273,8 @@ def deviation(
     ``tie_rms``  root mean square of the phase's movement in m samples                           ≤ N
     ============ ============================================================================== ============
 
-    The first three and Theo1 are in the unit of the rate; time, MTIE and TIE rms in that of its integral. A constant rate
-    affects only MTIE and TIE rms.
+    The first three and Theo1 have the unit of the rate; time, MTIE and TIE rms have the unit of its integral. A
+    constant rate affects only MTIE and TIE rms.
 
     Parameters
     ----------
@@ -289,7 +289,8 @@ def deviation(
     threads : int, optional
         Default: all cores. Results do not depend on it, bit for bit.
     progress : callable, optional
-        Called from time to time with the share of the work done, 0 to 1; an exception that it raises ends the work.
+        Called from time to time with the completed fraction of the work, 0 to 1; an exception that it raises ends the
+        work.
 
     Returns
     -------

@@ -47,7 +47,7 @@ class DynamicAllan(Printed):
     ----------
     channel : str
     quantity, unit : str
-        Of the rate; SI.
+        Quantity and unit of the rate; SI.
     times : ndarray, shape (n_times,)
         Middle of each window, from the beginning of the whole record. [s]
     tau : ndarray, shape (n_tau,)

@@ -51,8 +51,8 @@ def export(
     Returns
     -------
     str or bytes
-        The content of the file, with unit and origin of each number in comments. `prepare` returns findings about it
-        too.
+        The content of the file, with unit and origin of each number in comments. `prepare` also returns findings about
+        it.
 
     Raises
     ------

@@ -37,25 +37,25 @@ class Details:
 
 @frozen
 class Finding:
-    """Something to know about the record before a number is trusted.
+    """A fault of the record, or another fact that affects the results.
 
     Attributes
     ----------
     details : Details
-        The parameters of what was found; their class says which kind it is.
+        Parameters of the finding; their class is the kind of finding.
     severity : {"info", "warning", "error"}
     channels : tuple of str
         The channels concerned; empty for the whole record.
     spans : tuple of (float, float)
-        Where in the record: beginnings and ends, from the beginning of the whole record. [s]
+        Start and end times, from the beginning of the whole record. [s]
     size : float or None
-        How large it is. [`unit`]
+        Size of the fault. [`unit`]
     unit : str
         Unit of the size; empty for a bare number.
     factors : tuple of (str, float)
-        Coefficients, by term, and the factor by which each is larger than the sensor's own.
+        For each biased term, the factor by which its coefficient is larger than the true one of the sensor.
     left_out : int
-        Samples that were taken for missing for it, of the channel with the most; 0 if none were.
+        Number of samples that were treated as missing because of it, in the channel with the most; 0 if none.
 
     See Also
     --------
@@ -93,12 +93,12 @@ class Finding:
 
     @property
     def message(self) -> str:
-        """What was found, in words."""
+        """The finding in words."""
         return self._words().message
 
     @property
     def action(self) -> str:
-        """What to do, in words; empty if there is nothing to do."""
+        """Action in words; empty if no action is needed."""
         return self._words().action
 
     def _words(self) -> Words:

@@ -51,19 +51,19 @@ def fit_channel(
     level: float = 0.95,
     threads: int | None = None,
 ) -> NoiseFit:
-    """Fit the noise of a channel, with a model of your own choice if `analyze` does not choose the right one.
+    """Fit the noise of a channel with a model of your own choice.
 
     Parameters
     ----------
     record : Record
-        At rest, and without disturbances: nothing is left out here. Its thermometer, if there is one, is a regressor of the
-        likelihood as far as the channel follows it.
+        Record at rest and without disturbances: nothing is left out here. A thermometer in the record is a regressor of
+        the likelihood if the channel follows it.
     channel : str
         Name of the channel.
     method : {"likelihood", "gls"}
         A channel with very few samples is fitted by least squares.
     curve : DeviationCurve, optional
-        Overlapped Allan deviations that are there, for least squares.
+        Overlapped Allan deviations for least squares, if already computed.
     tau_min : float, optional
         Of least squares, see `sigmatau.fit`. [s]
     terms : sequence of str, optional
@@ -72,8 +72,8 @@ def fit_channel(
         Correlation times at which to start Gauss-Markov processes, at most 8; no other process or resonance is then
         added. [s]
     regressors : mapping of str to array_like, shape (n,), optional
-        Curves at the samples that the mean may follow, at most 20, by name: a supply voltage, another thermometer.
-        [any unit]
+        Regressors for the mean, one value per sample, at most 20, by name: a supply voltage, another thermometer. [any
+        unit]
     level : float
         Confidence level of intervals and limits.
     threads : int, optional

@@ -33,20 +33,21 @@ def fit(
     """Fit the five noise terms to an overlapped Allan deviation curve.
 
     Generalised least squares with the exact covariance of the Allan variances. The ramp is tested for given noise and
-    removed if it is significant. A Gauss-Markov process takes the place of a term if it fits much better. Short averaging
+    removed if it is significant. A Gauss-Markov process replaces a term if it fits much better. Short averaging
     times are left out until the goodness of fit is acceptable. Each term is then tested with all others free and gets an
     interval or an upper limit; the coefficients are those of the terms that were found.
 
     Parameters
     ----------
     curve : DeviationCurve
-        Of a record without missing samples; others are fitted by `sigmatau.analyze`. On half octaves, or on up to eight
-        averaging times per octave; of more, half octaves are used if the curve has them, otherwise eight per octave.
+        Curve of a record without missing samples; for missing samples use `sigmatau.analyze`. Half octaves, or up to
+        eight averaging times per octave; of a denser curve, half octaves are used if it has them, otherwise eight per
+        octave.
     method : {"gls"}
         Least squares; the likelihood needs the samples, see `sigmatau.fit_channel`.
     terms : iterable of str, optional
         Terms to fit, keys of `sigmatau.noise.terms.TERMS`. Default: all five. A term that is left out is assumed to be
-        absent; if it is not, the others are wrong.
+        absent; if it is present, the others are wrong.
     tau_min : float, optional
         Shortest averaging time to use. Default: found from the goodness of fit. [s]
     level : float

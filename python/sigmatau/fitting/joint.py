@@ -62,7 +62,7 @@ def fit_jointly(
     processes: Sequence[float] | None = None,
     level: float = 0.95,
 ) -> JointFit:
-    """Fit one model to several runs of a sensor: what no single run shows, several together may.
+    """Fit one model to several runs of a sensor; several runs may show a term that no single run shows.
 
     The likelihoods of the runs are multiplied. Filter, processes and the terms in `common` are the same in all runs; the
     other terms have a level in each run, and their value is the mean over runs. Runs may have different lengths, and missing
@@ -73,10 +73,10 @@ def fit_jointly(
     records : iterable of Record
         Two or more, with the same channels and rate; each at rest and without disturbances: nothing is left out here.
     channels : iterable of str, optional
-        Default: all that every record has, but the temperature.
+        Default: all channels that every record has, except the temperature.
     over : {"runs", "axes"}
-        What is pooled: a channel over the records, or all axes of a sensor (over the records too, if there are several).
-        A joint fit of axes has the name of the sensor, ``"gyro"``.
+        Pool a channel over the records, or all axes of a sensor (over the records too, if there are several). A joint
+        fit of axes has the name of the sensor, ``"gyro"``.
     common : iterable of str
         Terms that are the same in all runs. The other ones are random: the logarithm of the coefficient is normal over runs.
     names : iterable of str, optional
@@ -102,9 +102,9 @@ def fit_jointly(
 
     Notes
     -----
-    A random term that most runs do not show is taken as common: such runs do not tell how it differs.
-    The value of a random term has the interval of a mean over runs, Student's t with one degree of freedom less than runs;
-    its spread is estimated by the method of Paule and Mandel [1]_.
+    A random term that most runs do not show is treated as common, because such runs contain no information on its
+    spread. The value of a random term has the interval of a mean over runs, Student's t with one degree of freedom less
+    than runs; its spread is estimated by the method of Paule and Mandel [1]_.
 
     References
     ----------

@@ -108,11 +108,11 @@ class JointChannel(Tabular):
     Attributes
     ----------
     fit : NoiseFit
-        The model of all runs. Coefficients in `common` are those of each run; the other ones are means over runs.
+        The model of all runs. Coefficients in `common` are the same in all runs; the others are means over runs.
     common : tuple of str
         Terms that are the same in all runs.
     spreads : mapping of str to Spread
-        Of the terms that differ from run to run, where the runs show them.
+        Spreads of the terms that differ from run to run, where the runs show them.
     homogeneity : mapping of str to float
         P-value of the same coefficient in all runs, by common term, where the runs show it.
     runs : tuple of RunOfJoint
@@ -144,14 +144,14 @@ class JointChannel(Tabular):
 
     @property
     def outliers(self) -> tuple[str, ...]:
-        """Names of the runs that do not belong to the others, the worst first."""
+        """Names of outlying runs, the worst first."""
         return tuple(run.name for run in self._outliers())
 
     def _outliers(self) -> list[RunOfJoint]:
         return sorted((run for run in self.runs if not run.belongs), key=lambda run: run.p_value)
 
     def statements(self) -> list[str]:
-        """How much the runs differ, and which do not belong, in words."""
+        """Differences between the runs, and outlying runs, in words."""
         quantity = self.fit.quantity
         found = []
         for term, spread in self.spreads.items():
@@ -199,7 +199,7 @@ class JointChannel(Tabular):
         return " ".join(filter(None, (TERMS[name].label(self.fit.quantity), text, interval, unit)))
 
     def pooled(self) -> str:
-        """What was pooled: ``"7 runs, 14 h together"``."""
+        """Description of the pooled data: ``"7 runs, 14 h together"``."""
         return f"{len(self.runs)} runs, {duration_text(sum(self.fit.runs))} together"
 
     def _repr_html_(self) -> str:
@@ -232,5 +232,5 @@ class JointFit(TablesByChannel[JointChannel]):
 
     @property
     def outliers(self) -> dict[str, tuple[str, ...]]:
-        """Runs that do not belong to the others, by channel; without channels that have none."""
+        """Outlying runs by channel; channels without outliers are omitted."""
         return {channel: one.outliers for channel, one in self.items() if one.outliers}

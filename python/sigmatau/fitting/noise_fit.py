@@ -250,7 +250,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         Filter on all noise but quantization.
     warm_up : WarmUp or None
     regressors : mapping of str to Interval
-        Coefficients of the curves that the mean was allowed to follow, by name.
+        Coefficients of the regressors of the mean, by name.
     highest : float or None
         Frequency from which the spectrum was left out, because no model describes it there. [Hz]
     alike_from : float or None
@@ -259,21 +259,22 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     alike_sigma : float or None
         Standard deviation of the process of this time. [rate unit]
     discrepancy : tuple of (float, float)
-        What the intervals allow for where the model is not quite right: frequency in Hz, and standard deviation of the
-        logarithm of the density.
+        Discrepancy of the model that the intervals allow for: frequency in Hz, and standard deviation of the logarithm
+        of the density.
     model : mapping of str to float
         The coefficients that together describe the curve: the observed ones, and those of `unclear`. [SI]
     verdict : {"adequate", "adequate_with", "widened", "descriptive", "too_short"}
-        "adequate": the terms describe the record. "adequate_with": with what else was found, see `found`. "widened": not
-        quite, and the intervals are wider for it. "descriptive": a least-squares fit that does not describe the curve from
-        tau_min to tau_max; its values have no intervals.
+        "adequate": the terms describe the record. "adequate_with": the terms together with filters, lines or processes
+        describe it, see `found`. "widened": the model does not fit exactly, and the intervals are wider. "descriptive":
+        a least-squares fit that does not describe the curve from tau_min to tau_max; its values have no intervals.
     reasons : tuple of Reason
         Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
         `sigmatau.findings.kinds.fit`. `reason` has them in words.
     unclear : tuple of str
         Terms that are not significant beside each other, although at least one of them is present.
     tau_min, tau_max : float or None
-        Averaging times used; of a likelihood, those at which the noise model made from it describes the curve. [s]
+        Range of averaging times used; for a likelihood fit, the range in which the resulting noise model describes the
+        curve. [s]
     p_value : float or None
         P-value of the goodness of fit.
     covariance : tuple of (tuple of str, ndarray of shape (n, n))
@@ -283,7 +284,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         Confidence level of the intervals and limits.
     method : str
     runs : tuple of float
-        Of a joint fit: lengths of the runs; `n` is that of the longest one. Else empty. [s]
+        Lengths of the runs of a joint fit, in which `n` is that of the longest run; otherwise empty. [s]
 
     See Also
     --------
@@ -384,7 +385,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return total
 
     def filtered_psd(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Two-sided density of all that the filter acts on, before the filter.
+        """Two-sided density of the noise that the filter acts on, before the filter.
 
         Parameters
         ----------
@@ -455,8 +456,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
 
     @property
     def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:
-        """By observed term, the averaging times at which it makes half of the variance or more, where its line can be read
-        off; None if there are none, because other noise hides it. [s]
+        """For each observed term, the averaging times at which it makes half of the variance or more; its line can be
+        read off there. None if other noise hides it everywhere. [s]
         """
         from sigmatau.fitting.line_ranges import line_ranges
 
@@ -487,7 +488,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return result
 
     def why_not(self, term: str) -> str:
-        """Why a term was not observed.
+        """Reason why a term was not observed.
 
         Parameters
         ----------
@@ -541,7 +542,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         )
 
     def notes(self) -> list[str]:
-        """Gauss-Markov processes and sinusoids in words, and terms that the record does not distinguish."""
+        """Gauss-Markov processes and sinusoids, and terms that the record cannot distinguish, in words."""
         unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
         texts = []
         for process in self.gauss_markov:

@@ -17,7 +17,7 @@ Trust = Literal["good", "partial", "poor"]
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
 
-_MEANING = {"partial": "usable with what the ! lines say", "poor": "do not use"}  # of trust, below the table
+_MEANING = {"partial": "usable with the limits in the ! lines", "poor": "do not use"}  # of trust, below the table
 _MISSING = ("gaps", "missing_values")  # codes of findings of missing samples, which the fit allows for
 _MOST_MISSING = 0.5  # share up to which intervals are known to cover the truth, see docs/study/gaps.md
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use

@@ -109,14 +109,14 @@ class Plan(Printed):
                 lines.append(f"{head} no value, however large")
             else:
                 half, most = two_digits(self.half / factor), two_digits(self.most / factor)
-                lines.append(f"{head} {half} {text} in half, {most} {text} in nine of ten cases")
+                lines.append(f"{head} {half} {text} (50 % probability) or {most} {text} (90 %)")
         if self.value is not None:
-            head = f"  {self.value / factor:.4g} {text} shows"
+            head = f"  {self.value / factor:.4g} {text} needs a record"
             if self.half_in is None or self.most_in is None:
-                lines.append(f"{head} in no record of up to {duration_text(LONGEST_RECORD * self.tau0)}")
+                lines.append(f"{head} longer than {duration_text(LONGEST_RECORD * self.tau0)}")
             else:
                 half, most = duration_text(self.half_in), duration_text(self.most_in)
-                lines.append(f"{head} in half of the records of {half}, in nine of ten of {most}")
+                lines.append(f"{head} of {half} (50 % probability) or {most} (90 %)")
             if self.error is not None and self.duration is not None:
                 what = f"{'an' if label[0] in 'aeiou' else 'a'} {label} of {self.value / factor:.4g} {text}"
                 how = f"determines {what} to ± {two_digits(100 * self.error)} %, one standard error"
@@ -260,7 +260,7 @@ def plan(
 
     See Also
     --------
-    analyze : what a record shows.
+    analyze : the terms that a record shows.
 
     References
     ----------

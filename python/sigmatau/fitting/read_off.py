@@ -111,7 +111,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
     coefficients : mapping of str to Coefficient
         By term.
     refused : tuple of Refusal
-        Regions with the slope of a term that are not that of the term.
+        Regions that have the slope of a term but another cause.
 
     See Also
     --------
@@ -205,8 +205,8 @@ def read_off(
 ) -> ReadOff:
     """Read the coefficients of the five terms off an Allan deviation curve.
 
-    The line of a term is laid in a range of averaging times. Ranges may be given; the others are found by the rules: the
-    region of a term is the longest in which
+    The line of a term is fitted in a range of averaging times. Ranges may be given; the others are found by rules. The
+    region of a term is the longest range in which
 
     - the fitted line has the slope of the term within the tolerance of the rule, and its standard error by eq. (26) is at
       most the slope error of the rule;
@@ -215,20 +215,21 @@ def read_off(
     - the slopes of the two halves differ by at most twice the tolerance plus the error of the difference;
     - the longest averaging time is at least `span` times the shortest, with an error by eq. (26) of at most 35 %.
 
-    A flat or rising region after which the curve falls below the line, or a region of slope −1 that begins below the line,
-    is refused with a reason: the five terms cannot make such a curve; a filter, a line or correlated noise can. A region
-    that the other terms together explain as well, such as the crossing of two, is refused too. No rule refuses a range that
-    is given.
+    A flat or rising region after which the curve falls below the line, or a region of slope −1 that begins below the
+    line, is refused with a reason: the five terms cannot cause such a curve, but a filter, a line or correlated noise
+    can. A region that the other terms together explain as well, such as the crossing of two terms, is refused too. The
+    rules are not applied to given ranges.
 
     Parameters
     ----------
     curve : DeviationCurve
         Allan deviations of one channel.
     quantization, random_walk, bias_instability, rate_random_walk, rate_ramp : tuple of float, optional
-        Shortest and longest averaging time through which the line of the term is laid, whatever the curve does there.
+        Shortest and longest averaging time of the line of the term; the rules are not applied.
         Default: by the rules. [s]
     rules : mapping of str to Rule
-        By term; terms without a rule are read off only where a range is given: ``rules={}`` for nothing but those.
+        Rules by term; terms without a rule are read off only in a given range. With ``rules={}`` only terms with a
+        given range are read off.
 
     Returns
     -------
@@ -247,9 +248,9 @@ def read_off(
 
     Notes
     -----
-    A grid of more than 8 averaging times per octave is thinned to 8. The lines are laid together: in the range of each, the
-    sum of the variances of all lines lies on the curve on average, with the weights 1/δ² and the share of the line. A
-    single line goes through the curve. The error is that of eq. (26) at the longest averaging time of the range.
+    A grid of more than 8 averaging times per octave is thinned to 8. The lines are fitted together: in the range of
+    each line, the sum of the variances of all lines agrees with the curve on average, with the weights 1/δ² and the
+    share of the line. The error is that of eq. (26) at the longest averaging time of the range.
 
     Incomplete clusters have larger variances: 1 % of missing samples makes a random walk read 0.5 % larger, and quantization
     noise up to 5 %. With more, the rules find nothing.

@@ -46,7 +46,8 @@ class RunComparison(Tabular):
     Attributes
     ----------
     by : {"unit", "run", "axis"}
-        What the values of a group have in common: the unit (compared are its runs), the run (its units), or the axis alone.
+        Common property of a group: the unit (its runs are compared), the run (its units are compared), or only the
+        axis.
     level : float
         Confidence level of tests and intervals.
     runs : tuple of Run
@@ -54,7 +55,7 @@ class RunComparison(Tabular):
     groups : tuple of str
         Names of the groups; one empty name if there is one group without a name.
     clocks_off : mapping of str to Finding
-        Runs of a unit whose lines and filters are all at other frequencies than those of the others.
+        Runs whose lines and filters all have other frequencies than in the other runs of the unit.
     clocks_skipped : tuple of str
         Units with too many runs to compare their clocks.
 
@@ -158,7 +159,7 @@ class RunComparison(Tabular):
         return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(at)]
 
     def judgements(self) -> list[Judgement]:
-        """What the tests say of each row. P-values are corrected for the number of rows of the group after Holm: in a group
+        """Result of the tests for each row. P-values are corrected for the number of rows of the group (Holm): in a group
         without differences a test finds one or more with a probability of at most 1 - `level`.
         """
         e = self.effects
@@ -166,7 +167,7 @@ class RunComparison(Tabular):
         return judgements_of(e.k, p, low, outlier, level=self.level)
 
     def outliers(self) -> dict[int, Run]:
-        """By row, the run that does not belong."""
+        """The outlying run of each row."""
         found = {}
         for at, judgement in enumerate(self.judgements()):
             if judgement == "outlier":
@@ -306,22 +307,23 @@ def compare_runs(
 ) -> RunComparison:
     """Repeatability of every channel and term over several results.
 
-    Of each channel and term `random_effects` is applied to the values of a group: the runs of a unit, unless `by` says
-    otherwise. A term that only some runs show is compared over these, which favours large values: the numbers of runs with
-    and without it are part of the result. Means of channels give the repeatability of the bias from turn-on to turn-on.
+    For each channel and term, `random_effects` is applied to the values of a group: the runs of a unit, unless `by`
+    selects other groups. A term that only some runs show is compared over these runs, which favours large values; the
+    result has the numbers of runs with and without it. Means of channels give the repeatability of the bias from
+    turn-on to turn-on.
 
     Parameters
     ----------
     results : sequence of path, dict or Analysis
-        Results of `analyze`: objects, their ``to_dict()``, JSON or CSV files, or folders of these; or tables of values that
-        were typed, with the columns ``run, channel, term, value, unit`` and ``error`` (see docs/how-to/repeatability.md).
+        Results of `analyze`: objects, their ``to_dict()``, JSON or CSV files, or folders of these; or tables of typed
+        values with the columns ``run, channel, term, value, unit`` and ``error`` (see docs/how-to/repeatability.md).
     names : sequence of str, optional
         Names of the runs, one for each result. Default: the note "run", or the name of the file.
     units : sequence of str, optional
         Names of the units, one for each result. Default: the note "serial number" or "unit", or the folder if there are
         several.
     by : {"unit", "run", "axis"}
-        Compare the runs of each unit, the units of each run, or everything of an axis.
+        Compare the runs of each unit, the units of each run, or all results of an axis.
     level : float
         Confidence level of tests and intervals.
     jobs : int, optional

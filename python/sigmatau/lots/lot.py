@@ -88,7 +88,7 @@ def judge_lot(
     fail_on: FailOn | None = None,
     accept: Sequence[str] = (),
 ) -> Lot:
-    """Judge a lot of units against a specification, and find the units that do not fit the others.
+    """Judge a lot of units against a specification, and find outlying units.
 
     Each unit is exactly one of passed, failed, not judged, failed to read, and missing. A unit passes if every value of the
     specification has a maximum that its interval lies below, and if no warning about its record and no comparison with the
@@ -103,7 +103,7 @@ def judge_lot(
         A name of the library or the path of a file; see `sigmatau.datasheet`. Without it the units are described, and
         compared with each other.
     expect : int or sequence of str, optional
-        How many units there should be, or their names: others are missing.
+        Expected number of units, or their names; absent units are missing.
     level : float
         Confidence level of "above" and "below" a maximum, see `sigmatau.compare_with`.
     factor : float, optional
@@ -114,7 +114,7 @@ def judge_lot(
     bias : {"minimum", "coefficient"}, optional
         Convention of bias instabilities if not stated.
     undecided : {"not-judged", "pass", "fail"}
-        What a unit is whose interval contains a maximum, or that lacks an axis or a model.
+        State of a unit whose interval contains a maximum, or that lacks an axis or a model.
     fail_on : {"warning"}, optional
         Whether a warning about the record, or an implausible value, fails a unit. Default: the unit is not judged.
     accept : sequence of str

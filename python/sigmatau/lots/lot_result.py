@@ -159,9 +159,9 @@ class Lot(Tabular):
     ----------
     spec : Datasheet or None
     units : tuple of JudgedUnit
-        In the order in which they were given, and then those that are missing.
+        Judged units in the given order, followed by missing units.
     distributions : tuple of Distribution
-        Of the coefficients that at least half of the units show, by channel.
+        Distributions of the coefficients that at least half of the units show, by channel.
     bands : tuple of Band
         The curves of all units by channel, with their median and range.
     expected : int or None
@@ -219,7 +219,7 @@ class Lot(Tabular):
 
     @property
     def exit_code(self) -> int:
-        """0: all passed; 3: a unit failed; 4: not all are judged, read and there, as without a specification."""
+        """0: all passed; 3: a unit failed; 4: a unit is not judged, not read or missing, or there is no specification."""
         if self.of("failed"):
             return FAILED
         open_ = self.of("not_judged") or self.of("unreadable") or self.of("missing") or self.too_many
@@ -332,7 +332,7 @@ class Lot(Tabular):
         return draw_lot(panels, {name for one in self.bands for name in self.marked(one.channel)}, ax=ax)
 
     def marked(self, channel: str, *, most: int = 5) -> list[str]:
-        """Units whose curve of a channel is drawn with a colour: failed, or unlike the others.
+        """Units whose curve of a channel is drawn in colour: failed units and outliers.
 
         Parameters
         ----------

@@ -203,7 +203,7 @@ class Band:
     ----------
     channel : str
     quantity, unit : str
-        Of the rate; SI.
+        Quantity and unit of the rate; SI.
     tau : ndarray, shape (n_tau,)
         Averaging times of most units. [s]
     median, low, high : ndarray, shape (n_tau,)

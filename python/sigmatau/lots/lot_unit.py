@@ -53,7 +53,7 @@ class UnitChannel:
     quantity : str
         ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
     unit : str
-        Of the rate; SI.
+        Quantity and unit of the rate; SI.
     rate : float
         Sampling rate. [Hz]
     samples : int

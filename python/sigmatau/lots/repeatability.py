@@ -41,8 +41,8 @@ class RandomEffects(Printed):
     error : float or None
         Standard error of one run, root mean square; None if not known. [1, or unit of the values]
     q, p_value, p_low : float or None
-        Cochran's Q; probability of a larger one if all runs have the same true value, and of a smaller one. A small `p_low`
-        means that the errors are too large, or that the runs are not independent.
+        Cochran's Q, and the probability of a larger and that of a smaller Q if all runs have the same true value. A small
+        `p_low` means that the errors are too large, or that the runs are not independent.
     tau, tau_low, tau_high : float or None
         Standard deviation between runs beyond the errors, and its interval. [1, or unit of the values]
     next_low, next_high : float or None
@@ -50,7 +50,7 @@ class RandomEffects(Printed):
     next_error : float or None
         Half of the prediction interval. [1, or unit of the values]
     outlier : int or None
-        Position of the run that fits the others worst; None with fewer than three runs.
+        Position of the run that differs most from the others; None with fewer than three runs.
     outlier_p : float or None
         Its p-value, corrected for the number of runs.
 
@@ -94,7 +94,7 @@ class RandomEffects(Printed):
 
     @property
     def judgement(self) -> Judgement:
-        """What the tests say, at the level of the intervals."""
+        """Result of the tests, at the level of the intervals."""
         p = (np.array([math.nan if x is None else x]) for x in (self.p_value, self.p_low, self.outlier_p))
         return judgements_of(np.array([self.k]), *p, level=self.level)[0]
 
@@ -116,7 +116,7 @@ class RandomEffects(Printed):
         return None if self.std is None or delta is None else self.std < delta
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, None where there is none."""
+        """Plain values; None for absent values."""
         found = plain(
             self,
             "k scale level mean low high std error q p_value p_low tau tau_low tau_high",
@@ -197,8 +197,8 @@ def random_effects(
     values : array_like, shape (k,)
         Positive values if `scale` is "relative".
     errors : array_like, shape (k,), or None
-        Standard errors (1 σ). [unit of the values] None if they are not known: then nothing is tested, and the spread
-        between runs is that of the values.
+        Standard errors (1 σ). [unit of the values] None if they are not known: nothing is then tested, and the spread
+        between runs is the spread of the values.
     level : float
         Confidence level of the intervals.
     scale : {"relative", "absolute"}

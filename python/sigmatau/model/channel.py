@@ -58,7 +58,8 @@ class ChannelModel(Mapping[str, float], Printed):
     bandwidth : LowPass or None
         Low-pass filter in front of the sampler, which acts on the white noise.
     quantity, unit : str
-        Of the rate: ``"angular_rate"`` in ``"rad/s"``, ``"acceleration"`` in ``"m/s^2"``, or ``"signal"``.
+        Quantity and unit of the rate: ``"angular_rate"`` in ``"rad/s"``, ``"acceleration"`` in ``"m/s^2"``, or
+        ``"signal"``.
     intervals : mapping of str to (float, float)
         Confidence intervals of coefficients, if the model comes from a fit. [SI]
     limits : mapping of str to float
@@ -69,7 +70,7 @@ class ChannelModel(Mapping[str, float], Printed):
         ``"gauss_markov_1.sigma"``, ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
     alike_from : GaussMarkov or None
         If the model comes from a fit with a rate random walk: the process of the shortest correlation time that
-        explains the record as well in its place. So does every slower one.
+        explains the record as well as the walk. Every slower process does so too.
     level : float
         Probability of the intervals and limits.
     tau_min : float
@@ -259,8 +260,8 @@ class ChannelModel(Mapping[str, float], Printed):
         f : array_like, shape (n_f,)
             Frequencies, positive. [Hz]
         tau0 : float, optional
-            Sample interval: the exact spectrum of the samples, with what folds back, below 1/(2·tau0). Required for
-            quantization, whose density is tied to it. Default: the continuous forms of the paper. [s]
+            Sample interval. The result is then the exact spectrum of the samples, with aliasing, below 1/(2·tau0).
+            Required for quantization, whose density depends on it. Default: the continuous forms of the paper. [s]
 
         Returns
         -------
@@ -427,7 +428,7 @@ class ChannelModel(Mapping[str, float], Printed):
         return parts
 
     def scaled(self, factor: float) -> ChannelModel:
-        """The same noise, `factor` times as large, without intervals.
+        """The model with all coefficients and amplitudes multiplied by `factor`, without intervals.
 
         Parameters
         ----------

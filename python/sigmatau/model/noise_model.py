@@ -48,7 +48,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
     Raises
     ------
     DataError
-        For no channel, a channel that is not a model, or a correlation of terms or channels that are not there.
+        If there is no channel, a channel is not a model, or a correlation names an unknown term or channel.
 
     See Also
     --------
@@ -118,7 +118,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Raises
         ------
         DataError
-            If the file cannot be read or understood: which channel, which key, what was got.
+            If the file cannot be read or is invalid; names channel, key and value.
         """
         import tomllib
 

@@ -59,7 +59,7 @@ class GaussMarkov:
 
 @frozen
 class Resonance:
-    """Noise of a band: the speed of a damped oscillator that white noise drives.
+    """Noise of a band: the speed of a damped oscillator driven by white noise.
 
     With γ = 2π·width and ω² = (2π·frequency)² − γ² its autocovariance is σ²·exp(−γt)·(cos ωt − γ/ω·sin ωt) at the lag t.
 
@@ -155,7 +155,7 @@ class Sinusoid:
 
 @frozen
 class LowPass:
-    """Bandwidth of the sensor: a Butterworth filter through which the white noise passes before it is sampled.
+    """Bandwidth of the sensor: a Butterworth filter of the white noise in front of the sampler.
 
     Noise above half the sampling rate is aliased. Slower noise is not filtered.
 
@@ -167,8 +167,8 @@ class LowPass:
         Frequency of −3 dB; 1e-9 to 1e12. The higher it is above the rate, the more noise is aliased. If the noise is
         white up to half the sampling rate, leave the bandwidth out of the model. [Hz]
     rate : float or None
-        Sampling rate at which the random walk was measured: it is then the density of those samples at low frequencies, with
-        what is aliased. None: it is the density before the sampler. [Hz]
+        Sampling rate at which the random walk was measured. The random walk is then the density of these samples at low
+        frequencies, including aliasing. None: the random walk is the density before the sampler. [Hz]
 
     Raises
     ------
@@ -214,7 +214,8 @@ class LowPass:
         Parameters
         ----------
         random_walk : float
-            That of the samples, if the filter has a `rate`; else that in front already. [SI]
+            Random walk of the samples if the filter has a `rate`; otherwise already the one in front of the sampler.
+            [SI]
 
         Returns
         -------

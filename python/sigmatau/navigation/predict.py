@@ -34,11 +34,11 @@ def predict(
     flicker_error: float = 0.01,
     level: float = 0.95,
 ) -> Prediction:
-    """Errors of free inertial navigation at rest, from the noise of the sensors.
+    """Errors of unaided inertial navigation at rest, from the noise of the sensors.
 
     The errors are the heading from gyro_z, roll and pitch from gyro_x and gyro_y, and velocity and position from each
-    accelerometer. Those of a level accelerometer include the tilt by the gyro across it, if the model has that gyro. Axes x
-    and y are level, z is up.
+    accelerometer. The errors of a level accelerometer include the tilt error of the gyro perpendicular to it, if the
+    model has that gyro. Axes x and y are level, z is up.
 
     Parameters
     ----------
@@ -64,10 +64,11 @@ def predict(
     Returns
     -------
     Prediction
-        Where the record of the model shows a rate random walk or a slow Gauss-Markov process, but not which
-        (`ChannelModel.alike_from`), the interval holds both; the rms is that of the walk. Terms that the record did not show
-        count as 0; their limits are in `PredictedError.at_most`. If the record shows one
-        of several terms but not which, the limits of all of them are there, and the interval includes their errors.
+        If a rate random walk and a slow Gauss-Markov process explain the record equally well
+        (`ChannelModel.alike_from`), the interval includes both; the rms is that of the walk. Terms that the record did
+        not show count as 0; `PredictedError.at_most` includes their limits. If the record shows that one of several
+        terms is present but not which, `at_most` includes the limits of all of them, and the interval includes their
+        errors.
 
     Raises
     ------

@@ -56,7 +56,7 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     record : Record
         Samples may be missing.
     bandwidth : mapping of str to (float, int or None), optional
-        Bandwidth of the sensors from their datasheets, by stream (``{"gyro": (30.0, 1)}``) or channel: the aliasing by
+        Bandwidth of the sensors from their datasheets, by stream (``{"gyro": (30.0, 1)}``) or channel. Aliasing by
         sampling without an anti-alias filter is then checked too. [Hz]
     looked_at : int
         Samples of each stream that are checked, from its beginning; a finding names longer streams. The memory needed is a

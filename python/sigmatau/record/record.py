@@ -211,13 +211,13 @@ class Record(Printed):
         unit : mapping, optional
             Unit by stream (``"gyro"``, ``"accel"``) or channel. Default: SI.
         input : {"rate", "increments", "accumulated"}
-            What the numbers are; see `Transform`.
+            Content of the arrays; see `Transform`.
         **channels : array_like, shape (n,) or (n, 3)
-            ``gyro_x=…`` one axis, ``gyro=…`` an array of three; names that begin with ``gyro`` or ``accel`` are angular
-            rates and accelerations; one that is called ``temperature`` or ``temp`` (``imu_temp`` …) stands beside them
-            and says why they drift, in °C if `unit` does not say ``"K"`` or ``"degF"``, or another unit for another
-            signal; all others are signals. NaN marks a missing sample. A float64 array is not copied: do not change it
-            while the record is in use. [`unit`]
+            ``gyro_x=…`` one axis, ``gyro=…`` an array of three. Names that begin with ``gyro`` or ``accel`` are angular
+            rates and accelerations. A channel named ``temperature`` or ``temp`` (``imu_temp`` …) is a thermometer that
+            explains drifts, in °C unless `unit` is ``"K"`` or ``"degF"``; with another unit it is a signal. All other
+            names are signals. NaN marks a missing sample. A float64 array is not copied: do not change it while the
+            record is in use. [`unit`]
 
         Returns
         -------

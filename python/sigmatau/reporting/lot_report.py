@@ -38,7 +38,7 @@ def lot_report(
     title : str
         Of the page.
     command : str, optional
-        How the report was made, to be told in it.
+        Command that made the report, to be printed in it.
     date : datetime, optional
         Date of the report. Default: now.
 

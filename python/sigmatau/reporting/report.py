@@ -27,7 +27,7 @@ def report(
     command: str | None = None,
     date: datetime | None = None,
 ) -> None:
-    """Write the report of an analysis: one file that opens offline, to read, print and hand on.
+    """Write the report of an analysis: one file that opens offline and can be printed.
 
     It has the coefficients with their intervals, the findings, Allan deviations with the model, power spectral densities,
     residuals, the time series with what was left out, the dynamic Allan deviation, values for filters, and what was done.
@@ -40,11 +40,12 @@ def report(
         ``.html``: with charts to zoom and read, and buttons that save them. ``.pdf``: to print; needs
         ``pip install 'sigmatau[pdf]'``.
     record : Record, optional
-        As it was given to `analyze`. Without it the report has no densities, no time series and no dynamic Allan deviation.
+        The record that was given to `analyze`. Without it the report has no densities, no time series and no dynamic
+        Allan deviation.
     notes : mapping of str to str, optional
-        What to say of the record at its head: ``{"serial number": "A123", "operator": "N. N."}``.
+        Information about the record for the head of the report: ``{"serial number": "A123", "operator": "N. N."}``.
     command : str, optional
-        How the report was made, to be told in it.
+        Command that made the report, to be printed in it.
     date : datetime, optional
         Date of the report. Default: now.
 

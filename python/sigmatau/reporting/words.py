@@ -14,7 +14,7 @@ VERDICTS = {
 
 TRUST = {
     "good": "intervals hold as they are",
-    "partial": "usable with what the warnings say",
+    "partial": "usable with the limits in the warnings",
     "poor": "do not use",
 }
 

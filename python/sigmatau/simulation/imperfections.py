@@ -188,9 +188,9 @@ class Imperfections(Printed):
     saturation : mapping of str to float
         Largest absolute rate that the sensor outputs. [unit of the rate]
     output : {"rate", "increments", "accumulated"}
-        Meaning of the numbers of the log, as `input` of `sigmatau.read`: rates; the angle (velocity) of one sample interval;
-        or its running sum from 0, which has one more row. A model with signals other than gyros and accelerometers allows
-        only rates.
+        Content of the log, as `input` of `sigmatau.read`: rates; the angle (velocity) of one sample interval; or its
+        running sum from 0, which has one more row. A model with signals other than gyros and accelerometers allows only
+        rates.
     lsb : mapping of str to float
         Resolution of the numbers. Rates are rounded one by one. For the other outputs the running sum is rounded, and
         increments are differences of the rounded sum, as in an integrating sensor: quantization noise of lsb/√12.
@@ -283,8 +283,8 @@ class Imperfections(Printed):
         Raises
         ------
         OptionError
-            For an imperfection of a channel that is not there, a thermometer beside a channel of its name, an outage
-            beyond the record or over all of it, or a jitter above a tenth of the sample interval.
+            For an imperfection of an unknown channel, a thermometer with the name of a channel, an outage beyond the
+            record or over all of it, or a jitter above a tenth of the sample interval.
         """
         names = list(channels)
         known = {*names, *map(stream_name, names)}
@@ -316,7 +316,7 @@ class Imperfections(Printed):
             )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI, of what is given alone."""
+        """Plain values in SI, without imperfections that are not set."""
         warm = self.temperature
         given = {
             "level": self.level,

@@ -263,7 +263,7 @@ class CrossSpectrum(Printed):
         return plain(self, known, "resolution_hz=resolution", **cross, **gain, **intervals, sided="two", level=0.95)
 
     def plot(self, ax: Panels = None, *, per_octave: int = 8) -> Figure:
-        """Draw the coherence, with what chance stays below, and the phase where the coherence is above that.
+        """Draw the coherence with its significance level, and the phase where the coherence is significant.
 
         Parameters
         ----------

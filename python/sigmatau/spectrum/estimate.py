@@ -51,8 +51,8 @@ def psd(
     segment : float, optional
         Length of Welch's segments. Default: a power of two of samples, at most 4096, so that at least 15 fit in. [s]
     tapers : int
-        Of the multitaper estimate, which has 2·tapers degrees of freedom, fewer within a resolution of 0 and of half the
-        sampling rate; the resolution is (tapers + 1)/(2·record), to either side.
+        Number of tapers of the multitaper estimate, which has 2·tapers degrees of freedom, fewer within a resolution of
+        0 and of half the sampling rate; the resolution is (tapers + 1)/(2·record), to either side.
     f_max : float, optional
         Highest frequency of the multitaper estimate. Default: 4096 frequencies. [Hz]
 

@@ -52,7 +52,7 @@ class Spectrum(Printed):
     ----------
     channel : str
     quantity, unit : str
-        Of the rate; SI.
+        Quantity and unit of the rate; SI.
     frequency : ndarray, shape (n_f,)
         Positive, up to half the sampling rate. [Hz]
     density : ndarray, shape (n_f,)
@@ -171,7 +171,7 @@ class Spectrum(Printed):
         Parameters
         ----------
         model : ChannelModel or NoiseModel
-            Of a NoiseModel the channel of this name is used. Sinusoids and a ramp have no density.
+            The model; for a NoiseModel, its channel of the same name is used. Sinusoids and a ramp have no density.
 
         Returns
         -------
@@ -293,7 +293,7 @@ class Spectrum(Printed):
     def plot(
         self, ax: Axes | None = None, *, model: HasDensity | HasChannels | None = None, unit: str | None = None
     ) -> Figure:
-        """Draw the density, two-sided, with its 95 % band, and a model's over it.
+        """Draw the two-sided density with its 95 % band, and optionally the density of a model.
 
         Parameters
         ----------
@@ -302,7 +302,7 @@ class Spectrum(Printed):
         model : ChannelModel or NoiseModel, optional
             See `expected`.
         unit : str, optional
-            Of the rate, ``"deg/s"``: the density is in its square per hertz. Default: SI.
+            Unit of the rate, ``"deg/s"``; the density has the square of this unit per hertz. Default: SI.
 
         Returns
         -------

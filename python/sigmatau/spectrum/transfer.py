@@ -136,7 +136,7 @@ class MinimumPhase(Printed):
 def transfer(
     spectrum: Spectrum, *, random_walk: float | None = None, per_octave: int | None = None, taps: int | None = None
 ) -> MinimumPhase:
-    """|H(f)| of the filter that shaped white noise into a spectrum, eq. (2), and the minimum-phase filter with it.
+    """|H(f)| of the filter that shaped white noise into a spectrum, eq. (2), and the minimum-phase filter of this magnitude.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ class Arma(Printed):
     dt : float
         Sample interval. [s]
     unit : str
-        Of the rate; SI.
+        Quantity and unit of the rate; SI.
     flicker_error : float
         Largest relative error of the Allan deviation of the flicker noise up to `tau_max`; 0 without flicker noise.
     tau_max : float or None
@@ -215,7 +215,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     Returns
     -------
     Arma
-        For m Gauss-Markov processes, including those of flicker noise, and a resonance counts as two: ARMA(m, m) with a
+        For m Gauss-Markov processes, including those of flicker noise (a resonance counts as two): ARMA(m, m) with a
         random walk, ARMA(m, m − 1) without. A rate random walk or a ramp adds one difference. Each of these, and
         quantization, adds one order of the moving average.
 

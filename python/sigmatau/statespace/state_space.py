@@ -71,7 +71,7 @@ class StateSpace(Printed):
     output : {"rate", "increments", "integrated"}
         Meaning of y: the mean rate of a step, its integral over the step, or its integral since the start.
     unit : str
-        Of the rate; SI.
+        Quantity and unit of the rate; SI.
     flicker_error : float
         Largest relative error of the Allan deviation of the flicker noise from `dt` to `tau_max`; 0 without flicker
         noise.
@@ -208,8 +208,8 @@ def state_space(
     dt : float
         Step of the filter, the sample interval. [s]
     output : {"rate", "increments", "integrated"}
-        What is measured: the mean rate over a step, the increment of the angle (velocity), or the angle itself, on which
-        quantization is white.
+        Measured quantity: the mean rate over a step, the increment of the angle (velocity), or the angle itself, on
+        which quantization is white noise.
     tau_max : float, optional
         Longest averaging time for which flicker noise is accurate. [s] Default: an hour, but 1000 to 10¹² steps.
     flicker_error : float

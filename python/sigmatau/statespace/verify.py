@@ -230,8 +230,8 @@ def verify(
         For a curve in another unit, of clusters that do not overlap, or with fewer than two octaves; for a level outside
         0 … 1, a `tau_min` that is negative or no number.
     DataError
-        For a curve of a record with gaps; for a model without noise, or with a sinusoid of so few turns in the record that
-        its phase hides the noise.
+        For a curve of a record with gaps; for a model without noise, or with a sinusoid that has so few periods in the
+        record that its phase hides the noise.
 
     See Also
     --------
@@ -244,7 +244,7 @@ def verify(
     normal deviate u of equal probability, by its χ² with 2·AVAR²/Var degrees of freedom. C is the correlation of the
     variances, so that uᵀC⁻¹u equals rᵀV⁻¹r for many degrees of freedom. For few degrees of freedom rᵀV⁻¹r has p < 0.2 %
     in 1.1 to 1.4 % of records, uᵀC⁻¹u in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K). C holds
-    the error of the few states that stand for flicker noise, at most `flicker_error`: it is not a misfit of the model.
+    the error of the states that approximate flicker noise, at most `flicker_error`, which is not a misfit of the model.
 
     V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.avar_scatter`) except for a sinusoid.
     For a sinusoid, V includes its product with the noise at its frequency, taken as equal at all averaging times, and the

@@ -35,7 +35,7 @@ class Store:
     place : str or Path
         A SQLite file, or the URL of a PostgreSQL database, ``postgresql://USER@HOST/NAME``.
     create : bool
-        Whether a file that is not there is made.
+        Whether a missing file is created.
 
     Raises
     ------
@@ -81,8 +81,8 @@ class Store:
     def add(
         self, entries: Iterable[Entry | Analysis] | Entry | Analysis, *, unit: str | None = None, batch: int = BATCH
     ) -> Added:
-        """Add results, each once: a result that is there already is not added again, another one of the same log and
-        options is a new revision.
+        """Add results, each once. A result that is already stored is not added again; a different result of the same log
+        and options is a new revision.
 
         Parameters
         ----------
@@ -91,21 +91,21 @@ class Store:
         unit : str, optional
             Serial number for each `Analysis`. Default: its note "serial number".
         batch : int
-            Results of a transaction: what was committed stays if the process is killed.
+            Number of results per transaction. Committed results stay if the process is killed.
 
         Returns
         -------
         Added
-            How many were new, revised, or there already.
+            Numbers of new, revised, and already stored results.
 
         Raises
         ------
         DataError
-            For a result that is none, one whose unit is unknown, or a database that does not take it; earlier batches stay.
+            If an entry is not a result, its unit is unknown, or the database refuses it; earlier batches stay.
         OptionError
             For a batch smaller than 1.
         TypeError
-            For what is neither an `Entry` nor an `Analysis`.
+            If an entry is neither an `Entry` nor an `Analysis`.
         """
         from sigmatau.store.ingest import add
         from sigmatau.store.naming import Naming
@@ -137,9 +137,9 @@ class Store:
         Parameters
         ----------
         files : sequence of Path
-            What ``sigmatau analyze --json`` wrote.
+            Files written by ``sigmatau analyze --json``.
         naming : Naming
-            How units and runs are named.
+            Rules for the names of units and runs.
         jobs : int
             Number of processes that read the files.
         done : callable, optional
@@ -148,7 +148,7 @@ class Store:
         Returns
         -------
         FilesAdded
-            How many were added, and the files that were not.
+            Numbers of added results, and the files that were not added.
         """
         from sigmatau.store.from_files import add_files
 
@@ -279,7 +279,7 @@ class Store:
         Raises
         ------
         DataError
-            Without a value that has a time.
+            If no value has a time.
         OptionError
             For an unknown term or period, or a level outside 0 to 1.
         """
@@ -300,7 +300,8 @@ class Store:
     def compare(self, chosen: Chosen | None = None, *, by: By = "unit", level: float = 0.95) -> RunComparison:
         """Repeatability of every channel and term over the runs of each unit; see `sigmatau.compare_runs`.
 
-        Of the results of a log with several options, the latest is compared. The clocks of the runs are not compared.
+        If a log has results with several options, the latest result is compared. The clocks of the runs are not
+        compared.
 
         Parameters
         ----------
@@ -328,7 +329,7 @@ class Store:
         return compare_table(table, by=by, level=level)
 
     def latest(self, unit: str, *, run: str | None = None) -> tuple[Mapping[str, Any], dict[str, Any]]:
-        """The latest run of a unit, with its result: of the runs with coefficients if there are any.
+        """The latest run of a unit that has coefficients, or else its latest run, with the result.
 
         Parameters
         ----------
@@ -342,7 +343,7 @@ class Store:
         row : mapping
             The row of the run, as in `runs`.
         result : dict
-            Its result as it was added.
+            The stored result.
 
         Raises
         ------
@@ -363,8 +364,8 @@ class Store:
     def units_latest(self, chosen: Chosen | None = None) -> dict[str, dict[str, Any]]:
         """The latest result of each unit, in the order of the units' first records.
 
-        A failure is a result too, because what was measured before it says nothing of the unit now. Results without
-        a time have that of their addition.
+        A failure is a result too, because an earlier measurement does not describe the unit now. Results without a time
+        get the time at which they were added.
 
         Parameters
         ----------
@@ -413,7 +414,7 @@ class Store:
         row : mapping
             The row of the run, as in `runs`.
         result : dict
-            Its result as it was added.
+            The stored result.
         """
         rows = _rows(self.runs(chosen))
         for at in range(0, len(rows), READ):

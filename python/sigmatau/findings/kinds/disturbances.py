@@ -66,7 +66,7 @@ class LevelStep:
 
 @frozen
 class NotStatic(Details, code="not_static"):
-    """Motion of a sensor that should rest: bursts, or steps of the mean.
+    """Motion of a sensor that should be at rest: bursts, or steps of the mean.
 
     Attributes
     ----------
@@ -107,13 +107,13 @@ class Spikes(Details, code="spikes"):
     count, samples : int
         Spikes, and samples in the record.
     share : float
-        Spikes over samples that are not missing. [1]
+        Number of spikes divided by the number of samples that are not missing. [1]
     height : float
         The largest, with its sign, from the median of its neighbours. [unit of the stream]
     time : float
         Of the largest, from the beginning of the record. [s]
     more_below : bool
-        Whether more samples below the threshold are far out than noise makes.
+        Whether there are more large samples below the threshold than the noise can explain.
     """
 
     unit: str
@@ -127,7 +127,7 @@ class Spikes(Details, code="spikes"):
 
 @frozen
 class StartTransient(Details, code="start_transient"):
-    """A record that begins near zero and settles at its mean, as a filter does that starts from zero.
+    """A record that begins near zero and settles at its mean, like the output of a filter that starts from zero.
 
     Attributes
     ----------
@@ -162,12 +162,12 @@ class LeftOutOfStream:
 
 @frozen
 class LeftOut(Details, code="left_out"):
-    """Stretches that were left out, as asked.
+    """Stretches that were left out as requested.
 
     Attributes
     ----------
     streams : tuple of LeftOutOfStream
-        Those of which samples were left out.
+        Streams from which samples were left out.
     """
 
     streams: tuple[LeftOutOfStream, ...]
@@ -203,7 +203,7 @@ class ChosenWindow:
 
 @frozen
 class WindowChosen(Details, code="window_chosen"):
-    """The most stable windows of a length that were analysed, as asked.
+    """The most stable windows of a given length, which were analysed as requested.
 
     Attributes
     ----------

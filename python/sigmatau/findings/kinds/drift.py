@@ -8,7 +8,8 @@ from sigmatau.frozen import frozen
 
 @frozen
 class WarmUp(Details, code="warm_up"):
-    """The signal settles exponentially from the first sample on, which the fit allows for; the size is by how much.
+    """The signal settles exponentially from the first sample on, and the fit allows for it; the size is the
+    amplitude.
 
     Attributes
     ----------
@@ -28,7 +29,7 @@ class WarmUp(Details, code="warm_up"):
 
 @frozen
 class TemperatureDrift(Details, code="temperature_drift"):
-    """The signal follows the temperature, which the fit allows for; the size is the coefficient per kelvin.
+    """The signal follows the temperature, and the fit allows for it; the size is the coefficient per kelvin.
 
     Attributes
     ----------

@@ -180,12 +180,13 @@ class NoAdequateModel(Details, code="no_adequate_model"):
 
 @frozen
 class Widened(Details, code="widened"):
-    """The best model is off the spectrum, and the intervals allow for it; the size is the random walk's, relative.
+    """The best model does not fit the spectrum exactly, and the intervals allow for it; the size is that of the
+    random walk, relative.
 
     Attributes
     ----------
     frequency : float
-        Where the model is worst. [Hz]
+        Frequency of the largest misfit. [Hz]
     ratio : float
         Measured density over that of the model there. [1]
     allowed : float
@@ -202,7 +203,7 @@ class Widened(Details, code="widened"):
 
 @frozen
 class ShortTimesLeftOut(Details, code="short_times_left_out"):
-    """The fit begins beyond the shortest averaging time; the reasons are empty where that was asked for.
+    """The fit begins beyond the shortest averaging time; the reasons are empty if this was requested.
 
     Attributes
     ----------
@@ -253,7 +254,7 @@ class ConstantChannel(Details, code="constant_channel"):
 
 @frozen
 class TooFewSamples(Details, code="too_few_samples"):
-    """So many samples are missing that there is no Allan variance: the channel is not analysed.
+    """Too many samples are missing for an Allan variance: the channel is not analysed.
 
     Attributes
     ----------
@@ -278,7 +279,7 @@ class Strided(Details, code="strided"):
     samples : int
         Length of the record.
     out_of_memory : bool
-        Whether the reason is that the record does not fit in memory, and not an option.
+        Whether the record does not fit in memory; otherwise an option was given.
     """
 
     tau: float
@@ -321,7 +322,7 @@ class CheckedInPart(Details, code="checked_in_part"):
 
 @frozen
 class CheckedWithoutFit(Details, code="checked_without_fit"):
-    """The record is too long for a quick fit, so that the checks that need a fit are left out.
+    """The record is too long for a quick fit; the checks that need a fit are omitted.
 
     Attributes
     ----------

@@ -8,7 +8,7 @@ from sigmatau.frozen import frozen
 
 @frozen
 class RunDiffers(Details, code="run_differs"):
-    """A run does not have the model of the others.
+    """A run differs from the model of the others.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class RunDiffers(Details, code="run_differs"):
 
 @frozen
 class RunsDiffer(Details, code="runs_differ"):
-    """A term that is taken as common is not the same in all runs.
+    """A term that is treated as common is not the same in all runs.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class RunLeftOut(Details, code="run_left_out"):
     run : str
         Its name.
     reason : str
-        Why it cannot be used.
+        Reason why it cannot be used.
     """
 
     run: str

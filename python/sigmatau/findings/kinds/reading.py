@@ -50,7 +50,7 @@ class InFile(Details):
 
 @frozen
 class Damaged(InFile, code="damaged"):
-    """A file that is damaged at a place, or truncated there. It is read up to it.
+    """A damaged or truncated file. It is read up to the damage.
 
     Attributes
     ----------
@@ -85,14 +85,14 @@ class Damaged(InFile, code="damaged"):
 
 @frozen
 class PartMissing(InFile, code="part_missing"):
-    """A file of a split log that is missing, or cannot be read for a `reason`; or the only one that is read.
+    """A file of a split log that is missing or unreadable (`reason`), or the only file that is read.
 
     Attributes
     ----------
     number, of : int
         Of the file, counted from 1.
     reason : str
-        Why it cannot be read; empty if it is missing.
+        Reason why it cannot be read; empty if it is missing.
     alone : bool
         Whether it is the only part that is read.
     """
@@ -114,11 +114,11 @@ class SkippedMessages(InFile, code="skipped_messages"):
     unit : {"lines", "messages"}
         What is counted.
     other : bool
-        Whether they are of other types, and whole.
+        Whether they are intact messages of other types.
     place : Place or None
         Of the first, or of the first of those that stand in place of rows.
     example : str
-        What is wrong with one of them, or its type.
+        Fault of one of them, or its type.
     kept : int or None
         How many are read; None if that is not known.
     """
@@ -240,7 +240,7 @@ class ColumnsByGravity(InFile, code="columns_by_gravity"):
 
 @frozen
 class GravityOnGyro(InFile, code="gravity_on_gyro"):
-    """The columns that are read as the gyro have the mean of gravity, and those of the accelerometer have not.
+    """Gravity is in the columns that are read as the gyro, and not in those of the accelerometer.
 
     Attributes
     ----------
@@ -286,7 +286,7 @@ class LoggerDropouts(InFile, code="dropouts"):
 
 @frozen
 class UnitOverruled(InFile, code="unit_overruled"):
-    """A unit given by the user that differs from the one that the file states.
+    """A unit given by the user that differs from the unit that the file states.
 
     Attributes
     ----------

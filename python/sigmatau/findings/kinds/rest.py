@@ -41,7 +41,7 @@ class NotAtRest(Details, code="not_at_rest"):
     Attributes
     ----------
     motion : Motion
-        The strongest sign of it.
+        The strongest motion.
     duration : float
         Of the record. [s]
     still : tuple of (float, float)
@@ -80,12 +80,12 @@ class KeptOfStream:
 
 @frozen
 class PartlyAtRest(Details, code="partly_at_rest"):
-    """The sensor moves for a part of the record, which is left out.
+    """The sensor moves during a part of the record; this part is left out.
 
     Attributes
     ----------
     motion : Motion
-        The strongest sign of it.
+        The strongest motion.
     moved : tuple of (float, float)
         In order of time, from the beginning of the log. [s]
     kept : tuple of KeptOfStream
@@ -99,12 +99,12 @@ class PartlyAtRest(Details, code="partly_at_rest"):
 
 @frozen
 class AssumedAtRest(Details, code="assumed_at_rest"):
-    """The sensor moves, and is analysed as if it rested, as asked.
+    """The sensor moves, and the motion is analysed as noise, as requested.
 
     Attributes
     ----------
     motion : Motion
-        The strongest sign of it.
+        The strongest motion.
     """
 
     motion: Motion

@@ -92,7 +92,7 @@ class BandLeftOut(Details, code="band_left_out"):
     Attributes
     ----------
     highest : float
-        Frequency from which on. [Hz]
+        Frequency from which the spectrum is left out. [Hz]
     """
 
     highest: float

@@ -10,7 +10,7 @@ from sigmatau.frozen import frozen
 
 @frozen
 class ImplausibleRate(Details, code="implausible_rate"):
-    """The stamps give a rate that no usual sensor has.
+    """The stamps give a rate that is not plausible for a sensor.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class RateDrift(Details, code="rate_drift"):
 
 @frozen
 class RateChange(Details, code="rate_change"):
-    """The sampling rate changes abruptly, once and for good.
+    """The sampling rate changes abruptly, once.
 
     Attributes
     ----------
@@ -88,14 +88,15 @@ class RateChange(Details, code="rate_change"):
 
 @frozen
 class ClockOff(Details, code="clock_off"):
-    """Lines and filter corners have a common factor to those of other records of the unit; the size is the factor.
+    """Lines and filter corners differ from those of other records of the unit by a common factor; the size is the
+    factor.
 
     Attributes
     ----------
     factor, low, high : float
         Of the frequencies, with its interval. [1]
     marks : int
-        Lines, resonances and corners that have the factor and not 1.
+        Number of lines, resonances and corners with this factor instead of 1.
     others : int
         Records that agree with each other.
     """
@@ -183,7 +184,7 @@ class LongPauses(Details, code="long_pauses"):
 
 @frozen
 class IrregularStamps(Details, code="irregular_stamps"):
-    """The stamps fit no grid; the samples are taken as evenly spaced.
+    """The stamps do not fit a grid; the samples are treated as evenly spaced.
 
     Attributes
     ----------
@@ -194,7 +195,7 @@ class IrregularStamps(Details, code="irregular_stamps"):
     place : str
         The row behind it.
     leaps : int
-        Intervals of a live log that are negative or longer than 20 samples.
+        Number of intervals of a live log that are negative or longer than 20 samples.
     """
 
     interval: float
@@ -216,7 +217,7 @@ class CoarseStamps(Details, code="coarse_stamps"):
     rate_error : float or None
         Largest relative error of the rate; None if the stamps allow any higher rate.
     hidden : int
-        Fewer consecutive lost samples than this cannot be seen.
+        Smallest number of consecutive lost samples that can be detected.
     single_precision : bool
         Whether the resolution is that of single-precision numbers.
     period, lost : int
@@ -235,7 +236,8 @@ class CoarseStamps(Details, code="coarse_stamps"):
 
 @frozen
 class HostStamps(Details, code="host_stamps"):
-    """The stamps say when a host received the samples, in bunches; the samples are taken as evenly spaced.
+    """The stamps are the times at which a host received the samples, in bunches; the samples are treated as evenly
+    spaced.
 
     Attributes
     ----------
@@ -260,8 +262,8 @@ class Jitter(Details, code="jitter"):
     interval : float
         Sample interval. [s]
     added : float or None
-        Quantization noise that it makes of the mean of an integrating channel, if the instants of sampling scatter so.
-        [`unit`]
+        Quantization noise that jitter adds to an integrating channel through its mean, if the sampling times scatter
+        as the stamps do. [`unit`]
     unit : str
         Its unit.
     """

@@ -33,7 +33,7 @@ class PairsAcrossGaps(Details, code="pairs_across_gaps"):
     longest : float
         Averaging time that the curve reaches. [s]
     fitted : float
-        Up to which the fit uses it: at least 9 of 10 pairs are left [s]; 0 without a fit.
+        Averaging time up to which the fit uses the curve: at least 9 of 10 pairs are left [s]; 0 without a fit.
     """
 
     missing: int

@@ -33,7 +33,7 @@ class HeldRuns(Details):
 
 @frozen
 class Dropout(HeldRuns, code="dropout"):
-    """The log holds the number 0 where samples were lost."""
+    """The log contains the number 0 in place of lost samples."""
 
 
 @frozen
@@ -48,7 +48,7 @@ class Saturation(Details, code="saturation"):
     Attributes
     ----------
     strongest : str
-        The channel with the largest effect, which all numbers are of.
+        The channel with the largest effect, to which all numbers refer.
     samples : int
         Samples at an end of the range.
     share : float
@@ -78,7 +78,7 @@ class Saturation(Details, code="saturation"):
 
 @frozen
 class RepeatedSamples(Details, code="repeated_samples"):
-    """Samples that equal the one before, more often than chance makes them.
+    """Samples that equal the previous sample more often than by chance.
 
     Attributes
     ----------
@@ -179,14 +179,14 @@ class FilledSamples:
 
 @frozen
 class Interpolated(Details, code="interpolated"):
-    """Samples on the straight line through their neighbours: all made from a lower rate, or lost ones filled in.
+    """Samples on the straight line through their neighbours: resampled from a lower rate, or lost samples filled in.
 
     Attributes
     ----------
     strongest : str
-        The channel which all numbers are of.
+        The channel to which all numbers refer.
     share : float
-        Part of the samples that were made up: single ones if there are `singles`, else all. [1]
+        Share of filled-in samples: of single samples if there are `singles`, otherwise of all. [1]
     upsampled : Upsampled or None
         If all samples were made from a lower rate.
     outages : FilledOutages or None
@@ -204,7 +204,7 @@ class Interpolated(Details, code="interpolated"):
 
 @frozen
 class CoarseResolution(Details, code="coarse_resolution"):
-    """A step of the numbers that is coarse against the noise.
+    """A resolution that is coarse relative to the noise.
 
     Attributes
     ----------
@@ -235,7 +235,7 @@ class ImplausibleUnit(Details, code="implausible_unit"):
         Mean of an accelerometer triad; a step known from datasheets; noise beyond that of all gyros; a bias too large
         for gyros with so little noise.
     quantity : str
-        What the stream measures.
+        Quantity that the stream measures.
     stated, likely : str
         The unit that was stated, and the one that the samples look like; empty if no unit explains them.
     option : str
@@ -273,11 +273,11 @@ class Gravity(Details, code="gravity"):
     mean : float
         Length of the mean vector. [m/s^2]
     deviation : float
-        How far it is from standard gravity, as a part of it; negative if less. [1]
+        Relative difference from standard gravity; negative if smaller. [1]
     low, high : float
         Gravity on the ground. [m/s^2]
     cause : {"bias_or_scale", "removed", "unknown"}
-        What it may come from.
+        Possible cause.
     """
 
     mean: float

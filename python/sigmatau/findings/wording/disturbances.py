@@ -99,7 +99,7 @@ def _spikes(finding: Finding, details: Spikes) -> Words:
         return Words(found)
     return Words(
         f"{found}, beside smaller ones in the noise",
-        "Run with --keep spikes too: the random walk is between the two" if finding.left_out else "",
+        "Run again with --keep spikes: the random walk is between the two results" if finding.left_out else "",
     )
 
 

@@ -18,7 +18,7 @@ def _warm_up(finding: Finding, details: WarmUp) -> Words:
     size = f"{two_digits((finding.size or 0.0) / factor)} ± {half} {unit}"
     return Words(
         f"warm-up of {size}, time constant about {duration_text(details.time_constant)}",
-        "Nothing to do: the fit allows for it",
+        "No action needed: the fit allows for it",
     )
 
 

@@ -120,7 +120,7 @@ def _widened(finding: Finding, details: kinds.Widened) -> Words:
     if details.lines >= _MANY_LINES:
         action = "Look for a vibration or a supply with these frequencies, and record again without it"
         return Words(f"{details.lines} spectral lines, and {off}", action)
-    return Words(off, "Look for a cause near this frequency, or take the intervals as they are")
+    return Words(off, "Look for a cause near this frequency, or accept the wider intervals")
 
 
 def _short_times_left_out(finding: Finding, details: kinds.ShortTimesLeftOut) -> Words:
@@ -149,7 +149,7 @@ def _too_few_samples(finding: Finding, details: kinds.TooFewSamples) -> Words:
 
 def _strided(finding: Finding, details: kinds.Strided) -> Words:
     why = f"{details.samples} samples do not fit in memory: " if details.out_of_memory else ""
-    return Words(f"{why}from τ = {seconds(details.tau)} s, clusters start only at every 64th sample or fewer")
+    return Words(f"{why}from τ = {seconds(details.tau)} s, clusters start at every 64th sample at most")
 
 
 def _no_map(finding: Finding, details: kinds.NoMap) -> Words:

@@ -38,7 +38,7 @@ def _spectral_lines(finding: Finding, details: SpectralLines) -> Words:
     message = (
         f"{what} of {number(strongest.amplitude / factor)} {unit} at {strongest.frequency:.4g} Hz{_mains(strongest)}"
     )
-    return Words(message, "Nothing to do: the coefficients are those without the lines")
+    return Words(message, "No action needed: the coefficients are those without the lines")
 
 
 def _low_pass_filter(_: Finding, details: LowPassFilter) -> Words:
@@ -47,13 +47,13 @@ def _low_pass_filter(_: Finding, details: LowPassFilter) -> Words:
         what = "the spectrum is uneven, but does not fall as behind a low-pass filter"
     if details.corner is not None and details.low is not None and details.high is not None:
         what += f" at {details.corner:.3g} ± {two_digits((details.high - details.low) / 2)} Hz"
-    return Words(what, "Nothing to do: it is part of the fit")
+    return Words(what, "No action needed: it is part of the fit")
 
 
 def _band_left_out(_: Finding, details: BandLeftOut) -> Words:
     return Words(
         f"the spectrum from {details.highest:.3g} Hz on fits no model and is left out",
-        "Nothing to do, unless the noise at short times matters",
+        "No action needed, unless the noise at short times matters",
     )
 
 
@@ -63,7 +63,7 @@ def _gauss_markov(finding: Finding, details: GaussMarkovProcess) -> Words:
     return Words(
         f"Gauss-Markov process of {_sized(finding, details.quantity)},"
         f" correlation time {duration_text(details.time)}{within}",
-        "Nothing to do: it is part of the model",
+        "No action needed: it is part of the model",
     )
 
 
@@ -71,7 +71,7 @@ def _resonance(finding: Finding, details: Resonance) -> Words:
     return Words(
         f"resonance of {_sized(finding, details.quantity)} at {details.frequency:.3g} Hz,"
         f" half width {two_digits(details.width)} Hz",
-        "Nothing to do: it is part of the model",
+        "No action needed: it is part of the model",
     )
 
 

@@ -44,11 +44,11 @@ def read(
 ) -> Record:
     """Read a static record from a file.
 
-    The format is detected from the content: text tables (comma, semicolon, tab or spaces; with or without a header; also
-    ``.gz``, or several in a zip archive), VectorNav lines, NovAtel RAWIMU, MCAP, ROS 1 and 2 bags, PX4 and ArduPilot flight
-    logs, MATLAB, HDF5, Zarr, Parquet, Arrow, TDMS, ``.npy`` and ``.npz``. Raw binary files need `layout`. Columns are
-    recognised by common names, units are taken from the file, and the rate from the time stamps. Nothing is guessed: if the
-    file does not state it, an option must.
+    The format is detected from the content: text tables (comma, semicolon, tab or spaces; with or without a header;
+    also ``.gz``, or several in a zip archive), VectorNav lines, NovAtel RAWIMU, MCAP, ROS 1 and 2 bags, PX4 and
+    ArduPilot flight logs, MATLAB, HDF5, Zarr, Parquet, Arrow, TDMS, ``.npy`` and ``.npz``. Raw binary files need
+    `layout`. Columns are recognised by common names, units are taken from the file, and the rate from the time stamps.
+    Nothing is guessed: information that the file does not state must be given by an option.
 
     Parameters
     ----------
@@ -66,8 +66,8 @@ def read(
         recognised by name, and ``{"time": "none"}`` ignores the time stamps. By default all channels are recognised by
         name.
     input : {"rate", "increments", "accumulated"}
-        Kind of the numbers: rates; the angle or velocity increment of a sample interval; or the accumulated increments,
-        of which N points give N-1 rates.
+        Content of the columns: rates; the angle or velocity increment of a sample interval; or the accumulated
+        increments, where N points give N-1 rates.
     scale, offset : mapping of str to float, optional
         By channel or sensor, for counts or volts: value = (raw - offset) * scale, in the stated unit. ``"time"`` may
         have a scale too. [stated unit per count; counts]
@@ -105,7 +105,7 @@ def read(
     See Also
     --------
     from_frame : a record from a data frame.
-    inspect : what a file contains.
+    inspect : the contents of a file.
     write : writes a record.
 
     Examples

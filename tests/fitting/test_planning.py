@@ -234,7 +234,7 @@ class TestGaussMarkov:
 def test_the_bias_of_an_accelerometer_is_in_the_unit_of_the_table_of_analyze():
     kind = {"channel": "accel_x", "quantity": "acceleration", "rate_unit": "m/s^2"}
     made = plan({"random_walk": 1e-3}, "bias_instability", rate=10, value=40 * 9.80665e-6, **kind)
-    assert "40 µg shows in half of the records of" in repr(made)
+    assert "40 µg needs a record of" in repr(made)
     model = ChannelModel(terms={"bias_instability": made.value}, quantity="acceleration", unit="m/s^2")
     assert "bias instability 40 µg" in repr(model)
 

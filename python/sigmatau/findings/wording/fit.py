@@ -149,7 +149,7 @@ def _too_few_samples(finding: Finding, details: kinds.TooFewSamples) -> Words:
 
 def _strided(finding: Finding, details: kinds.Strided) -> Words:
     why = f"{details.samples} samples do not fit in memory: " if details.out_of_memory else ""
-    return Words(f"{why}from τ = {seconds(details.tau)} s, clusters start at every 64th sample at most")
+    return Words(f"{why}from τ = {seconds(details.tau)} s, clusters start at every 64th sample or less often")
 
 
 def _no_map(finding: Finding, details: kinds.NoMap) -> Words:

@@ -13,10 +13,10 @@ from sigmatau import errors
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding, by_severity
-from sigmatau.findings.kinds.reading import Unusable
+from sigmatau.findings.kinds.reading import ColumnsByGravity, Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
-from sigmatau.io.read.names import recognise, unit_of
+from sigmatau.io.read.names import by_gravity, recognise, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
@@ -241,7 +241,9 @@ def _looked_into(
     try:
         made = part(table, assemble.of_table(table, tables, options))
     except OptionError as error:
-        return _counted(table, replace(info, wanting=error.for_command_line())), None
+        asked = _counted(table, replace(info, wanting=error.for_command_line()))
+        by_mean = None if options.channels else by_gravity(table)
+        return asked if by_mean is None else _by_gravity(asked, (by_mean[1], *asked.findings)), None
     except RecordTooShortError as error:
         # An empty topic beside the one that is read is not a fault.
         return (_unusable(info, error) if chosen else info), None
@@ -251,7 +253,21 @@ def _looked_into(
     read = replace(
         info, rows=made.rows, rate=grid.rate, rate_source=grid.source, notes=made.conversions, findings=made.findings
     )
-    return read, made
+    return _by_gravity(read, made.findings), made
+
+
+def _by_gravity(info: TableInfo, findings: tuple[Finding, ...]) -> TableInfo:
+    """The table with its findings, and with the channels that gravity tells if one of them says so."""
+    channels: dict[int, str] = {}
+    for details in (finding.details for finding in findings):
+        if isinstance(details, ColumnsByGravity):
+            places = {"gyro": details.gyro, "accel": details.accel}
+            channels = {first + k: f"{name}_{'xyz'[k]}" for name, (first, _) in places.items() for k in range(3)}
+            channels |= {} if details.time is None else {details.time: "time"}
+    columns = tuple(
+        replace(column, channel=channels.get(number, column.channel)) for number, column in enumerate(info.columns, 1)
+    )
+    return replace(info, columns=columns, findings=findings)
 
 
 def _counted(table: Table, info: TableInfo) -> TableInfo:

@@ -40,11 +40,14 @@ class ColumnInfo:
         The channel it is recognised as, ``"gyro_x"``, ``"time"`` …; None if it is not recognised.
     unit : str or None
         As the file spells it; None if it states none.
+    first : str
+        Its value in the first row, where no name tells what it is; else empty.
     """
 
     name: str
     channel: str | None
     unit: str | None
+    first: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +87,7 @@ class TableInfo:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        columns = [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns]
+        columns = [{"name": c.name, "channel": c.channel, "unit": c.unit, "first": c.first} for c in self.columns]
         return plain(self, "topic rows rate_hz=rate rate_source notes findings chosen wanting", columns=columns)
 
 
@@ -183,11 +186,15 @@ def _runs(columns: Sequence[ColumnInfo]) -> list[tuple[str, str, ColumnInfo]]:
         ):
             end += 1
         if end - at < _FEWEST_IN_ONE_LINE:
-            lines += [(str(k + 1), columns[k].name, columns[k]) for k in range(at, end)]
+            lines += [(str(k + 1), _shown(columns[k]), columns[k]) for k in range(at, end)]
         else:
             lines.append((f"{at + 1}:{end}", f"{columns[at].name} … [{first + end - at - 1}]", columns[at]))
         at = end
     return lines
+
+
+def _shown(column: ColumnInfo) -> str:
+    return f"{column.name} ({column.first} …)".lstrip() if column.first else column.name
 
 
 def inspect(
@@ -271,14 +278,21 @@ def _by_gravity(info: TableInfo, findings: tuple[Finding, ...]) -> TableInfo:
 
 
 def _counted(table: Table, info: TableInfo) -> TableInfo:
-    """The table with its number of rows, and the findings made in counting them."""
-    recognised = [i for i, match in enumerate(recognise(table.columns)) if match is not None] or [0]
+    """The table with its number of rows, the first value of each column if no name tells what it is, and the findings
+    made in loading them.
+    """
+    recognised = [i for i, match in enumerate(recognise(table.columns)) if match is not None]
+    wanted = recognised[:1] or list(range(min(len(table.columns), _LISTED)))
     try:
-        loaded = table.load(recognised[:1], None)
+        loaded = table.load(wanted, None)
     except DataError as error:
         return _unusable(info, error)
-    rows = len(loaded.columns[recognised[0]])
-    return replace(info, rows=rows, findings=(*info.findings, *loaded.findings))
+    rows = len(loaded.columns[wanted[0]])
+    columns = list(info.columns)
+    for k in () if recognised or not rows else wanted:
+        text = table.columns[k].first or f"{loaded.columns[k][0]:.6g}"
+        columns[k] = replace(columns[k], first=text)
+    return replace(info, rows=rows, columns=tuple(columns), findings=(*info.findings, *loaded.findings))
 
 
 def _unusable(info: TableInfo, error: DataError) -> TableInfo:
@@ -291,8 +305,8 @@ def _named(table: Table) -> TableInfo:
     columns = []
     for column, match in zip(table.columns, recognise(table.columns), strict=True):
         stated = unit_of(column)[1] or (match[1] if match else None)
-        name = column.name or (f"({column.first} …)" if column.first else "")
-        columns.append(ColumnInfo(name=name, channel=match[0] if match else None, unit=stated))
+        first = "" if column.name else column.first
+        columns.append(ColumnInfo(name=column.name, channel=match[0] if match else None, unit=stated, first=first))
     return TableInfo(
         topic=table.topic, rows=table.rows, columns=tuple(columns), notes=table.notes, findings=table.findings
     )

@@ -112,6 +112,18 @@ class TestRecord:
         assert gaps.spans == (pytest.approx((23.0, 24.0)),)
         assert gaps.details.longest[0].start == gaps.spans[0][0]
 
+    def test_findings_name_the_topic(self, file):
+        """Not those that all topics have, which are about the file, nor any in a file of one topic."""
+        lost = Finding(details=Damaged(what="file"), severity="error")
+        times = np.delete(np.arange(1000), np.s_[300:400]) / 100
+        gappy = table("/imu/a", ACCEL, n=len(times), times=times, findings=(lost,))
+        tables = [table("/imu/g", GYRO, n=1000, findings=(lost,)), gappy]
+        found = assemble.assemble(tables, file, options()).findings
+        assert [(one.code, one.topic) for one in found] == [("damaged", ""), ("gaps", "/imu/a")]
+        assert str(found[1]).startswith("warning: /imu/a: 100 of 1000 samples")
+        assert found[1].to_dict()["topic"] == "/imu/a"
+        assert [one.topic for one in assemble.assemble([gappy], file, options()).findings] == ["", ""]
+
     def test_a_slip_of_the_pen_is_seen(self, file):
         tables = [table("g", GYRO), table("a", ACCEL)]
         with pytest.raises(OptionError, match="no such channel"):

@@ -56,6 +56,8 @@ class Finding:
         Coefficients, by term, and the factor by which each is larger than the sensor's own.
     left_out : int
         Samples that were taken for missing for it, of the channel with the most; 0 if none were.
+    topic : str
+        The topic or table of the file that it is about, if several are read; else empty.
 
     See Also
     --------
@@ -80,6 +82,7 @@ class Finding:
     unit: str = ""
     factors: tuple[tuple[str, float], ...] = ()
     left_out: int = 0
+    topic: str = ""
 
     @property
     def code(self) -> str:
@@ -118,6 +121,7 @@ class Finding:
             **({} if self.size is None else {"size": plain(self.size), "unit": self.unit}),
             **({"factors": plain(dict(self.factors))} if self.factors else {}),
             **({"left_out": self.left_out} if self.left_out else {}),
+            **({"topic": self.topic} if self.topic else {}),
             "details": plain(self.details),
         }
 
@@ -143,6 +147,7 @@ class Findings(tuple[Finding, ...], Tabular):
             "size": [one.size for one in self],
             "unit": [one.unit for one in self],
             "left_out": [one.left_out for one in self],
+            "topic": [one.topic for one in self],
         }
 
     def __repr__(self) -> str:

@@ -175,7 +175,7 @@ def _told(finding: Finding) -> Told:
     more = len(finding.spans) - _MOST_SPANS
     return Told(
         severity=finding.severity,
-        axes=printable(short_axes(finding.channels)) if finding.channels else "",
+        axes=printable(": ".join(filter(None, (finding.topic, short_axes(finding.channels))))),
         message=printable(finding.message),
         action=printable(finding.action),
         where=", ".join(spans) + (f" and {more} more" if more > 0 else ""),

@@ -216,7 +216,7 @@ def inspect(
             if options.topic:
                 raise
             chosen, wanting = [], error.for_command_line()
-        found, parts, at = list[TableInfo](), list[Part](), list[int]()
+        found, parts, at, read = list[TableInfo](), list[Part](), list[int](), list[int]()
         for table in tables:
             wanted = any(table is one for one in chosen)
             of_this = options if len(chosen) == 1 else replace(options, channels={})
@@ -225,6 +225,7 @@ def inspect(
                 if wanted and made is not None:
                     at.append(len(found))
                     parts.append(made)
+                read.append(len(found))
                 found.append(info)
             else:
                 found.append(_named(table))
@@ -232,6 +233,9 @@ def inspect(
             parts = assemble.of_one_clock(parts)
             for k, made in zip(at, parts, strict=True):
                 found[k] = replace(found[k], findings=made.findings)
+        told = assemble.with_topics([(found[k].topic, found[k].findings) for k in read]) if read else []
+        for k, findings in zip(read, told, strict=True):
+            found[k] = replace(found[k], findings=findings)
         record = None
         if chosen and len(parts) == len(chosen):
             with contextlib.suppress(OptionError):  # raised again when the record is read

@@ -577,6 +577,21 @@ def test_help(argv, capsys):
     assert "sigmatau" in out
 
 
+@pytest.mark.parametrize("words", ["", "analyze", "store trend"])
+def test_help_as_a_word(words, capsys):
+    code, out, err = run("help", *words.split(), capsys=capsys)
+    assert (code, out, err) == run(*words.split(), "--help", capsys=capsys)
+    assert (code, err) == (0, "")
+    assert out.startswith(f"Usage: sigmatau {words}".rstrip())
+
+
+@pytest.mark.parametrize(("option", "after"), [("export --to", ""), ("analyze --export", "=")])
+def test_the_shell_completes_targets(option, after, capsys):
+    code, out, _ = run("__complete", *option.split(), "ka", capsys=capsys)
+    assert code == 0
+    assert f"kalibr{after}" in [line.partition("\t")[0] for line in out.splitlines()]
+
+
 def test_help_has_examples(capsys):
     assert "--channels time=1,gyro=2:4" in run("analyze", "--help", capsys=capsys)[1]
 

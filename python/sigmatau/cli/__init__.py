@@ -63,10 +63,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     from sigmatau.errors import DataError, OptionError
 
     plain_streams()
+    words = sys.argv[1:] if argv is None else list(argv)
     try:
         with _termination(), settled():
             result = app(
-                sys.argv[1:] if argv is None else list(argv),
+                [*words[1:], "--help"] if words[:1] == ["help"] else words,
                 exit_on_error=False,
                 print_error=False,
                 result_action="return_value",

@@ -16,6 +16,8 @@ from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import time_of
 
 if TYPE_CHECKING:
+    from cyclopts.completion import CompletionContext
+
     from sigmatau.analysed import Analysis
     from sigmatau.exporting.choices import Choices
 
@@ -89,6 +91,13 @@ class Choosing:
             if getattr(self, field.name) != field.default:
                 return f"--{field.name.replace('_', '-')}"
         return None
+
+
+def targets_for_shell(context: CompletionContext) -> list[str]:
+    """The names of the targets, for completion of ``--to``; with ``=`` behind them for that of ``--export``."""
+    from sigmatau.exporting.targets import NAMES
+
+    return [f"{name}=" if context.argument.name == "--export" else name for name in NAMES]
 
 
 _NAMES = {"walk": "rate-random-walk", "noise": "random-walk", "names": "name"}

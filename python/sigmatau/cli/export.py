@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from sigmatau.cli.choosing import Choosing, as_typed, print_findings
+from sigmatau.cli.choosing import Choosing, as_typed, print_findings, targets_for_shell
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.datasheets.sheet import datasheet
@@ -29,7 +29,7 @@ def export_command(
     source: Path | None = None,
     /,
     *,
-    to: str | None = None,
+    to: Annotated[str | None, Parameter(completer=targets_for_shell)] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     rate: float | None = None,
     choosing: Choosing | None = None,

@@ -89,6 +89,15 @@ class TestChoice:
         with pytest.raises(OptionError, match="one table and no topics"):
             chosen([table("", GYRO)], "imu")
 
+    def test_an_empty_topic_is_not_preferred(self):
+        imu = (*GYRO, *ACCEL)
+        tables = [table("/cam0/imu", imu, n=0), table("/imu/data_raw", imu), table("/imu0", GYRO, n=0)]
+        assert chosen(tables, "imu") == ["/imu/data_raw"]
+        assert chosen(tables, "/cam0/imu") == chosen(tables, "cam0/imu") == ["/cam0/imu"]
+        assert chosen(tables, "imu0") == ["/imu0"]
+        with pytest.raises(OptionError, match="several topics match"):
+            chosen([*tables, table("/imu/data", imu)], "imu")
+
 
 class TestRecord:
     def test_two_rates(self, file):

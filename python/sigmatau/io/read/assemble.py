@@ -143,7 +143,8 @@ def describe(table: Table) -> str:
 
 def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
     """The tables that were asked for, or else the only table or tables with a gyro and an accelerometer. `asked`:
-    topics by name. The name without the number of the instance, or its end, is enough if only one topic matches.
+    topics by name. The name without the number of the instance, its end, or a part of it between slashes is enough if only
+    one topic matches; empty topics match if no other does.
     """
     if asked:
         named = [name for spelled in asked for name in _split(tables, spelled)]
@@ -174,11 +175,20 @@ def _split(tables: Sequence[Table], spelled: str) -> list[str]:
 
 
 def _named(tables: Sequence[Table], name: str) -> Table:
+    typed = name.lower()
+    with_rows = [table for table in tables if table.rows != 0]
     for same in (
         [table for table in tables if table.topic == name],
-        [table for table in tables if table.topic.lower() == name.lower()],
-        [table for table in tables if name and _without_instance(table.topic.lower()) == name.lower()],
-        [table for table in tables if name and table.topic.lower().endswith(name.lower())],
+        [table for table in tables if table.topic.lower() == typed],
+        *(
+            [table for table in some if name and matches(table.topic.lower())]
+            for some in (with_rows, tables)
+            for matches in (
+                lambda topic: _without_instance(topic) == typed,
+                lambda topic: topic.endswith(typed),
+                lambda topic: typed in topic.split("/"),
+            )
+        ),
     ):
         if len(same) == 1:
             return same[0]

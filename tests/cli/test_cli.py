@@ -17,7 +17,9 @@ import numpy as np
 import pytest
 
 from sigmatau.cli import main
+from sigmatau.cli.choosing import Choosing
 from sigmatau.cli.options import finding_lines
+from sigmatau.cli.settings import Settings
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged
 
@@ -70,6 +72,8 @@ class TestAnalyze:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
+            (["1x"], "--tau-min '1x': '1x' is not a time with a unit; give seconds"),
+            (["1000ms"], "--tau-min may be at most 0.12 s here, not 1.0"),
             (["-1"], "--tau-min must be a positive number of seconds, not -1.0"),
             (["nan"], "--tau-min must be a positive number of seconds, not nan"),
             (["1"], "--tau-min may be at most 0.12 s here, not 1.0"),
@@ -566,6 +570,13 @@ class TestSimulate:
         assert (got, out) == (code, "")
         assert len(err.splitlines()) == 1
         assert [p.name for p in tmp_path.iterdir()] == ["m.toml"]
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("0.5", 0.5), ("500ms", 0.5), ("10min", 600.0), ("2 h", 7200.0)])
+def test_times_are_seconds_or_have_a_unit(text, seconds):
+    arguments = Settings(tau_min=text, taus=f"0.1,{text}").arguments()
+    assert (arguments["tau_min"], arguments["taus"]) == (seconds, [0.1, seconds])
+    assert Choosing(step=text).choices(None).step == seconds
 
 
 @pytest.mark.parametrize(

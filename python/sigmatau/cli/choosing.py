@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from sigmatau.cli.options import finding_lines, key_values, say
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.quality.selection.time_text import time_of
+from sigmatau.quality.selection.time_text import seconds_of, time_of
 
 if TYPE_CHECKING:
     from cyclopts.completion import CompletionContext
@@ -44,7 +44,7 @@ class Choosing:
     walk_factor
         Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.
     step
-        Step of the filter in seconds, for targets that need one; required for them.
+        Step of the filter in seconds or with its unit, 5ms, for targets that need one; required for them.
     name
         Other fields of a target: topic=/imu0, gravity=9.81.
     strict
@@ -58,7 +58,7 @@ class Choosing:
     horizon: str | None = None
     noise_factor: float = 1.0
     walk_factor: float = 1.0
-    step: float | None = None
+    step: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     name: Annotated[list[str] | None, Parameter(negative=())] = None
     strict: Annotated[bool, Parameter(negative=())] = False
 
@@ -80,7 +80,7 @@ class Choosing:
                 noise_factor=self.noise_factor,
                 walk_factor=self.walk_factor,
                 rate=rate,
-                step=self.step,
+                step=None if self.step is None else seconds_of(self.step, option="step"),
                 names=key_values(self.name or [], "name", "topic=/imu0"),
                 strict=self.strict,
             )

@@ -105,10 +105,10 @@ def analyze(
     taus, overlap, counting
         See `sigmatau.allan`.
     method : {"likelihood", "gls", "read-off"}
-        How the coefficients are fitted, beside reading them off: by the likelihood of the spectrum, with all that it shows
-        in the model; by generalised least squares on the Allan variances (`sigmatau.fit`); or not at all. Channels with
-        very few samples are fitted by least squares, which always uses overlapping clusters on half octaves, for any grid
-        of the curve.
+        How the coefficients are fitted, beside reading them off: by maximum likelihood of the spectrum, with the lines and
+        filters that were found in the model; by generalised least squares on the Allan variances (`sigmatau.fit`); or not
+        at all. Channels with very few samples are fitted by least squares, which always uses overlapping clusters on half
+        octaves, for any grid of the curve.
     terms : sequence of str, optional
         Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all. A term that is left out is taken as
         absent; if it is not, the others are wrong.

@@ -248,7 +248,7 @@ def _level(analysis: Analysis) -> str:
 
 
 _METHODS = {
-    "likelihood": "likelihood of the spectrum, with all that it shows in the model",
+    "likelihood": "maximum likelihood of the spectrum; lines and filters that were found are in the model",
     "gls": "generalised least squares on the Allan variances",
     "read-off": "read off the curve, as in the paper",
 }

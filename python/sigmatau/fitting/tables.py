@@ -35,7 +35,6 @@ _FIT_LEGEND = (
 def fit_table(
     fits: Mapping[str, NoiseFit],
     read_offs: Mapping[str, ReadOff],
-    trusts: Mapping[str, str] = MappingProxyType({}),
     means: Mapping[str, Sequence[MeanStability]] = MappingProxyType({}),
 ) -> str:
     """The fitted coefficients as aligned text, in the field's units, and those read off; `fit_legend` explains them.
@@ -44,14 +43,12 @@ def fit_table(
     ----------
     fits, read_offs : mapping
         By channel.
-    trusts : mapping of str to str
-        How far to trust each channel, for its first line.
     means : mapping of str to sequence of MeanStability
         Standard deviations of means by channel.
     """
     rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "")]
     for channel, fitted in fits.items():
-        worth = f"trust: {trusts[channel]}; " if channel in trusts else ""
+        worth = f"trust: {fitted.trust}; " if fitted.trust else ""
         rows.append((f"{channel}  {worth}{fitted.headline(method=False)}",))
         for name in fitted:
             term = TERMS[name]

@@ -17,7 +17,7 @@ from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording.phrases import short_axes
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.overview import overview_rows, trust
+from sigmatau.fitting.overview import overview_rows
 from sigmatau.fitting.read_off import Coefficient
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
@@ -190,7 +190,7 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
         return Coefficients(
             channel=name,
             verdict=fitted.headline(),
-            trust=trust(fitted, analysis.findings, channel),
+            trust=str(fitted.trust),
             rows=tuple(_fitted_rows(fitted)),
             notes=tuple(map(printable, [*reason, *fitted.notes()])),
         )

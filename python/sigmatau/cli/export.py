@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sigmatau.cli.choosing import Choosing, as_typed, print_findings, targets_for_shell
+from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.datasheets.sheet import Datasheet, datasheet
@@ -85,6 +86,7 @@ def export_command(
     check_output(output, (), "output")
     if source is not None:
         refuse_same(source, output=output)
+        check_model(source, "take --from-datasheet {0}")
     choices = (choosing or Choosing()).choices(rate)
     with as_typed():
         # Before a file is read. Whether a datasheet needs the horizon, its values tell.

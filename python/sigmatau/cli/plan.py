@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import QUANTIFIED
@@ -73,6 +74,7 @@ def plan_command(
     """
     if term not in TERMS:
         raise OptionError(f"--term {term!r}: must be one of {', '.join(TERMS)}", option="term")
+    check_model(source)
     found = _channels(source)
     unknown = sorted(set(channels or ()) - set(found))
     if unknown:

@@ -184,7 +184,7 @@ class TestAnalyze:
             assert {"bias_instability", "quantization"}.isdisjoint(channel["fit"]["terms"])
         code, out, err = run(*options, "--terms", "random_walk,arw", capsys=capsys)
         assert code == 2
-        assert "--terms must be of quantization, random_walk" in err
+        assert "--terms: unknown term 'arw'; it is random_walk here" in err
         code, out, err = run(*options, "--terms", "random_walk", "--method", "read-off", capsys=capsys)
         assert (code, "--terms are of a fit" in err) == (2, True)
         code, out, _ = run("analyze", log, "--rate", 100, "--terms", "random_walk", capsys=capsys)
@@ -614,6 +614,40 @@ def test_a_figure_needs_no_backend(one, tmp_path):
         capture_output=True, text=True, check=False, env={**os.environ, "MPLBACKEND": "not_installed"},
     )  # fmt: skip
     assert (done.returncode, figure.exists()) == (0, True), done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        *[(name, "random_walk") for name in ("arw", "VRW", "N", "angle random walk", "noise_density")],
+        *[("B", "bias_instability"), ("1/f-noise", "bias_instability"), ("rrw", "rate_random_walk")],
+        *[("K", "rate_random_walk"), ("R", "rate_ramp"), ("Q", "quantization, or random_walk if")],
+        ("walk", None),
+    ],
+)
+def test_other_names_of_terms(name, meant, tmp_path, capsys):
+    model = tmp_path / "m.toml"
+    model.write_text(TestSimulate.MODEL)
+    code, _, err = run("plan", model, "--term", name, "--rate", 100, "--hours", 1, capsys=capsys)
+    assert code == 2
+    said = f"it is {meant}" if meant else "terms: quantization, random_walk,"
+    assert f"--term: unknown term {name!r}; {said}" in err
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("mdev", "write modified"),
+        ("hdev", "write hadamard"),
+        ("adev", "sigmatau analyze"),
+        ("x", "unknown; kinds: mod"),
+    ],
+)
+def test_other_names_of_deviations(kind, said, capsys):
+    code, _, err = run("deviation", "a.csv", "--kind", kind, capsys=capsys)
+    assert code == 2
+    assert f"--kind '{kind}': " in err
+    assert said in err
 
 
 class TestWhatIsTypedInstead:

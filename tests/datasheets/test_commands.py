@@ -269,6 +269,7 @@ def test_options_reach_the_comparison(folder, capsys):
         ("lot empty --spec spec.toml", 1, "empty: no log in this folder"),
         ("datasheet show", 2, "show needs a name"),
         ("datasheet show nonesuch", 2, "unknown datasheet"),
+        ("datasheet show icm42688", 2, "unknown datasheet 'icm42688'; is icm42688p meant?"),
         ("datasheet list cimu", 2, "sigmatau datasheet show cimu"),
         ("datasheet list --model", 2, "--model needs one datasheet"),
         ("datasheet show cimu --model --json", 2, "not both"),

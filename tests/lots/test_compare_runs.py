@@ -471,7 +471,7 @@ class TestTyped:
             ("1,gyro_x,random_walk,-1,deg/sqrt(h),", "must be positive"),
             ("1,gyro_x,random_walk,1,deg/sqrt(h),0", "error 0 must be positive"),
             ("1,gyro_x,random_walk,1,deg/h,", "'deg/h' is not a unit of random_walk of gyro_x"),
-            ("1,gyro_x,arw,1,deg/sqrt(h),", "unknown term 'arw'; known: quantization"),
+            ("1,gyro_x,arw,1,deg/sqrt(h),", "unknown term 'arw'; it is random_walk here"),
         ],
     )
     def test_refusals(self, line, words, tmp_path):

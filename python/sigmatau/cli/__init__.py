@@ -111,6 +111,8 @@ def _in_words(error: CycloptsError) -> str:
         return "sigmatau datasheet list, or sigmatau datasheet show NAME"
     if command == "datasheet" and isinstance(error, CoercionError) and error.token and not error.token.keyword:
         return f"datasheet takes list or show: sigmatau datasheet show {error.token.value}"
+    if isinstance(error, CoercionError) and error.token and (command, error.token.keyword) == ("deviation", "--kind"):
+        return _of_kind(error.token.value)
     if isinstance(error, UnknownOptionError):
         option = (error.token.keyword or error.token.value).partition("=")[0]
         if hint := _OTHER_NAMES.get((command, option)):
@@ -131,6 +133,18 @@ def _in_words(error: CycloptsError) -> str:
         kind = "whole number" if error.target_type is int else "number"
         return f"{error.token.keyword} {error.token.value!r}: must be a {kind} without a unit; see {called} --help"
     return str(error)
+
+
+def _of_kind(kind: str) -> str:
+    """What to say of a word that is no kind of deviation."""
+    from sigmatau.errors import OptionError
+    from sigmatau.estimators.deviation_kinds import estimator
+
+    try:
+        estimator(kind)
+    except OptionError as error:
+        return error.for_command_line()
+    return ""
 
 
 def _as_target(name: str) -> str:

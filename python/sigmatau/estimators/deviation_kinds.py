@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.frozen import frozen
+from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS
 
 _ALL = 20_000  # samples up to which every averaging time is done one by one
@@ -63,8 +64,8 @@ def estimator(kind: str) -> Estimator:
     if not isinstance(kind, str) or kind not in KINDS:
         if kind in _ALLAN_NAMES:
             raise OptionError(
-                f"{{option}} {kind!r}: the Allan deviation is sigmatau.allan, or sigmatau allan on the command line; kinds:"
-                f" {', '.join(KINDS)}",
+                f"{{option}} {kind!r}: the Allan deviation is sigmatau.allan, or sigmatau analyze on the command line;"
+                f" kinds: {', '.join(KINDS)}",
                 option="kind",
             )
         meant = f"write {_OTHER_NAMES[kind]}" if kind in _OTHER_NAMES else "unknown"
@@ -123,7 +124,7 @@ def coefficients_of(noise: str | Mapping[str, float]) -> dict[str, float]:
         )
     unknown = [name for name in noise if name not in TERMS]
     if unknown:
-        raise OptionError(f"unknown term {unknown[0]!r} in {{option}}; terms: {', '.join(TERMS)}", option="noise")
+        raise OptionError(unknown_term(unknown[0], " in {option}"), option="noise")
     if not all(math.isfinite(value) for value in noise.values()):
         raise OptionError(f"the coefficients of {{option}} must be finite numbers, got {dict(noise)}", option="noise")
     if not any(noise.get(name) for name in _NOISE):

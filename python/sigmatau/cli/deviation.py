@@ -62,7 +62,7 @@ def deviation_command(
     style
         Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
-        Write the result as JSON; - writes it to standard output instead of the table.
+        Write the result as JSON, in SI; - writes it to standard output instead of the table.
     threads
         Number of threads (default: all cores). The result does not depend on it.
     quiet

@@ -3,6 +3,7 @@
 import copy
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -313,6 +314,17 @@ def test_an_interval_without_width_is_no_error(days):
     one = days[1]["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]
     one["low"] = one["high"] = one["value"]
     assert compare_runs(days)["gyro_x", "random_walk"].k == DAYS - 1
+
+
+def test_a_spread_of_zero_without_an_interval(tmp_path, capsys):
+    """Of runs that differ by far less than their errors; 0 with an interval of those that do not."""
+    table = tmp_path / "table.csv"
+    for percent, between in ((10, "0"), (0.1, "0 [0, 0.12]")):
+        rows = "".join(f"{k},gyro_x,random_walk,{1 + 1e-3 * (k % 2)},deg/sqrt(h),{percent}\n" for k in range(5))
+        table.write_text(f"run,channel,term,value,unit,error_percent\n{rows}")
+        assert main(["compare", str(table)]) == 0
+        row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("gyro_x"))
+        assert re.search(rf"  0\.055 +{re.escape(between)}  ", row), row
 
 
 def test_another_sensor_among_the_runs(days):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,7 +92,7 @@ class Analysis(Tabular):
         Allan deviation by channel; a channel that cannot be analysed is absent and has a finding.
     fits : Fits
         Mapping of channel to `NoiseFit`, coefficients with intervals; empty if they were only read off.
-        ``analysis["gyro_x"]`` is ``analysis.fits["gyro_x"]``.
+        ``analysis["gyro_x"]`` is ``analysis.fits["gyro_x"]``; its `trust` is that of the findings.
     read_off : mapping of str to ReadOff
         Coefficients by the paper's method, by channel.
     grids : mapping of str to str
@@ -147,6 +147,10 @@ class Analysis(Tabular):
     options: Mapping[str, Any] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        trusted = {name: replace(one, trust=trust(one, self.findings, name)) for name, one in self.fits.items()}
+        object.__setattr__(self, "fits", Fits(trusted))
+
     def to_dict(self) -> dict[str, Any]:
         """The stable JSON form, schema 2: plain values, no NaN."""
         return {
@@ -187,7 +191,7 @@ class Analysis(Tabular):
         if channel not in self.fits:
             return {}
         fitted = self.fits[channel]
-        return {"fit": fitted.to_dict(), "trust": trust(fitted, self.findings, channel)}
+        return {"fit": fitted.to_dict(), "trust": fitted.trust}
 
     def _means_to_dict(self, channel: str) -> dict[str, Any]:
         found = self.mean_stability.get(channel, ())
@@ -365,8 +369,7 @@ class Analysis(Tabular):
     def _table(self, channels: Sequence[str]) -> str:
         fits = {channel: self.fits[channel] for channel in channels if channel in self.fits}
         if fits:
-            trusts = {name: trust(one, self.findings, name) for name, one in fits.items()}
-            return fit_table(fits, self.read_off, trusts, self.mean_stability)
+            return fit_table(fits, self.read_off, self.mean_stability)
         return read_off_table({channel: self.read_off[channel] for channel in channels if channel in self.read_off})
 
     def legend(self) -> str:
@@ -384,7 +387,7 @@ class Analysis(Tabular):
         if self.read_off and not self.fits:
             return TablesByChannel(self.read_off).columns()
         columns = self.fits.columns()
-        columns["trust"] = [trust(self.fits[name], self.findings, name) for name in columns["channel"]]
+        columns["trust"] = [self.fits[name].trust for name in columns["channel"]]
         return {name: columns[name] for name in dict.fromkeys((*_FIRST_COLUMNS, *columns))}
 
     def _repr_html_(self) -> str:

@@ -105,8 +105,9 @@ def analyze(
     taus, overlap, counting
         See `sigmatau.allan`.
     method : {"likelihood", "gls", "read-off"}
-        Method of the fit: likelihood of the spectrum, with filters, lines and processes in the model; generalised least
-        squares on the Allan variances (`sigmatau.fit`); or no fit. Coefficients are always read off the curve too.
+        Method of the fit: maximum likelihood of the spectrum, with the filters, lines and processes that were found in the
+        model; generalised least squares on the Allan variances (`sigmatau.fit`); or no fit. Coefficients are always read off
+        the curve too.
         Channels with very few samples are fitted by least squares, which always uses overlapping clusters on half
         octaves, for any grid of the curve.
     terms : sequence of str, optional

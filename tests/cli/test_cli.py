@@ -17,7 +17,9 @@ import numpy as np
 import pytest
 
 from sigmatau.cli import main
+from sigmatau.cli.choosing import Choosing
 from sigmatau.cli.options import finding_lines
+from sigmatau.cli.settings import Settings
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged
 
@@ -70,6 +72,8 @@ class TestAnalyze:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
+            (["1x"], "--tau-min '1x': '1x' is not a time with a unit; give seconds"),
+            (["1000ms"], "--tau-min may be at most 0.12 s here, not 1.0"),
             (["-1"], "--tau-min must be a positive number of seconds, not -1.0"),
             (["nan"], "--tau-min must be a positive number of seconds, not nan"),
             (["1"], "--tau-min may be at most 0.12 s here, not 1.0"),
@@ -180,7 +184,7 @@ class TestAnalyze:
             assert {"bias_instability", "quantization"}.isdisjoint(channel["fit"]["terms"])
         code, out, err = run(*options, "--terms", "random_walk,arw", capsys=capsys)
         assert code == 2
-        assert "--terms must be of quantization, random_walk" in err
+        assert "--terms: unknown term 'arw'; it is random_walk here" in err
         code, out, err = run(*options, "--terms", "random_walk", "--method", "read-off", capsys=capsys)
         assert (code, "--terms are of a fit" in err) == (2, True)
         code, out, _ = run("analyze", log, "--rate", 100, "--terms", "random_walk", capsys=capsys)
@@ -568,6 +572,13 @@ class TestSimulate:
         assert [p.name for p in tmp_path.iterdir()] == ["m.toml"]
 
 
+@pytest.mark.parametrize(("text", "seconds"), [("0.5", 0.5), ("500ms", 0.5), ("10min", 600.0), ("2 h", 7200.0)])
+def test_times_are_seconds_or_have_a_unit(text, seconds):
+    arguments = Settings(tau_min=text, taus=f"0.1,{text}").arguments()
+    assert (arguments["tau_min"], arguments["taus"]) == (seconds, [0.1, seconds])
+    assert Choosing(step=text).choices(None).step == seconds
+
+
 @pytest.mark.parametrize(
     "argv", [["--help"], ["analyze", "--help"], ["simulate", "--help"], ["demo", "--help"], ["--version"]]
 )
@@ -575,6 +586,21 @@ def test_help(argv, capsys):
     code, out, err = run(*argv, capsys=capsys)
     assert (code, err) == (0, "")
     assert "sigmatau" in out
+
+
+@pytest.mark.parametrize("words", ["", "analyze", "store trend"])
+def test_help_as_a_word(words, capsys):
+    code, out, err = run("help", *words.split(), capsys=capsys)
+    assert (code, out, err) == run(*words.split(), "--help", capsys=capsys)
+    assert (code, err) == (0, "")
+    assert out.startswith(f"Usage: sigmatau {words}".rstrip())
+
+
+@pytest.mark.parametrize(("option", "after"), [("export --to", ""), ("analyze --export", "=")])
+def test_the_shell_completes_targets(option, after, capsys):
+    code, out, _ = run("__complete", *option.split(), "ka", capsys=capsys)
+    assert code == 0
+    assert f"kalibr{after}" in [line.partition("\t")[0] for line in out.splitlines()]
 
 
 def test_help_has_examples(capsys):
@@ -588,6 +614,40 @@ def test_a_figure_needs_no_backend(one, tmp_path):
         capture_output=True, text=True, check=False, env={**os.environ, "MPLBACKEND": "not_installed"},
     )  # fmt: skip
     assert (done.returncode, figure.exists()) == (0, True), done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        *[(name, "random_walk") for name in ("arw", "VRW", "N", "angle random walk", "noise_density")],
+        *[("B", "bias_instability"), ("1/f-noise", "bias_instability"), ("rrw", "rate_random_walk")],
+        *[("K", "rate_random_walk"), ("R", "rate_ramp"), ("Q", "quantization, or random_walk if")],
+        ("walk", None),
+    ],
+)
+def test_other_names_of_terms(name, meant, tmp_path, capsys):
+    model = tmp_path / "m.toml"
+    model.write_text(TestSimulate.MODEL)
+    code, _, err = run("plan", model, "--term", name, "--rate", 100, "--hours", 1, capsys=capsys)
+    assert code == 2
+    said = f"it is {meant}" if meant else "terms: quantization, random_walk,"
+    assert f"--term: unknown term {name!r}; {said}" in err
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("mdev", "write modified"),
+        ("hdev", "write hadamard"),
+        ("adev", "sigmatau analyze"),
+        ("x", "unknown; kinds: mod"),
+    ],
+)
+def test_other_names_of_deviations(kind, said, capsys):
+    code, _, err = run("deviation", "a.csv", "--kind", kind, capsys=capsys)
+    assert code == 2
+    assert f"--kind '{kind}': " in err
+    assert said in err
 
 
 class TestWhatIsTypedInstead:

@@ -150,7 +150,7 @@ def test_types_of_columns_do_not_depend_on_their_values(lab, capsys, what):
     (["list", "--store", "lab.db", "--since", "monday"], 2, "--since monday"),
     (["show", "B", "--store", "lab.db"], 1, "no unit 'B'"),
     (["show", "A1", "--store", "lab.db", "--run", "x"], 1, "no run 'x'; its runs: 2026-02-10.csv"),
-    (["trend", "--store", "lab.db", "--term", "walk"], 2, "--term must be quantization"),
+    (["trend", "--store", "lab.db", "--term", "walk"], 2, "--term: unknown term 'walk'; terms: quantization"),
     (["trend", "--store", "lab.db", "--level", "95"], 2, "--level must be between 0 and 1"),
     (["trend", "--store", "lab.db", "--channel", "gyrox"], 1, "no trend of random_walk: no run has it in gyrox"),
     (["export", "--store", "lab.db", "-o", "c.xlsx"], 2, "must end in .parquet, .csv"),

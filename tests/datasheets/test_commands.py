@@ -34,6 +34,25 @@ def folder(tmp_path, monkeypatch, contents):
     return tmp_path
 
 
+@pytest.mark.parametrize(
+    ("command", "instead"),
+    [
+        (
+            "plan icm42688p --term bias_instability --rate 100",
+            "sigmatau datasheet show icm42688p --model > icm42688p.toml",
+        ),
+        ("predict icm42688p --after 60s", "sigmatau datasheet show icm42688p --model"),
+        ("simulate ICM-42688-P --hours 1 --rate 1 -o x.csv", "sigmatau datasheet show ICM-42688-P --model"),
+        ("psd good.json --model icm42688p", "sigmatau datasheet show icm42688p --model"),
+        ("export icm42688p --to kalibr", "take --from-datasheet icm42688p"),
+        ("plan icm4268 --term bias_instability --rate 100", "icm4268: No such file or directory"),
+    ],
+)
+def test_a_datasheet_in_place_of_a_model(folder, command, instead, capsys):
+    assert main(shlex.split(command)) == 1
+    assert instead in capsys.readouterr().err
+
+
 def run(line):
     return main(shlex.split(line, comments=True)[1:])
 
@@ -251,6 +270,7 @@ def test_options_reach_the_comparison(folder, capsys):
         ("lot empty --spec spec.toml", 1, "empty: no log in this folder"),
         ("datasheet show", 2, "show needs a name"),
         ("datasheet show nonesuch", 2, "unknown datasheet"),
+        ("datasheet show icm42688", 2, "unknown datasheet 'icm42688'; is icm42688p meant?"),
         ("datasheet list cimu", 2, "sigmatau datasheet show cimu"),
         ("datasheet list --model", 2, "--model needs one datasheet"),
         ("datasheet show cimu --model --json", 2, "not both"),

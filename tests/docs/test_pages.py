@@ -107,9 +107,11 @@ def test_command_lines_in_the_text_have_options_that_exist():
         if "sigmatau" not in words[:-1] or "…" in words[:2]:
             continue
         command, rest = parser_of(words[words.index("sigmatau") + 1 :])
-        assert command is not app or rest[0].isupper() or rest[0] in ("--version", "--help", "--install-completion"), (
-            f"{name}: no command `{span}`"
-        )
+        assert (
+            command is not app
+            or rest[0].isupper()
+            or rest[0] in ("help", "--version", "--help", "--install-completion")
+        ), f"{name}: no command `{span}`"
         for word in rest:
             option = word.split("=")[0]
             if option.startswith("--") and command is not app:

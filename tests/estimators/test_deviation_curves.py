@@ -1,5 +1,6 @@
 """Deviations beside Allan: degrees of freedom, arguments, what a curve prints and holds, the command line."""
 
+import json
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ from sigmatau import NoiseModel, Record, deviation, simulate
 from sigmatau.cli import main
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.deviation_kinds import KINDS, bias, degrees_of_freedom
+from sigmatau.units import to_si
 
 TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 
@@ -183,8 +185,6 @@ class TestResult:
             curve.n = 3
 
     def test_to_dict(self):
-        import json
-
         curves = deviation(record(np.random.default_rng(1).standard_normal(100)), kind="hadamard", taus="octave")
         plain = json.loads(json.dumps(curves.to_dict(noise="random_walk"), allow_nan=False))["y"]
         assert list(plain) == [
@@ -229,6 +229,21 @@ class TestCommandLine:
         assert lines[1].split()[:2] == ["0.1", "s"]
         assert lines[1].endswith("291 terms")
         assert lines[3] == "accel_z: TIE rms [m/s], 300 samples at 100 Hz"
+
+    def test_the_units_of_the_other_screens(self, log, capsys):
+        """deg/h and µg, as the figure; the JSON is in SI."""
+        arguments = ["deviation", log, "--rate", "100", "--kind", "modified", "--noise", "random_walk", "--taus", "0.1"]
+        assert main(arguments) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert [line.partition(",")[0] for line in lines[:4:2]] == [
+            *("gyro_x: modified Allan deviation [deg/h]", "accel_z: modified Allan deviation [µg]")
+        ]
+        assert main([*arguments, "--json", "-"]) == 0
+        channels = json.loads(capsys.readouterr().out)["channels"]
+        for name, line, unit in (("gyro_x", lines[1], "deg/h"), ("accel_z", lines[3], "ug")):
+            shown = [float(text.strip("[],")) for text in line.split()[2:5]]
+            expected = [channels[name][key][0] / to_si(1.0, unit) for key in ("deviation", "low", "high")]
+            assert shown == pytest.approx(expected, rel=1e-4)
 
     def test_intervals_json_and_figure(self, log, tmp_path, capsys):
         import json

@@ -1,6 +1,7 @@
 """Files for stated values, and for a sensor beside running motors against the same at rest."""
 
 import math
+import tomllib
 
 import numpy as np
 import pytest
@@ -74,10 +75,28 @@ def test_a_process_is_matched_where_the_stated_bias_instability_is():
 
 def test_an_unstated_convention_is_that_with_more_noise(capsys):
     assert main(["export", "--from-datasheet", "bmi088", "--to", "model"]) == 0
-    model = NoiseModel.from_dict(__import__("tomllib").loads(capsys.readouterr().out))
+    model = NoiseModel.from_dict(tomllib.loads(capsys.readouterr().out))
     other = datasheet("bmi088").model(sided="one")
     assert model["gyro_x"]["random_walk"] == pytest.approx(math.sqrt(2) * other["gyro_x"]["random_walk"], rel=1e-12)
     assert main(["export", "imu.toml", "--from-datasheet", "bmi088", "--to", "kalibr"]) == 2
+
+
+def test_an_unstated_density_is_warned_about(capsys):
+    argv = ["export", "--from-datasheet", "bmi088", "--to", "model"]
+    assert main(argv) == 0
+    two, err = capsys.readouterr()
+    assert err.startswith("warning: BMI088: the datasheet does not state")
+    assert err.endswith("--sided one\n")
+    assert main([*argv, "--sided", "one"]) == 0
+    one, err = capsys.readouterr()
+    assert err == ""
+    models = [NoiseModel.from_dict(tomllib.loads(text)) for text in (two, one)]
+    noise = [model["gyro_x"]["random_walk"] for model in models]
+    assert noise[0] / noise[1] == pytest.approx(math.sqrt(2), rel=1e-12)
+    assert main(["export", "--from-datasheet", "stim300", "--to", "model"]) == 0  # states random walks
+    assert capsys.readouterr().err == ""
+    assert main(["export", "imu.toml", "--to", "kalibr", "--sided", "one"]) == 2
+    assert "--sided needs --from-datasheet" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

@@ -283,7 +283,7 @@ class TestWhatItSays:
             fit(curve, level=1.0)
         with pytest.raises(OptionError, match="one of them a noise"):
             fit(curve, terms=["rate_ramp"])
-        with pytest.raises(OptionError, match="`terms` must be of"):
+        with pytest.raises(OptionError, match="`terms`: unknown term 'arw'"):
             fit(curve, terms=["arw"])
         with pytest.raises(OptionError, match=r"`tau_min` may be at most 61\.44 s"):
             fit(curve, tau_min=100.0)

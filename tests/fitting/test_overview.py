@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import Record, analyze
-from sigmatau.findings.finding import Details, Finding
+from sigmatau import Record, analyze, fit_channel
+from sigmatau.findings.finding import Details, Finding, Findings
 from sigmatau.findings.kinds.stamps import RateMismatch, RateNotNominal
 from sigmatau.findings.wording import causes
+from sigmatau.fitting.noise_fit import Fits
 from sigmatau.fitting.overview import overview, trust
 
 
@@ -82,7 +83,19 @@ def test_the_record_in_a_line(analysis):
 )
 def test_trust(analysis, change, severity, channels, factors, said):
     finding = Finding(details=Details(), severity=severity, channels=channels, factors=factors)
-    assert trust(replace(analysis.fits["gyro_x"], **change), [finding], "gyro_x") == said
+    fitted = replace(analysis.fits["gyro_x"], **change)
+    assert trust(fitted, [finding], "gyro_x") == said
+    again = replace(analysis, fits=Fits({"gyro_x": fitted}), findings=Findings([finding]))
+    assert again["gyro_x"].trust == again.fits["gyro_x"].trust == said
+
+
+def test_a_fit_alone_has_no_trust(analysis):
+    """Its record was not checked."""
+    y = np.random.default_rng(seed_of("trust of a fit")).standard_normal(2000)
+    assert fit_channel(Record.from_arrays(rate=100, gyro_x=y), "gyro_x").trust is None
+    assert {one["trust"] for one in analysis.to_dict()["channels"].values()} == {
+        f.trust for f in analysis.fits.values()
+    }
 
 
 @pytest.mark.parametrize("share", [0.01, 0.05, 0.2])

@@ -287,7 +287,7 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("options", "message"),
         [
-            (["--term", "arw", "--rate", "1"], "--term 'arw'"),
+            (["--term", "arw", "--rate", "1"], "--term: unknown term 'arw'; it is random_walk"),
             (["--term", "bias_instability"], "--rate"),
             (["--term", "rate_ramp", "--rate", "1"], "--hours or --value"),
             (["--term", "rate_ramp", "--rate", "1", "--value", "3"], "--value '3'"),

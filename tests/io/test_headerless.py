@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import OptionError, read
+from sigmatau import OptionError, inspect, read
 
 
 def rows(size, *, gyro_mean=0.002, tilt=(0.1, 0.2, 1.0), n=400):
@@ -31,6 +31,17 @@ def test_gravity_tells(tmp_path, size, unit, first):
     found = finding.details
     assert (found.time, found.gyro, found.accel) == (1, *(((2, 4), (5, 7)) if first == "gyro" else ((5, 7), (2, 4))))
     assert found.gravity == pytest.approx(size, rel=0.05)
+
+
+@pytest.mark.parametrize("unit", [{}, {"time": "s", "gyro": "rad/s", "accel": "g"}])
+def test_inspect_shows_the_channels(tmp_path, unit):
+    """Also while it asks for units."""
+    t, gyro, accel = rows(1.0)
+    found = inspect(write(tmp_path / "log.txt", t, accel, gyro), unit=unit)
+    expected = ["time", *(f"{sensor}_{axis}" for sensor in ("accel", "gyro") for axis in "xyz")]
+    assert [column.channel for column in found.tables[0].columns] == expected
+    assert [finding.code for finding in found.tables[0].findings].count("columns_by_gravity") == 1
+    assert bool(found.tables[0].wanting) == (not unit)
 
 
 def test_without_time(tmp_path):

@@ -2,10 +2,13 @@
 
 import json
 
+import h5py
 import numpy as np
 import pytest
+import scipy.io
 
 import sigmatau as st
+from known import seed_of
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError, as_arguments
 
@@ -50,6 +53,33 @@ def test_no_names(tmp_path):
     assert found.tables[0].rows == 30
     assert "--channels time=1,gyro=2:4,accel=5:7" in found.tables[0].wanting
     assert st.inspect(path, channels={"gyro": "2:4"}, unit={"gyro": "rad/s"}, rate=5).tables[0].rate == 5
+
+
+def test_columns_without_known_names_show_their_first_value(tmp_path):
+    path = tmp_path / "m.mat"
+    scipy.io.savemat(path, {"data": np.arange(2.5, 122.5).reshape(30, 4)})
+    (table,) = st.inspect(path).tables
+    assert [(c.name, c.first) for c in table.columns] == [(f"data_{k + 1}", f"{k + 2.5}") for k in range(4)]
+    assert "2 data_2 (3.5 …)\n" in repr(st.inspect(path))
+    text = tmp_path / "t.csv"
+    text.write_text("0.0,2,3\n" + "1,2,3\n" * 40)
+    assert [(c.name, c.first) for c in st.inspect(text).tables[0].columns] == [("", "0.0"), ("", "2"), ("", "3")]
+    named = tmp_path / "b.csv"
+    named.write_text("gx,gy,gz\n" + "1,2,3\n" * 40)
+    assert [c.first for c in st.inspect(named).tables[0].columns] == [""] * 3
+
+
+def test_findings_of_several_topics_name_theirs(tmp_path, capsys):
+    path = tmp_path / "two.h5"
+    with h5py.File(path, "w") as file:
+        for name, lost in (("imu0", 0), ("imu1", 40)):
+            times = np.delete(np.arange(400) / 50, np.s_[100 : 100 + lost])
+            file[f"{name}/time [s]"] = times
+            file[f"{name}/gyro [rad/s]"] = np.random.default_rng(seed_of(name)).standard_normal((len(times), 3))
+    found = st.inspect(path)
+    assert [(one.code, one.topic) for one in found.findings] == [("gaps", "/imu1")]
+    assert main(["inspect", str(path)]) == 0
+    assert ": /imu1: 40 of 400 samples" in capsys.readouterr().out
 
 
 def test_data_that_cannot_be_used_are_a_finding(csv):

@@ -89,6 +89,15 @@ class TestChoice:
         with pytest.raises(OptionError, match="one table and no topics"):
             chosen([table("", GYRO)], "imu")
 
+    def test_an_empty_topic_is_not_preferred(self):
+        imu = (*GYRO, *ACCEL)
+        tables = [table("/cam0/imu", imu, n=0), table("/imu/data_raw", imu), table("/imu0", GYRO, n=0)]
+        assert chosen(tables, "imu") == ["/imu/data_raw"]
+        assert chosen(tables, "/cam0/imu") == chosen(tables, "cam0/imu") == ["/cam0/imu"]
+        assert chosen(tables, "imu0") == ["/imu0"]
+        with pytest.raises(OptionError, match="several topics match"):
+            chosen([*tables, table("/imu/data", imu)], "imu")
+
 
 class TestRecord:
     def test_two_rates(self, file):
@@ -111,6 +120,18 @@ class TestRecord:
         (gaps,) = assemble.assemble(tables, file, options()).findings
         assert gaps.spans == (pytest.approx((23.0, 24.0)),)
         assert gaps.details.longest[0].start == gaps.spans[0][0]
+
+    def test_findings_name_the_topic(self, file):
+        """Not those that all topics have, which are about the file, nor any in a file of one topic."""
+        lost = Finding(details=Damaged(what="file"), severity="error")
+        times = np.delete(np.arange(1000), np.s_[300:400]) / 100
+        gappy = table("/imu/a", ACCEL, n=len(times), times=times, findings=(lost,))
+        tables = [table("/imu/g", GYRO, n=1000, findings=(lost,)), gappy]
+        found = assemble.assemble(tables, file, options()).findings
+        assert [(one.code, one.topic) for one in found] == [("damaged", ""), ("gaps", "/imu/a")]
+        assert str(found[1]).startswith("warning: /imu/a: 100 of 1000 samples")
+        assert found[1].to_dict()["topic"] == "/imu/a"
+        assert [one.topic for one in assemble.assemble([gappy], file, options()).findings] == ["", ""]
 
     def test_a_slip_of_the_pen_is_seen(self, file):
         tables = [table("g", GYRO), table("a", ACCEL)]

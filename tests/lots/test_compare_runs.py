@@ -3,6 +3,7 @@
 import copy
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -317,6 +318,17 @@ def test_an_interval_without_width_is_no_error(days):
     assert compare_runs(days)["gyro_x", "random_walk"].k == DAYS - 1
 
 
+def test_a_spread_of_zero_without_an_interval(tmp_path, capsys):
+    """Of runs that differ by far less than their errors; 0 with an interval of those that do not."""
+    table = tmp_path / "table.csv"
+    for percent, between in ((10, "0"), (0.1, "0 [0, 0.12]")):
+        rows = "".join(f"{k},gyro_x,random_walk,{1 + 1e-3 * (k % 2)},deg/sqrt(h),{percent}\n" for k in range(5))
+        table.write_text(f"run,channel,term,value,unit,error_percent\n{rows}")
+        assert main(["compare", str(table)]) == 0
+        row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("gyro_x"))
+        assert re.search(rf"  0\.055 +{re.escape(between)}  ", row), row
+
+
 def test_another_sensor_among_the_runs(days):
     for channel, content in days[3]["channels"].items():
         for term, one in content["fit"]["terms"].items():
@@ -473,7 +485,7 @@ class TestTyped:
             ("1,gyro_x,random_walk,-1,deg/sqrt(h),", "must be positive"),
             ("1,gyro_x,random_walk,1,deg/sqrt(h),0", "error 0 must be positive"),
             ("1,gyro_x,random_walk,1,deg/h,", "'deg/h' is not a unit of random_walk of gyro_x"),
-            ("1,gyro_x,arw,1,deg/sqrt(h),", "unknown term 'arw'; known: quantization"),
+            ("1,gyro_x,arw,1,deg/sqrt(h),", "unknown term 'arw'; it is random_walk here"),
         ],
     )
     def test_refusals(self, line, words, tmp_path):

@@ -118,6 +118,7 @@ class TestFewRuns:
     def test_equal_values(self):
         same = random_effects([1.0] * 5, [0.1] * 5)
         assert (same.q, same.tau, same.tau_high, same.judgement) == (0.0, 0.0, 0.0, "too_alike")
+        assert "\n  between runs         0 %\n" in repr(same)
 
     def test_without_errors_nothing_is_tested(self):
         found = random_effects([1.0, 1.1, 0.9], None)

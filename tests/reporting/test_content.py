@@ -190,6 +190,8 @@ def test_a_very_fine_curve_is_thinned(record):
 
 def test_what_was_done(analysis, record):
     done = dict(content_of(analysis, record, command="sigmatau analyze a.csv --report r.html").done)
+    fitted = "maximum likelihood of the spectrum; lines and filters that were found are in the model"
+    assert fitted in done.values()
     assert done["Command"].endswith("r.html")
     assert done["Confidence level"] == "95 %"
     assert "0 s to 720 s" in done["Analysed"]

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import sigmatau as st
 from known import seed_of
 from lot_logs import SPEC, rates
 from sigmatau.lots.lot_screen import screen
+from sigmatau.reporting.lot_content import claim_rows
 
 _MOST = 3e6  # bytes of the page of 400 units, to be sent by mail
 
@@ -54,6 +56,21 @@ def test_400_units_are_a_page_of_less_than_3_mb(many, tmp_path):
     assert "https://" not in re.sub(r"https://github.com/leeoniya/uPlot\S*", "", text)
     assert text.count("<tr>") >= 400
     assert len(screen(many).splitlines()) <= 24
+
+
+def test_the_convention_that_an_option_chose(many, tmp_path):
+    """Of a specification that leaves it open; a stated one stays."""
+    path = tmp_path / "open.toml"
+    path.write_text(
+        'name = "a"\nmaker = "b"\nsource = "c"\n[gyro]\n'
+        'noise_density = { maximum = "1 deg/s/sqrt(Hz)", sided = "unknown" }\n'
+        'bias_instability = { maximum = "20 deg/h", as = "unknown" }\n'
+        '[accel]\nnoise_density = { maximum = "1 mg/sqrt(Hz)", sided = "two" }\n'
+    )
+    lot = replace(many, spec=st.Datasheet.read(path))
+    assert [row[-1] for row in claim_rows(lot)] == ["not stated", "not stated", "two-sided"]
+    chosen = replace(lot, settings=replace(lot.settings, sided="one", bias="minimum"))
+    assert [row[-1] for row in claim_rows(chosen)] == ["one-sided (chosen)", "Allan minimum (chosen)", "two-sided"]
 
 
 def test_the_page_in_a_browser(many, tmp_path, browser):

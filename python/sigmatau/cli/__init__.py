@@ -65,10 +65,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     from sigmatau.errors import DataError, OptionError
 
     plain_streams()
+    words = sys.argv[1:] if argv is None else list(argv)
     try:
         with _termination(), settled():
             result = app(
-                sys.argv[1:] if argv is None else list(argv),
+                [*words[1:], "--help"] if words[:1] == ["help"] else words,
                 exit_on_error=False,
                 print_error=False,
                 result_action="return_value",
@@ -122,6 +123,8 @@ def _in_words(error: CycloptsError) -> str:
         hint = _OTHER_NAMES.get((command, option))
         more = f"; unknown option {option}{f': {hint}' if hint else ''}" if option else ""
         return f"{words}: {name} is missing{more}; see sigmatau {words} --help"
+    if isinstance(error, CoercionError) and error.token and (command, error.token.keyword) == ("deviation", "--kind"):
+        return _of_kind(error.token.value)
     if isinstance(error, UnknownOptionError):
         option = (error.token.keyword or error.token.value).partition("=")[0]
         if hint := _OTHER_NAMES.get((command, option)):
@@ -139,6 +142,18 @@ def _in_words(error: CycloptsError) -> str:
             f"{error.token.keyword} {error.token.value!r}: must be a {kind} without a unit; see sigmatau {words} --help"
         )
     return str(error)
+
+
+def _of_kind(kind: str) -> str:
+    """What to say of a word that is no kind of deviation."""
+    from sigmatau.errors import OptionError
+    from sigmatau.estimators.deviation_kinds import estimator
+
+    try:
+        estimator(kind)
+    except OptionError as error:
+        return error.for_command_line()
+    return ""
 
 
 def _as_target(name: str) -> str:

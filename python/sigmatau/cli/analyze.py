@@ -17,7 +17,7 @@ from cyclopts import Parameter
 from sigmatau.analysed import Analysis, failed_result
 from sigmatau.analysis import analyze
 from sigmatau.cli import batch
-from sigmatau.cli.choosing import Choosing, Exports
+from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
 from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
@@ -70,7 +70,7 @@ def analyze_command(
     style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     csv: Path | None = None,
-    export: Annotated[list[str] | None, Parameter(negative=())] = None,
+    export: Annotated[list[str] | None, Parameter(negative=(), completer=targets_for_shell)] = None,
     choosing: Choosing | None = None,
     joint: Annotated[bool, Parameter(negative=())] = False,
     joint_axes: Annotated[bool, Parameter(negative=())] = False,

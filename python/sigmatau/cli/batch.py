@@ -14,7 +14,6 @@ from sigmatau.analysed import Analysis
 from sigmatau.cli.earlier import is_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
-from sigmatau.fitting.overview import trust
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.process import keep_freed
@@ -238,7 +237,7 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
                 value, unit = read.texts(term)[-1] if read is not None and term in read else ("", "")
             texts.append(f"{value} {unit}" if value else "")
         without = "not at rest" if read is None else "read off"
-        worth = without if fit is None else trust(fit, analysis.findings, channel)
+        worth = without if fit is None else str(fit.trust)
         yield channel, length, rate, *texts, worth + (", DAMAGED" if damaged(analysis.findings) else "")
 
 

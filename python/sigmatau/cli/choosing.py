@@ -13,9 +13,11 @@ from cyclopts import Parameter
 from sigmatau.cli.options import finding_lines, key_values, say
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.quality.selection.time_text import time_of
+from sigmatau.quality.selection.time_text import seconds_of, time_of
 
 if TYPE_CHECKING:
+    from cyclopts.completion import CompletionContext
+
     from sigmatau.analysed import Analysis
     from sigmatau.exporting.choices import Choices
 
@@ -42,7 +44,8 @@ class Choosing:
     walk_factor
         Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.
     step
-        Step of the filter in seconds: px4 (default 0.01), ardupilot (default 0.0125), state-space (default 1/rate).
+        Step of the filter in seconds or with a unit, 5ms: px4 (default 10ms), ardupilot (default 12.5ms), state-space
+        (default 1/rate).
     name
         Other fields of a target: topic=/imu0, gravity=9.81.
     strict
@@ -56,7 +59,7 @@ class Choosing:
     horizon: str | None = None
     noise_factor: float = 1.0
     walk_factor: float = 1.0
-    step: float | None = None
+    step: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     name: Annotated[list[str] | None, Parameter(negative=())] = None
     strict: Annotated[bool, Parameter(negative=())] = False
 
@@ -78,7 +81,7 @@ class Choosing:
                 noise_factor=self.noise_factor,
                 walk_factor=self.walk_factor,
                 rate=rate,
-                step=self.step,
+                step=None if self.step is None else seconds_of(self.step, option="step"),
                 names=key_values(self.name or [], "name", "topic=/imu0"),
                 strict=self.strict,
             )
@@ -89,6 +92,13 @@ class Choosing:
             if getattr(self, field.name) != field.default:
                 return f"--{field.name.replace('_', '-')}"
         return None
+
+
+def targets_for_shell(context: CompletionContext) -> list[str]:
+    """The names of the targets, for completion of ``--to``; with ``=`` behind them for that of ``--export``."""
+    from sigmatau.exporting.targets import NAMES
+
+    return [f"{name}=" if context.argument.name == "--export" else name for name in NAMES]
 
 
 _NAMES = {"walk": "rate-random-walk", "noise": "random-walk", "names": "name"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
@@ -10,7 +11,7 @@ from cyclopts import Parameter
 from sigmatau.cli.options import json_text
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.datasheets.sheet import list_datasheets
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
 
 
 def datasheet_command(
@@ -66,3 +67,16 @@ def datasheet_command(
             text = json_text(sheet.to_dict()) if json else f"{sheet!r}\n"
     sys.stdout.write(text)
     return 0
+
+
+def check_model(
+    path: Path, instead: str = "sigmatau datasheet show {0} --model > {0}.toml makes a model of it"
+) -> None:
+    """Raise `DataError` for the name of a datasheet in place of a model file. `instead`: what to type, {0} is the name."""
+    if path.exists():
+        return
+    try:
+        find_datasheet(str(path))
+    except (OptionError, DataError):
+        return
+    raise DataError(f"{path}: there is no such file, but a datasheet: {instead.format(path)}")

@@ -51,7 +51,7 @@ def deviation_command(
     kind
         The estimator. time, mtie and tie_rms have units of angle and velocity. theo1 takes minutes for 1e6 samples.
     taus
-        Averaging times: octave, half, quarter, eighth (of an octave), or a list in seconds, 0.1,1,10.
+        Averaging times: octave, half, quarter, eighth (of an octave), or a list in seconds or with units, 0.1,1,10min.
     overlap
         For the Hadamard deviation: all terms (full, the default), or disjoint clusters only (none).
     noise
@@ -62,7 +62,7 @@ def deviation_command(
     style
         Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
-        Write the result as JSON; - writes it to standard output instead of the table.
+        Write the result as JSON, in SI; - writes it to standard output instead of the table.
     threads
         Number of threads (default: all cores). The result does not depend on it.
     quiet

@@ -5,14 +5,15 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.cli.choosing import Choosing, as_typed, print_findings
+from sigmatau.cli.choosing import Choosing, as_typed, print_findings, targets_for_shell
+from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
-from sigmatau.datasheets.sheet import datasheet
+from sigmatau.datasheets.sheet import Datasheet, datasheet
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import Prepared, check_choices, check_path, prepare
@@ -22,18 +23,17 @@ from sigmatau.exporting.stated import prepare_stated
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.exporting.values import Target
 
-_MORE_NOISE: dict[str, Any] = {"sided": "two", "bias": "minimum"}  # the conventions with more noise
-
 
 def export_command(
     source: Path | None = None,
     /,
     *,
-    to: str | None = None,
+    to: Annotated[str | None, Parameter(completer=targets_for_shell)] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     rate: float | None = None,
     choosing: Choosing | None = None,
     from_datasheet: str | None = None,
+    sided: Literal["one", "two"] | None = None,
     inflate: Path | None = None,
     list_: Annotated[bool, Parameter(name="--list", negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
@@ -53,6 +53,8 @@ def export_command(
     from_datasheet
         Instead of a source: typical values of a sensor, by a name of "sigmatau datasheet list" or your file (.toml). If a
         convention is not stated, the one with more noise is used; a rate random walk is matched at --horizon (default 10s).
+    sided
+        With --from-datasheet: convention of noise densities that the datasheet does not state. Default: two, with a warning.
     inflate
         JSON of the sensor at rest; the source is the JSON of the same sensor with engines or motors on. Prints the
         factor of each coefficient. With --to, writes the numbers of the source, with these factors as comments.
@@ -70,6 +72,8 @@ def export_command(
         return 0
     if (source is None) == (from_datasheet is None):
         raise OptionError("give a model file or a result, or --from-datasheet NAME, or --list", option="source")
+    if sided is not None and from_datasheet is None:
+        raise OptionError("--sided needs --from-datasheet NAME", option="sided")
     if inflate is not None and source is not None and to is None:
         found = inflation(read_source(inflate), read_source(source))
         sys.stdout.write(f"{found!r}\n")
@@ -82,6 +86,7 @@ def export_command(
     check_output(output, (), "output")
     if source is not None:
         refuse_same(source, output=output)
+        check_model(source, "take --from-datasheet {0}")
     choices = (choosing or Choosing()).choices(rate)
     with as_typed():
         # Before a file is read. Whether a datasheet needs the horizon, its values tell.
@@ -90,7 +95,7 @@ def export_command(
             check_path(wanted, output)
         expect(output)
         prepared = (
-            _of_datasheet(from_datasheet, wanted, choices, output)
+            _of_datasheet(from_datasheet, wanted, choices, path=output, sided=sided, quiet=quiet)
             if from_datasheet is not None
             else _of_source(source, wanted, choices, path=output, inflate=inflate, quiet=quiet)
         )
@@ -121,11 +126,39 @@ def _of_source(
     return prepare(found, to=wanted.name, path=path, choices=choices)
 
 
-def _of_datasheet(name: str, wanted: Target, choices: Choices, path: Path | None) -> Prepared:
+def _of_datasheet(
+    name: str,
+    wanted: Target,
+    choices: Choices,
+    *,
+    path: Path | None,
+    sided: Literal["one", "two"] | None,
+    quiet: bool,
+) -> Prepared:
     """The file for stated values; where the convention is not stated, that with more noise."""
     sheet = datasheet(name)
-    origins = (f"from the datasheet of {sheet.name} ({sheet.maker}); {sheet.source}", *sheet.origins(**_MORE_NOISE))
-    return prepare_stated(sheet.model(**_MORE_NOISE), to=wanted.name, path=path, choices=choices, origins=origins)
+    if sided is None and not _states_sides(sheet):
+        say(
+            f"warning: {sheet.name}: the datasheet does not state whether its noise density is one-sided or two-sided;"
+            " two-sided is taken, √2 times the noise. Most datasheets are one-sided: --sided one",
+            quiet=quiet,
+        )
+    sided = sided or "two"
+    origins = (
+        f"from the datasheet of {sheet.name} ({sheet.maker}); {sheet.source}",
+        *sheet.origins(sided=sided, bias="minimum"),
+    )
+    model = sheet.model(sided=sided, bias="minimum")
+    return prepare_stated(model, to=wanted.name, path=path, choices=choices, origins=origins)
+
+
+def _states_sides(sheet: Datasheet) -> bool:
+    """Whether the noise densities of the model have stated conventions."""
+    try:
+        sheet.model(bias="minimum")
+    except OptionError:
+        return False
+    return True
 
 
 def _about(target: Target) -> str:

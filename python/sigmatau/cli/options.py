@@ -28,6 +28,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import line
 from sigmatau.io.atomic import atomic
 from sigmatau.io.read import read
+from sigmatau.quality.selection.time_text import seconds_of
 from sigmatau.record.record import Record
 from sigmatau.results import csv_text, printable
 from sigmatau.results import wrapped as wrapped_to
@@ -233,15 +234,16 @@ def write_result(table: str, content: object, json: Path | None) -> None:
 
 
 def averaging_times(text: str) -> str | list[float]:
-    """The option ``--taus``: the name of a grid, or times in seconds."""
+    """The option ``--taus``: the name of a grid, or times, in seconds if they have no unit."""
     grids = get_args(TauGrid)
     if text in grids:
         return text
     try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
+        return [seconds_of(part, option="taus") for part in text.split(",")]
+    except OptionError:
         raise OptionError(
-            f"--taus {text!r}: must be {', '.join(grids)}, or times in s, e.g. 0.1,1,10", option="taus"
+            f"--taus {text!r}: must be {', '.join(grids)}, or times in s, or with units, e.g. 0.1,1,10min",
+            option="taus",
         ) from None
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import QUANTIFIED
@@ -19,6 +20,7 @@ from sigmatau.model.channel import PROCESSES, ChannelModel
 from sigmatau.model.file import value_in_si
 from sigmatau.model.from_result import channel_of_fit, results_by_channel
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit
 
 
@@ -72,7 +74,8 @@ def plan_command(
         Print only errors on standard error.
     """
     if term not in TERMS:
-        raise OptionError(f"--term {term!r}: must be one of {', '.join(TERMS)}", option="term")
+        raise OptionError(f"--term: {unknown_term(term)}", option="term")
+    check_model(source)
     found = _channels(source)
     unknown = sorted(set(channels or ()) - set(found))
     if unknown:

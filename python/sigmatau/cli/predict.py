@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 import numpy as np
 from cyclopts import Parameter
 
+from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, check_style, drawing, key_values, refuse_same, say, working, write_figure
 from sigmatau.errors import DataError, OptionError
@@ -78,6 +79,7 @@ def predict_command(
     expect(plot)
     times = [_time(text, "after") for text in after.split(",")]
     average = None if calibration is None else _time(calibration, "calibration")
+    check_model(source)
     model = NoiseModel.read(source)
     if channels:
         for name in channels:

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sigmatau._version import __version__
+from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import (
     Reading,
     check_outputs,
@@ -85,6 +86,8 @@ def psd_command(
     check_outputs(log, plot, json)
     options = _options(method, segment=segment, tapers=tapers, f_max=f_max)
     named = None if axes is None else [name.strip() for text in axes for name in text.split(",")]
+    if model is not None:
+        check_model(model)
     expected = None if model is None else NoiseModel.read(model)
     record = read_log(log, reading, quiet=quiet)
     for finding in record.findings:

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from sigmatau.cli.options import averaging_times, bandwidths
 from sigmatau.cli.ranges import read_off_ranges
+from sigmatau.quality.selection.time_text import seconds_of
 
 
 @Parameter(name="*")
@@ -22,7 +23,7 @@ class Settings:
         Fit the coefficients to the spectrum (likelihood) or to the Allan variances (gls), or only read them off the curve,
         as in the paper (read-off).
     taus
-        Averaging times: octave, half, quarter, eighth (of an octave), all, or a list in seconds, 0.1,1,10.
+        Averaging times: octave, half, quarter, eighth (of an octave), all, or a list in seconds or with units, 0.1,1,10min.
     overlap
         Average overlapping clusters (full), or disjoint clusters only (none).
     counting
@@ -31,7 +32,8 @@ class Settings:
         Noise terms that may be present: random_walk,bias_instability. Default: all five. A term that is left out is
         assumed to be absent; if it is present, the others are wrong.
     tau_min
-        Shortest averaging time of the fit in seconds, e.g. beyond a filter or a line. Default: chosen by goodness of fit.
+        Shortest averaging time of the fit in seconds or with a unit, 500ms, e.g. beyond a filter or a line. Default: by
+        goodness of fit.
     read_off_at
         Averaging times between which a line is read off: random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for
         one, gyro.random_walk=… for a sensor (ms, s, min, h, d); may be repeated. Default: by rules.
@@ -59,7 +61,7 @@ class Settings:
     overlap: Literal["full", "none"] = "full"
     counting: Literal["standard", "paper"] = "standard"
     terms: str | None = None
-    tau_min: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None
+    tau_min: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     read_off_at: Annotated[list[str] | None, Parameter(negative=())] = None
     long: Literal["auto", "exact", "strided"] = "auto"
     window: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
@@ -76,7 +78,7 @@ class Settings:
             "counting": self.counting,
             "method": self.method,
             "terms": None if self.terms is None else [name.strip() for name in self.terms.split(",")],
-            "tau_min": self.tau_min,
+            "tau_min": None if self.tau_min is None else seconds_of(self.tau_min, option="tau_min"),
             "read_off_at": read_off_ranges(self.read_off_at or []),
             "long": self.long,
             "window": self.window,

@@ -9,6 +9,7 @@ from typing import Annotated, Literal, TypeVar
 
 from cyclopts import Parameter
 
+from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import check_output, key_values, say, working
 from sigmatau.errors import OptionError
 from sigmatau.io.write import RECORD_ENDINGS
@@ -86,6 +87,7 @@ def simulate_command(
     check_output(output, RECORD_ENDINGS, "output")
     if output.exists() and model.exists() and output.samefile(model):
         raise OptionError(f"--output {output} is the model itself; name another file", option="output")
+    check_model(model)
     noise = NoiseModel.read(model)
     given = imperfections_of(
         noise,

@@ -26,6 +26,7 @@ from sigmatau.findings.kinds.stamps import IrregularStamps, RateMismatch
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options
 from sigmatau.quality.selection.live import LiveStretches
+from sigmatau.quality.selection.time_text import seconds_of
 from sigmatau.record.record import MIN_SAMPLES, Provenance
 
 if TYPE_CHECKING:
@@ -45,8 +46,8 @@ def watch_command(
     input: Literal["rate", "increments"] = "rate",  # noqa: A002  the option's name
     scale: Annotated[list[str] | None, Parameter(negative=())] = None,
     offset: Annotated[list[str] | None, Parameter(negative=())] = None,
-    every: float = 2.0,
-    idle: float | None = None,
+    every: Annotated[str, Parameter(allow_leading_hyphen=True)] = "2s",
+    idle: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     at_rest: Annotated[bool, Parameter(negative=())] = False,
     plot: Path | None = None,
     json: Path | None = None,
@@ -75,9 +76,9 @@ def watch_command(
     offset
         Reading at zero, in counts or volts: gyro=2048. Default: 0.
     every
-        Seconds between updates of the screen.
+        Time between updates of the screen, in seconds or with its unit.
     idle
-        End after this many seconds without input. Default: at the end of the input or at Ctrl-C.
+        End after this time without input, in seconds or with its unit, 10min. Default: at the end of the input or at Ctrl-C.
     at_rest
         Analyse motion as noise. Default: only the longest stretch at rest is analysed; a sensor that is not at rest gets no
         coefficients (exit code 5).
@@ -88,9 +89,7 @@ def watch_command(
     quiet
         Print only the table at the end.
     """
-    for option, seconds in (("every", every), ("idle", idle)):
-        if seconds is not None and not 0 < seconds < float("inf"):
-            raise OptionError(f"--{option} {seconds}: must be a positive number of seconds", option=option)
+    between, longest = _positive(every, "every"), None if idle is None else _positive(idle, "idle")
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(json, (), "json")
     expect(plot, json)
@@ -116,9 +115,9 @@ def watch_command(
             signal.signal(signal.SIGTERM, _stop)
         with _screen(quiet=quiet) as screen:
             shown = time.monotonic()
-            for piece in follow(source, every=every, idle=idle):
+            for piece in follow(source, every=between, idle=longest):
                 watched.take(piece)
-                if screen is not None and time.monotonic() - shown > every:
+                if screen is not None and time.monotonic() - shown > between:
                     screen.update(watched.draw(), refresh=True)
                     shown = time.monotonic()
     except KeyboardInterrupt:
@@ -147,6 +146,13 @@ def watch_command(
     if broken is not None:
         raise broken
     return exit_code(analysis.findings)
+
+
+def _positive(text: str, option: str) -> float:
+    time = seconds_of(text, option=option)
+    if not 0 < time < float("inf"):
+        raise OptionError(f"--{option} {text}: must be a positive time", option=option)
+    return time
 
 
 def _stop(*_: object) -> None:

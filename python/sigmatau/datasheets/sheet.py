@@ -401,6 +401,12 @@ def datasheet(name: str | Path) -> Datasheet:
             return sheet
     if len(name) < _LONGEST_NAME and Path(f"{name}.toml").is_file():
         raise OptionError(f"unknown datasheet {name!r}; is the file {name}.toml meant?", option="datasheet")
+    from difflib import get_close_matches
+
+    if close := get_close_matches(name.lower(), library, n=1):
+        raise OptionError(
+            f"unknown datasheet {name!r}; is {close[0]} meant? sigmatau datasheet list has all", option="datasheet"
+        )
     raise OptionError(
         f"unknown datasheet {name!r}; known: {', '.join(library)}; or give a .toml file", option="datasheet"
     )

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.frozen import frozen
+from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS
 
 _ALL = 20_000  # samples up to which every averaging time is done one by one
@@ -126,7 +127,7 @@ def coefficients_of(noise: str | Mapping[str, float]) -> dict[str, float]:
         )
     unknown = [name for name in noise if name not in TERMS]
     if unknown:
-        raise OptionError(f"unknown term {unknown[0]!r} in {{option}}; terms: {', '.join(TERMS)}", option="noise")
+        raise OptionError(unknown_term(unknown[0], " in {option}"), option="noise")
     if not all(math.isfinite(value) for value in noise.values()):
         raise OptionError(f"the coefficients of {{option}} must be finite numbers, got {dict(noise)}", option="noise")
     if not any(noise.get(name) for name in _NOISE):

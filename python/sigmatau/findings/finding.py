@@ -56,6 +56,8 @@ class Finding:
         For each biased term, the factor by which its coefficient is larger than the true one of the sensor.
     left_out : int
         Number of samples that were treated as missing because of it, in the channel with the most; 0 if none.
+    topic : str
+        Topic or table of the file that the finding is about, if several are read; otherwise empty.
 
     See Also
     --------
@@ -80,6 +82,7 @@ class Finding:
     unit: str = ""
     factors: tuple[tuple[str, float], ...] = ()
     left_out: int = 0
+    topic: str = ""
 
     @property
     def code(self) -> str:
@@ -118,6 +121,7 @@ class Finding:
             **({} if self.size is None else {"size": plain(self.size), "unit": self.unit}),
             **({"factors": plain(dict(self.factors))} if self.factors else {}),
             **({"left_out": self.left_out} if self.left_out else {}),
+            **({"topic": self.topic} if self.topic else {}),
             "details": plain(self.details),
         }
 
@@ -143,6 +147,7 @@ class Findings(tuple[Finding, ...], Tabular):
             "size": [one.size for one in self],
             "unit": [one.unit for one in self],
             "left_out": [one.left_out for one in self],
+            "topic": [one.topic for one in self],
         }
 
     def __repr__(self) -> str:

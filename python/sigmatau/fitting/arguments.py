@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from sigmatau.errors import OptionError
 from sigmatau.fitting.components import LINEAR
 from sigmatau.model.processes import real
+from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS
 
 _LEVELS = (0.5, 0.999)
@@ -20,7 +21,9 @@ def wanted_terms(terms: object) -> set[str]:
         raise OptionError(f'{{option}} must be a list, e.g. ["random_walk"], not {terms!r}', option="terms")
     given = list(terms)
     wanted = {one for one in given if isinstance(one, str)}
-    if len(wanted) < len(given) or wanted - set(TERMS) or not wanted & set(LINEAR):
+    if others := [one for one in given if one in wanted - set(TERMS)]:
+        raise OptionError(f"{{option}}: {unknown_term(others[0])}", option="terms")
+    if len(wanted) < len(given) or not wanted & set(LINEAR):
         known = ", ".join(TERMS)
         raise OptionError(
             f"{{option}} must be of {known}, one of them a noise, not {', '.join(map(str, given))}", option="terms"

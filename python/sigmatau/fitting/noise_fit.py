@@ -34,6 +34,7 @@ _TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_v
 _MOST_LINES = 3  # that are printed one by one
 
 Verdict = Literal["adequate", "adequate_with", "widened", "descriptive", "too_short"]
+Trust = Literal["good", "partial", "poor"]
 QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
 
@@ -285,6 +286,10 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     method : str
     runs : tuple of float
         Lengths of the runs of a joint fit, in which `n` is that of the longest run; otherwise empty. [s]
+    trust : {"good", "partial", "poor"} or None
+        How far to trust the coefficients of a channel of an analysis. "poor": without intervals, or a finding states that a
+        coefficient is wrong by half or more. "partial": wider intervals, or a warning about the channel. None for a fit
+        alone, because its record was not checked.
 
     See Also
     --------
@@ -330,6 +335,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     level: float = 0.95
     method: str = "gls"
     runs: tuple[float, ...] = ()
+    trust: Trust | None = None
 
     def __getitem__(self, term: str) -> FittedTerm:
         try:

@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
-from typing import Literal
 
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
+from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit, Trust
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, two_digits, value_error_text
-
-Trust = Literal["good", "partial", "poor"]
 
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""

@@ -16,6 +16,7 @@ from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, half
 from sigmatau.fitting.statement import coefficient
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
+from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text, lines_text, plain, two_digits, wrapped
 
@@ -148,10 +149,10 @@ def smallest_detectable(
     records; the result is in SI, inf if no value is found with that probability.
     """
     if term not in TERMS:
-        raise OptionError(f"unknown term {term!r}; terms: {', '.join(TERMS)}", option="term")
+        raise OptionError(unknown_term(term), option="term")
     unknown = sorted(set(others) - set(TERMS))
     if unknown:
-        raise OptionError(f"unknown term {unknown[0]!r}; terms: {', '.join(TERMS)}", option="model")
+        raise OptionError(unknown_term(unknown[0]), option="model")
     if not (math.isfinite(tau0) and tau0 > 0):
         raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="rate")
     theta = _theta(others, tau0)

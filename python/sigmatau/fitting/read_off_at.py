@@ -10,6 +10,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff, read_off, read_off_beside
 from sigmatau.fitting.read_off_lines import Span, span_of
+from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
 
@@ -33,7 +34,7 @@ class ReadOffAt:
         for key, span in (given or {}).items():
             place, _, term = str(key).rpartition(".")
             if term not in TERMS:
-                raise _error(str(key), f": unknown term {term!r}; terms: {', '.join(TERMS)}; {_FORMS}")
+                raise _error(str(key), f": {unknown_term(term)}; {_FORMS}")
             try:
                 self._spans[place, term] = span_of(span)
             except OptionError as error:

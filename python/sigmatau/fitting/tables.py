@@ -35,7 +35,6 @@ _FIT_LEGEND = (
 def fit_table(
     fits: Mapping[str, NoiseFit],
     read_offs: Mapping[str, ReadOff],
-    trusts: Mapping[str, str] = MappingProxyType({}),
     means: Mapping[str, Sequence[MeanStability]] = MappingProxyType({}),
 ) -> str:
     """The fitted coefficients as aligned text, in the field's units, and those read off; `fit_legend` explains them.
@@ -44,14 +43,12 @@ def fit_table(
     ----------
     fits, read_offs : mapping
         By channel.
-    trusts : mapping of str to str
-        How far to trust each channel, for its first line.
     means : mapping of str to sequence of MeanStability
         Standard deviations of means by channel.
     """
     rows: list[tuple[str, ...]] = [("", "fitted", "95 % interval", "")]
     for channel, fitted in fits.items():
-        worth = f"trust: {trusts[channel]}; " if channel in trusts else ""
+        worth = f"trust: {fitted.trust}; " if fitted.trust else ""
         rows.append((f"{channel}  {worth}{fitted.headline(method=False)}",))
         for name in fitted:
             term = TERMS[name]
@@ -156,14 +153,19 @@ def read_off_legend(read_off: Mapping[str, ReadOff]) -> str:
 
 
 def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping[str, float] | None = None) -> str:
-    """Deviations by channel in SI, with their 95 % intervals if the `noise` is given."""
+    """Deviations by channel in the units of figures, with their 95 % intervals if the `noise` is given."""
+    from sigmatau.plot.curves import curve_unit
+
     lines: list[str] = []
     for channel, curve in deviations.items():
-        lines.append(f"{channel}: {curve.label} [{curve.unit}], {curve.n} samples at {1 / curve.tau0:.6g} Hz")
-        rows = [(f"{tau:.6g} s", f"{value:.5g}") for tau, value in zip(curve.tau, curve.deviation, strict=True)]
+        factor, unit = curve_unit(curve, None)
+        lines.append(f"{channel}: {curve.label} [{unit}], {curve.n} samples at {1 / curve.tau0:.6g} Hz")
+        rows = [
+            (f"{tau:.6g} s", f"{value:.5g}") for tau, value in zip(curve.tau, curve.deviation / factor, strict=True)
+        ]
         texts = [f"{terms} terms" for terms in curve.n_terms]
         if noise is not None:
-            low, high = curve.interval(noise=noise)
+            low, high = (ends / factor for ends in curve.interval(noise=noise))
             texts = [f"[{a:.5g}, {b:.5g}]" for a, b in zip(low, high, strict=True)]
         lines += [f"  {tau:>12}  {value:<11}  {text}" for (tau, value), text in zip(rows, texts, strict=True)]
     if noise is not None:

@@ -193,7 +193,9 @@ def _spread(label: Label, found: RandomEffects) -> tuple[str, str, str]:
         return "0" if x == 0 else two_digits(100 * x / scale) if x < _LARGEST * scale else f"> {100 * _LARGEST:g}"
 
     std = "" if found.std_relative is None else percent(found.std_relative * scale)
-    return std, f"{percent(found.tau)} [{percent(found.tau_low)}, {percent(found.tau_high)}]", percent(found.next_error)
+    # Where no spread is consistent with values that differ by less than their errors, the interval is empty.
+    interval = "" if found.tau_high == 0 else f" [{percent(found.tau_low)}, {percent(found.tau_high)}]"
+    return std, percent(found.tau) + interval, percent(found.next_error)
 
 
 def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:

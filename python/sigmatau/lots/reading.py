@@ -13,6 +13,7 @@ from pathlib import Path
 
 from sigmatau.errors import DataError
 from sigmatau.lots.runs import LIMITED, OBSERVED, SIGNED, WITHOUT_ERROR, Run, RunsBuilder, RunTable, error_of, joined
+from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.units import find, usual
 
@@ -218,7 +219,7 @@ class _Rows:
 def _label(channel: str, term: str, unit: str) -> tuple[tuple[str, str, str, str, str], float]:
     """What the rows of a channel and term are of, and one of their units in SI."""
     if term not in TERMS:
-        raise DataError(f"unknown term {term!r}; known: {', '.join(TERMS)}")
+        raise DataError(unknown_term(term))
     quantity, rate_unit = _QUANTITIES.get(channel.partition("_")[0], ("signal", ""))
     try:
         found = find(unit)

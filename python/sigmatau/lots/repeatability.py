@@ -130,7 +130,8 @@ class RandomEffects(Printed):
         if self.std is not None and self.tau is not None and self.tau_low is not None and self.tau_high is not None:
             lines.append(f"  standard deviation   {self._size(self.std_relative if self._percent else self.std)}")
             low = self._size(self.tau_low).removesuffix(" %")
-            lines.append(f"  between runs         {self._size(self.tau)} [{low}, {self._size(self.tau_high)}]")
+            interval = "" if self.tau_high == 0 else f" [{low}, {self._size(self.tau_high)}]"
+            lines.append(f"  between runs         {self._size(self.tau)}{interval}")
             lines.append(f"  next run             within ±{self._size(self.next_error)}")
         if self.p_value is not None:
             lines.append(f"  homogeneity          p {p_text(self.p_value)}")

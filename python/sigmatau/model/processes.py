@@ -9,6 +9,7 @@ from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
+from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, aliasing_inflation
 from sigmatau.record.streams import RATES
 
@@ -263,7 +264,7 @@ def coefficients_of(what: str, given: object) -> dict[str, float]:
     found = {}
     for name, value in given.items():
         if name not in TERMS:
-            raise DataError(f"unknown term {name!r}; terms: {', '.join(TERMS)}")
+            raise DataError(unknown_term(name))
         found[name] = real(value)
         if not math.isfinite(found[name]) or (found[name] < 0 and name != "rate_ramp"):
             more = "; NoiseModel.from_dict takes values with units" if isinstance(value, str) else ""

@@ -22,6 +22,7 @@ _MOST_NAMES = 40  # runs whose names are written
 _ROW = 0.17  # height of a run [in]
 _MOST_HEIGHT = 5.0  # of a panel [in]
 _COLUMNS = 3
+_PLAIN = (-4, 8)  # powers of ten that are written without an exponent at the corner: 9.8 m/s² is 1e6 µg
 
 
 @frozen(eq=False)
@@ -114,6 +115,7 @@ def draw_forest(panel: ForestPanel, ax: Axes, *, named: bool) -> None:
     else:
         ax.set_yticks(rows if count <= _MOST_NAMES else [], [])
     ax.xaxis.set_major_locator(_few_ticks())
+    ax.ticklabel_format(axis="x", useOffset=False, scilimits=_PLAIN)
     values = np.concatenate([panel.low, panel.high, panel.value])
     ends_ = [x for x in (panel.next_low, panel.next_high) if x is not None]
     spread = float(np.nanmax(values) - np.nanmin(values))

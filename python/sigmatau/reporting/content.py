@@ -17,7 +17,7 @@ from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording.phrases import short_axes
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.overview import overview_rows, trust
+from sigmatau.fitting.overview import overview_rows
 from sigmatau.fitting.read_off import Coefficient
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
@@ -175,7 +175,7 @@ def _told(finding: Finding) -> Told:
     more = len(finding.spans) - _MOST_SPANS
     return Told(
         severity=finding.severity,
-        axes=printable(short_axes(finding.channels)) if finding.channels else "",
+        axes=printable(": ".join(filter(None, (finding.topic, short_axes(finding.channels))))),
         message=printable(finding.message),
         action=printable(finding.action),
         where=", ".join(spans) + (f" and {more} more" if more > 0 else ""),
@@ -190,7 +190,7 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
         return Coefficients(
             channel=name,
             verdict=fitted.headline(),
-            trust=trust(fitted, analysis.findings, channel),
+            trust=str(fitted.trust),
             rows=tuple(_fitted_rows(fitted)),
             notes=tuple(map(printable, [*reason, *fitted.notes()])),
         )
@@ -248,7 +248,7 @@ def _level(analysis: Analysis) -> str:
 
 
 _METHODS = {
-    "likelihood": "likelihood of the spectrum, with all that it shows in the model",
+    "likelihood": "maximum likelihood of the spectrum; lines and filters that were found are in the model",
     "gls": "generalised least squares on the Allan variances",
     "read-off": "read off the curve, as in the paper",
 }

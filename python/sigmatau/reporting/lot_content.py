@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from sigmatau._version import __version__
-from sigmatau.lots.lot_result import JudgedUnit, Lot
+from sigmatau.datasheets.claims import Claim
+from sigmatau.lots.lot_result import JudgedUnit, Lot, Settings
 from sigmatau.lots.lot_words import listed, percent, what_text, what_unit
 from sigmatau.record.record import stream_name
 from sigmatau.results import printable
@@ -51,8 +52,16 @@ def claim_rows(lot: Lot) -> list[list[str]]:
         if not maximum:
             maximum = "none: not judged" if factor is None else f"{factor:g} × {claim.usual}"
         usual = f"{claim.typical_text} ({claim.usual})" if claim.typical_text else "–"
-        rows.append([claim.sensor, claim.label, maximum, usual, _CONVENTIONS.get(claim.convention, claim.convention)])
+        rows.append([claim.sensor, claim.label, maximum, usual, _convention(claim, lot.settings)])
     return rows
+
+
+def _convention(claim: Claim, settings: Settings) -> str:
+    """The convention that the specification states, or that an option chose."""
+    chosen = settings.sided if claim.key == "noise_density" else settings.bias
+    if claim.convention == "unknown" and chosen is not None:
+        return f"{_CONVENTIONS[chosen]} (chosen)"
+    return _CONVENTIONS.get(claim.convention, claim.convention)
 
 
 def columns_of(lot: Lot) -> list[Column]:

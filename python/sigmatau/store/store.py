@@ -284,11 +284,12 @@ class Store:
             For an unknown term or period, or a level outside 0 to 1.
         """
         from sigmatau.lots.runs import MEAN
+        from sigmatau.noise.synonyms import unknown_term
         from sigmatau.noise.terms import TERMS
         from sigmatau.store.trend import trend_of
 
         if term not in (*TERMS, MEAN):
-            raise OptionError(f"{{option}} must be {', '.join((*TERMS, MEAN))}, not {term!r}", option="term")
+            raise OptionError(f"{{option}}: {unknown_term(term, known=(*TERMS, MEAN))}", option="term")
         rows = self.coefficients(chosen, term=term, channels=channels).columns()
         if channels and not rows["unit"]:
             raise DataError(f"no trend of {term}: no run has it in {', '.join(channels)}")

@@ -71,9 +71,9 @@ def sentence(finding: Finding) -> str:
 
 
 def line(finding: Finding) -> str:
-    """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``."""
-    about = f"{axes_text(finding.channels)}: " if finding.channels else ""
-    return printable(f"{finding.severity}: {about}{finding.message}")
+    """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``, with its topic if it has one."""
+    about = (finding.topic, axes_text(finding.channels) if finding.channels else "")
+    return printable(": ".join(filter(None, (finding.severity, *about, finding.message))))
 
 
 def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose", room: int = 0) -> list[str]:
@@ -157,7 +157,8 @@ def _worst(alike: Sequence[Finding]) -> Finding:
 def _cause(alike: Sequence[Finding]) -> str:
     worst = _worst(alike)
     others = tuple(dict.fromkeys(c for one in alike for c in one.channels if c not in worst.channels))
-    about = f"{short_axes(worst.channels)}: " if worst.channels else ""
+    axes = short_axes(worst.channels) if worst.channels else ""
+    about = "".join(f"{name}: " for name in (worst.topic, axes) if name)
     also = f" (also {short_axes(others)})" if others else ""
     done = f". {worst.action}" if worst.action and worst.severity == "error" else ""
     return printable(f"{_MARKS[worst.severity]} {about}{worst.message}{also}{done}")

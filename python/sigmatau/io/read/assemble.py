@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from sigmatau.errors import OptionError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
@@ -50,6 +52,7 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
             topics = " and ".join(table.topic for table in tables)
             raise OptionError(f"{topics} both have {stream.name}; choose one by --topic", option="topic")
     several = len(tables) > 1
+    findings = with_topics([(each.topic, each.findings) for each in parts])
     return Record(
         streams=tuple(streams),
         provenance=Provenance(
@@ -61,8 +64,21 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
             ignored=tuple(f"{each.topic}: {c}" if several else c for each in parts for c in each.ignored),
             checksum=checksum,
         ),
-        findings=tuple(dict.fromkeys(finding for each in parts for finding in each.findings)),
+        findings=tuple(dict.fromkeys(finding for each in findings for finding in each)),
     )
+
+
+def with_topics(found: Sequence[tuple[str, Sequence[Finding]]]) -> list[tuple[Finding, ...]]:
+    """The findings of several topics, each with its topic, except those that all topics have: they are about the file."""
+    shared = set(found[0][1]).intersection(*(findings for _, findings in found[1:]))
+    return [
+        tuple(one if one in shared or _names_topic(one) else replace(one, topic=topic) for one in findings)
+        for topic, findings in found
+    ]
+
+
+def _names_topic(finding: Finding) -> bool:
+    return isinstance(finding.details, Damaged) and bool(finding.details.topic)
 
 
 def _without_empty_sensors(parts: Sequence[Part]) -> list[Part]:
@@ -127,7 +143,8 @@ def describe(table: Table) -> str:
 
 def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
     """The tables that were asked for, or else the only table or tables with a gyro and an accelerometer. `asked`:
-    topics by name. The name without the number of the instance, or its end, is enough if only one topic matches.
+    topics by name. The name without the number of the instance, its end, or a part of it between slashes is enough if only
+    one topic matches; empty topics match if no other does.
     """
     if asked:
         named = [name for spelled in asked for name in _split(tables, spelled)]
@@ -158,11 +175,20 @@ def _split(tables: Sequence[Table], spelled: str) -> list[str]:
 
 
 def _named(tables: Sequence[Table], name: str) -> Table:
+    typed = name.lower()
+    with_rows = [table for table in tables if table.rows != 0]
     for same in (
         [table for table in tables if table.topic == name],
-        [table for table in tables if table.topic.lower() == name.lower()],
-        [table for table in tables if name and _without_instance(table.topic.lower()) == name.lower()],
-        [table for table in tables if name and table.topic.lower().endswith(name.lower())],
+        [table for table in tables if table.topic.lower() == typed],
+        *(
+            [table for table in some if name and matches(table.topic.lower())]
+            for some in (with_rows, tables)
+            for matches in (
+                lambda topic: _without_instance(topic) == typed,
+                lambda topic: topic.endswith(typed),
+                lambda topic: typed in topic.split("/"),
+            )
+        ),
     ):
         if len(same) == 1:
             return same[0]

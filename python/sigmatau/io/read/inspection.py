@@ -13,10 +13,10 @@ from sigmatau import errors
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding, by_severity
-from sigmatau.findings.kinds.reading import Unusable
+from sigmatau.findings.kinds.reading import ColumnsByGravity, Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
-from sigmatau.io.read.names import recognise, unit_of
+from sigmatau.io.read.names import by_gravity, recognise, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
@@ -40,11 +40,14 @@ class ColumnInfo:
         The channel it is recognised as, ``"gyro_x"``, ``"time"`` …; None if it is not recognised.
     unit : str or None
         As the file spells it; None if it states none.
+    first : str
+        Its value in the first row, where no name tells what it is; else empty.
     """
 
     name: str
     channel: str | None
     unit: str | None
+    first: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +87,7 @@ class TableInfo:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        columns = [{"name": c.name, "channel": c.channel, "unit": c.unit} for c in self.columns]
+        columns = [{"name": c.name, "channel": c.channel, "unit": c.unit, "first": c.first} for c in self.columns]
         return plain(self, "topic rows rate_hz=rate rate_source notes findings chosen wanting", columns=columns)
 
 
@@ -183,11 +186,15 @@ def _runs(columns: Sequence[ColumnInfo]) -> list[tuple[str, str, ColumnInfo]]:
         ):
             end += 1
         if end - at < _FEWEST_IN_ONE_LINE:
-            lines += [(str(k + 1), columns[k].name, columns[k]) for k in range(at, end)]
+            lines += [(str(k + 1), _shown(columns[k]), columns[k]) for k in range(at, end)]
         else:
             lines.append((f"{at + 1}:{end}", f"{columns[at].name} … [{first + end - at - 1}]", columns[at]))
         at = end
     return lines
+
+
+def _shown(column: ColumnInfo) -> str:
+    return f"{column.name} ({column.first} …)".lstrip() if column.first else column.name
 
 
 def inspect(
@@ -209,7 +216,7 @@ def inspect(
             if options.topic:
                 raise
             chosen, wanting = [], error.for_command_line()
-        found, parts, at = list[TableInfo](), list[Part](), list[int]()
+        found, parts, at, read = list[TableInfo](), list[Part](), list[int](), list[int]()
         for table in tables:
             wanted = any(table is one for one in chosen)
             of_this = options if len(chosen) == 1 else replace(options, channels={})
@@ -218,6 +225,7 @@ def inspect(
                 if wanted and made is not None:
                     at.append(len(found))
                     parts.append(made)
+                read.append(len(found))
                 found.append(info)
             else:
                 found.append(_named(table))
@@ -225,6 +233,9 @@ def inspect(
             parts = assemble.of_one_clock(parts)
             for k, made in zip(at, parts, strict=True):
                 found[k] = replace(found[k], findings=made.findings)
+        told = assemble.with_topics([(found[k].topic, found[k].findings) for k in read]) if read else []
+        for k, findings in zip(read, told, strict=True):
+            found[k] = replace(found[k], findings=findings)
         record = None
         if chosen and len(parts) == len(chosen):
             with contextlib.suppress(OptionError):  # raised again when the record is read
@@ -241,7 +252,9 @@ def _looked_into(
     try:
         made = part(table, assemble.of_table(table, tables, options))
     except OptionError as error:
-        return _counted(table, replace(info, wanting=error.for_command_line())), None
+        asked = _counted(table, replace(info, wanting=error.for_command_line()))
+        by_mean = None if options.channels else by_gravity(table)
+        return asked if by_mean is None else _by_gravity(asked, (by_mean[1], *asked.findings)), None
     except RecordTooShortError as error:
         # An empty topic beside the one that is read is not a fault.
         return (_unusable(info, error) if chosen else info), None
@@ -251,18 +264,39 @@ def _looked_into(
     read = replace(
         info, rows=made.rows, rate=grid.rate, rate_source=grid.source, notes=made.conversions, findings=made.findings
     )
-    return read, made
+    return _by_gravity(read, made.findings), made
+
+
+def _by_gravity(info: TableInfo, findings: tuple[Finding, ...]) -> TableInfo:
+    """The table with its findings, and with the channels that gravity tells if one of them says so."""
+    channels: dict[int, str] = {}
+    for details in (finding.details for finding in findings):
+        if isinstance(details, ColumnsByGravity):
+            places = {"gyro": details.gyro, "accel": details.accel}
+            channels = {first + k: f"{name}_{'xyz'[k]}" for name, (first, _) in places.items() for k in range(3)}
+            channels |= {} if details.time is None else {details.time: "time"}
+    columns = tuple(
+        replace(column, channel=channels.get(number, column.channel)) for number, column in enumerate(info.columns, 1)
+    )
+    return replace(info, columns=columns, findings=findings)
 
 
 def _counted(table: Table, info: TableInfo) -> TableInfo:
-    """The table with its number of rows, and the findings made in counting them."""
-    recognised = [i for i, match in enumerate(recognise(table.columns)) if match is not None] or [0]
+    """The table with its number of rows, the first value of each column if no name tells what it is, and the findings
+    made in loading them.
+    """
+    recognised = [i for i, match in enumerate(recognise(table.columns)) if match is not None]
+    wanted = recognised[:1] or list(range(min(len(table.columns), _LISTED)))
     try:
-        loaded = table.load(recognised[:1], None)
+        loaded = table.load(wanted, None)
     except DataError as error:
         return _unusable(info, error)
-    rows = len(loaded.columns[recognised[0]])
-    return replace(info, rows=rows, findings=(*info.findings, *loaded.findings))
+    rows = len(loaded.columns[wanted[0]])
+    columns = list(info.columns)
+    for k in () if recognised or not rows else wanted:
+        text = table.columns[k].first or f"{loaded.columns[k][0]:.6g}"
+        columns[k] = replace(columns[k], first=text)
+    return replace(info, rows=rows, columns=tuple(columns), findings=(*info.findings, *loaded.findings))
 
 
 def _unusable(info: TableInfo, error: DataError) -> TableInfo:
@@ -275,8 +309,8 @@ def _named(table: Table) -> TableInfo:
     columns = []
     for column, match in zip(table.columns, recognise(table.columns), strict=True):
         stated = unit_of(column)[1] or (match[1] if match else None)
-        name = column.name or (f"({column.first} …)" if column.first else "")
-        columns.append(ColumnInfo(name=name, channel=match[0] if match else None, unit=stated))
+        first = "" if column.name else column.first
+        columns.append(ColumnInfo(name=column.name, channel=match[0] if match else None, unit=stated, first=first))
     return TableInfo(
         topic=table.topic, rows=table.rows, columns=tuple(columns), notes=table.notes, findings=table.findings
     )

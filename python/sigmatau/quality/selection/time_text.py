@@ -1,4 +1,4 @@
-"""Times in the text of an option: ``600s``, ``10min``, ``0``."""
+"""Times in the text of an option: ``600s``, ``10min``, ``0``; of some options also plain seconds."""
 
 from __future__ import annotations
 
@@ -23,3 +23,12 @@ def time_of(text: str, whole: str, *, option: str, forms: str) -> float:
     if match is None:
         raise OptionError(f"{{option}} {whole!r}: {text.strip()!r} is not a time with a unit; {forms}", option=option)
     return float(match[1]) * _UNITS[match[2]]
+
+
+def seconds_of(text: str, *, option: str) -> float:
+    """A time in seconds, ``"0.5"``, or with its unit, ``"10min"``; OptionError for anything else."""
+    try:
+        return float(text)
+    except ValueError:
+        forms = "give seconds, or a time with its unit, e.g. 500ms or 10min (ms, s, min, h, d)"
+        return time_of(text, text, option=option, forms=forms)

@@ -8,6 +8,7 @@ import math
 import struct
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import PurePath
 from typing import Any, Literal
 
@@ -144,8 +145,8 @@ def _rows(entry: Entry) -> Rows:
         fitted = channel.get("fit") or {}
         quantity, of = channel["quantity"], channel["curve"]["unit"]
         channels.append((
-            _name(name, "channel"), _word(quantity, 60), _word(of, 60), *_size(channel),
-            _word(fitted.get("verdict", ""), 20), _word(channel.get("trust", ""), 20), _number(fitted.get("p_value")),
+            _name(name, "channel"), _common(quantity, 60), _common(of, 60), *_size(channel),
+            _common(fitted.get("verdict", ""), 20), _common(channel.get("trust", ""), 20), _number(fitted.get("p_value")),
         ))  # fmt: skip
         fits = fitted.get("verdict") in QUANTIFIED
         for term, found, si in _terms(channel, fitted):
@@ -154,7 +155,7 @@ def _rows(entry: Entry) -> Rows:
             if bool in map(type, found[1:]):  # PostgreSQL does not take it, and with it none of the batch
                 raise ValueError(f"{name} {term}: true or false in place of a number")
             numbers.append(_NUMBERS.pack(len(labels), fits, *[math.nan if x is None else x for x in found[1:]]))
-            labels.append((name, quantity, term, _word(si, 60), of))
+            labels.append((name, quantity, term, _common(si, 60), of))
             terms.append(found)
     packed_numbers = b"".join(numbers)
     if np.isinf(np.frombuffer(packed_numbers, dtype=NUMBERS)["value"]).any():
@@ -171,12 +172,18 @@ def _rows(entry: Entry) -> Rows:
         identity=hashlib.sha256(_utf8(f"{unit}\n{log}\n{made_with}")).hexdigest(),
         run=run,
         channels=tuple(channels),
-        labels=tuple(labels),
+        labels=_shared(tuple(labels)),
         terms=tuple(terms),
         numbers=packed_numbers,
         findings=tuple(findings),
         packed=packed,
     )
+
+
+@lru_cache(1000)
+def _shared(labels: tuple[Label, ...]) -> tuple[Label, ...]:
+    """The same object for the same labels: a batch of results is sent from process to process, each object once."""
+    return labels
 
 
 def _terms(channel: Mapping[str, Any], fitted: Mapping[str, Any]) -> list[tuple[str, Term, str]]:
@@ -244,6 +251,9 @@ def _word(value: object, most: int) -> str:
     if len(value) > most:
         raise ValueError(f"a text has {len(value)} characters, more than {most}: {value:.30}…")
     return _text(value)
+
+
+_common = lru_cache(1000)(_word)  # few words, each in thousands of rows
 
 
 def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import shutil
 import signal
 import sqlite3
 import time
@@ -261,4 +262,20 @@ def test_an_option_that_is_wrong_for_every_log_stores_nothing(tmp_path, monkeypa
     assert main([*start, "--unit-from", "(none[0-9])"]) == 1
     err = capsys.readouterr().err
     assert "--unit-from '(none[0-9])' finds no unit in the path of the log" in err
-    assert "the same for 1 more of 2 logs" in err
+    assert "the same for 1 more logs" in err
+    assert count("a.db") == 0
+
+
+def test_a_log_without_a_unit_or_a_date_stops_no_other(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    make_logs(tmp_path / "logs", 2)
+    (tmp_path / "logs" / "other").mkdir()
+    shutil.copy(tmp_path / "logs" / "unit0" / "log00.npy", tmp_path / "logs" / "other" / "log.npy")
+    start = ["fleet", "analyze", "logs/**", "--store", "a.db", "--workers", "1", *READING]
+    assert main([*start, "--unit-from", "logs/(unit[0-9])"]) == 1
+    out, err = capsys.readouterr()
+    assert out == "2 of 2 logs analysed\n"
+    said = " ".join(err.split())
+    assert "other/log.npy" in said
+    assert "not analysed: 1 log without a unit or a date" in said
+    assert count("a.db") == 2

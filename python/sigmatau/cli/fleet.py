@@ -117,12 +117,13 @@ def fleet_command(
     # Workers are in other folders, and logs/a.csv of two folders are two logs.
     logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     found = [log for log in find(logs) if not _of_store(log.place, place)]
-    stated = _all_stated(naming, found)  # a name that is missing is an error now
+    runs, unnamed = _all_stated(naming, found)
+    found = [log for log in found if log.place in runs]
     job = Job(reading=how, settings=chosen, options=options, naming=naming)
     with closing(Stored(engine_of(place), options)) as stored:
         wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
         known = {log.place for log in found} - {log.place for log in wanted}
-        if renamed := stored.describe({one: values for one, values in stated.items() if values and one in known}):
+        if renamed := stored.describe({one: values for one, values in runs.items() if values and one in known}):
             say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
         before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
         if before:
@@ -132,7 +133,7 @@ def fleet_command(
             gigabyte = None if memory is None else memory * 1e9
             with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client:
                 _run(client, wanted, job, tally, quiet=quiet)
-    return _told(tally, before)
+    return _told(tally, before, unnamed)
 
 
 def _run(client: Client, wanted: Sequence[Log], job: Job, tally: _Tally, *, quiet: bool) -> None:
@@ -158,10 +159,12 @@ def _run(client: Client, wanted: Sequence[Log], job: Job, tally: _Tally, *, quie
         ) from None
 
 
-def _told(tally: _Tally, before: str) -> int:
+def _told(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
     """Print errors and the summary; returns the exit code."""
-    for line in tally.errors[:_LISTED]:
+    for line in [*unnamed, *tally.errors][:_LISTED]:
         sys.stderr.write(f"sigmatau: {line}\n")
+    if unnamed:
+        say(f"not analysed: {len(unnamed)} {'log' if len(unnamed) == 1 else 'logs'} without a unit or a date")
     if tally.held:
         say("not added to the store: an option is wrong or missing for every log")
     elif len(tally.errors) > _LISTED:
@@ -169,6 +172,8 @@ def _told(tally: _Tally, before: str) -> int:
     sys.stdout.write(f"{tally.summary(before)}\n")
     if tally.codes[2] and tally.finished == len(tally.errors):
         return 2  # otherwise the options are right, and some of the files are of another kind
+    if unnamed:
+        return 1
     return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
 
 
@@ -184,21 +189,19 @@ def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
         wanted_terms(chosen["terms"])
 
 
-def _all_stated(naming: Naming, logs: Sequence[Log]) -> dict[str, dict[str, Any]]:
-    """What the options state of each run; raises `DataError` with the first log whose unit they do not name."""
-    from sigmatau.store.naming import UnknownUnitError
-
+def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """What the options state of each run, and why logs have no unit or no date; raises `DataError` if no log has them."""
     stated: dict[str, dict[str, Any]] = {}
-    nameless: list[str] = []
+    unnamed: list[str] = []
     for log in logs:
         try:
             stated[log.place] = _stated(naming, log.place)
-        except UnknownUnitError as error:
-            nameless.append(str(error) if log.place in str(error) else f"{log.place}: {error}")
-    if nameless:
-        more = f"; the same for {len(nameless) - 1} more of {len(logs)} logs" if len(nameless) > 1 else ""
-        raise DataError(f"{nameless[0]}{more}")
-    return stated
+        except DataError as error:
+            unnamed.append(str(error) if log.place in str(error) else f"{log.place}: {error}")
+    if unnamed and not stated:
+        more = f"; the same for {len(unnamed) - 1} more logs" if len(unnamed) > 1 else ""
+        raise DataError(f"{unnamed[0]}{more}")
+    return stated, unnamed
 
 
 def _stated(naming: Naming, place: str) -> dict[str, Any]:

@@ -83,6 +83,8 @@ def test_store_of_the_environment(lab, capsys, monkeypatch):
     code, _, err = run(capsys, "list")
     assert code == 2
     assert "$SIGMATAU_STORE" in err
+    assert main(["fleet", "analyze", "logs"]) == 2
+    assert capsys.readouterr().err == err  # the same words
 
 
 def test_show_has_every_interval(lab, capsys):

@@ -90,13 +90,18 @@ class Choice:
         )
 
 
-def opened(place: str | None, *, create: bool = False) -> Store:
+def place_of(store: str | None) -> str:
+    """The file or URL of ``--store``, or of the environment."""
+    if found := store or os.environ.get(VARIABLE):
+        return found
+    raise OptionError(
+        f"--store is missing: a SQLite file, or postgresql://USER@HOST/NAME; or set ${VARIABLE}", option="store"
+    )
+
+
+def opened(store: str | None, *, create: bool = False) -> Store:
     """The store of ``--store``, or of the environment."""
-    place = place or os.environ.get(VARIABLE)
-    if not place:
-        raise OptionError(
-            f"--store is missing: a file, or postgresql://USER@HOST/NAME; or set ${VARIABLE}", option="store"
-        )
+    place = place_of(store)
     from sigmatau.store.store import Store
 
     return Store(place, create=create)

@@ -81,7 +81,7 @@ def fleet_command(
         Beginning of the records, 2026-05-01T12:00 (UTC), or name: the first date in the path of a log.
         Default: not stated.
     temperature
-        Temperature of the records in °C, or 298K. Default: not stated.
+        Temperature of the records, 85degC or 298K. Default: not stated.
     retry_failed
         Analyse logs again that failed before.
     quiet

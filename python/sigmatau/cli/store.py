@@ -113,9 +113,12 @@ def temperatures(text: str | None) -> tuple[float, float] | None:
 
     if text is None:
         return None
-    ends = [stated_temperature(part) for part in text.split(":")]
-    low, high = ends[0], ends[-1]
-    if len(ends) > 2 or low is None or high is None or low > high:
+    try:
+        ends = [stated_temperature(part) for part in text.split(":")]
+    except OptionError:  # its words are of one temperature
+        ends = []
+    low, high = (ends[0], ends[-1]) if 0 < len(ends) <= 2 else (None, None)
+    if low is None or high is None or low > high:
         raise OptionError(
             f"--temperature {text}: must be a temperature, 85degC, or a range, 20:30", option="temperature"
         )
@@ -166,7 +169,7 @@ def add_command(
         Beginning of the records, 2026-05-01T12:00 (UTC, or with a time zone); or name: the date in the name of each log.
         Default: the note "date".
     temperature
-        Temperature in °C, or 298K. Default: the note "temperature".
+        Temperature of the records, 85degC or 298K. Default: the note "temperature".
     jobs
         Number of processes that read many files (default: all cores).
     quiet

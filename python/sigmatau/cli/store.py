@@ -26,13 +26,13 @@ VARIABLE = "SIGMATAU_STORE"
 _MOST_PROBLEMS = 10  # files that are named on the screen
 _STATES = ("fitted", "not_fitted", "not_at_rest", "failed")
 _SHOWN = {
-    "units": ("unit", "model", "runs", "fitted", "not_at_rest", "failed", "first", "last"),
+    "units": ("unit", "model", "runs", "fitted", "not_fitted", "not_at_rest", "failed", "first", "last"),
     "runs": ("unit", "run", "recorded", "temperature", "duration", "state", "revision", "message"),
 }
 
 _TIMES = ("recorded", "first", "last")
 _KINDS = {  # of columns of Parquet; the others are text
-    "int64": ("id", "runs", "fitted", "not_at_rest", "failed", "revision"),
+    "int64": ("id", "runs", "fitted", "not_fitted", "not_at_rest", "failed", "revision"),
     "double": ("temperature", "duration", "value", "low", "high", "upper_limit", "level"),
     "bool": ("observed",),
 }

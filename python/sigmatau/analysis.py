@@ -408,4 +408,4 @@ def _refuse_time(tau_min: float, method: Method) -> None:
     if isinstance(tau_min, bool) or not (isinstance(tau_min, int | float | np.number) and 0 < tau_min < np.inf):
         raise OptionError(f"{{option}} must be a positive number of seconds, not {tau_min!r}", option="tau_min")
     if method != "gls":
-        raise OptionError("{option} is for least squares: take --method gls with it", option="tau_min")
+        raise OptionError("{option} needs least squares: --method gls", option="tau_min")

@@ -87,7 +87,7 @@ class TestAnalyze:
     def test_the_likelihood_has_no_first_averaging_time(self, log, capsys):
         code, out, err = run("analyze", log, "--rate", 100, "--tau-min", 1, capsys=capsys)
         assert (code, out) == (2, "")
-        assert "--tau-min is for least squares: take --method gls with it" in err
+        assert "--tau-min needs least squares: --method gls" in err
 
     def test_table_figure_and_json(self, log, tmp_path, capsys):
         figure, result = tmp_path / "a.png", tmp_path / "r.json"

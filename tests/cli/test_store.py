@@ -83,6 +83,8 @@ def test_store_of_the_environment(lab, capsys, monkeypatch):
     code, _, err = run(capsys, "list")
     assert code == 2
     assert "$SIGMATAU_STORE" in err
+    assert main(["fleet", "analyze", "logs"]) == 2
+    assert capsys.readouterr().err == err  # the same words
 
 
 def test_show_has_every_interval(lab, capsys):
@@ -152,7 +154,7 @@ def test_types_of_columns_do_not_depend_on_their_values(lab, capsys, what):
     (["show", "A1", "--store", "lab.db", "--run", "x"], 1, "no run 'x'; its runs: 2026-02-10.csv"),
     (["trend", "--store", "lab.db", "--term", "walk"], 2, "--term: unknown term 'walk'; terms: quantization"),
     (["trend", "--store", "lab.db", "--level", "95"], 2, "--level must be between 0 and 1"),
-    (["trend", "--store", "lab.db", "--channel", "gyrox"], 1, "no trend of random_walk: no run has it in gyrox"),
+    (["trend", "--store", "lab.db", "--channel", "gyrox"], 1, "no trend of random_walk: no selected run has it in gyrox"),
     (["export", "--store", "lab.db", "-o", "c.xlsx"], 2, "must end in .parquet, .csv"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--unit", "B"], 1, "nothing is written"),
     (["export", "--store", "lab.db", "-o", "c.csv", "--what", "runs", "--term", "mean"], 2, "--term is of coefficients"),
@@ -213,7 +215,7 @@ def test_runs_at_a_temperature(lab, capsys):
     assert {one["name"] for one in json.loads(capsys.readouterr().out)["runs"]} == {"1.csv", "4.csv", "7.csv"}
     assert main(["lot", "--store", "hot.db", "--temperature", "-45:-35", "--json"]) == 4
     assert len(json.loads(capsys.readouterr().out)["units"]) == 3
-    for wrong in ("30:20", "20:30:40"):
+    for wrong in ("30:20", "20:30:40", "20:", "hot", "85F"):
         assert run(capsys, "list", "--store", "hot.db", "--temperature", wrong)[::2] == (
             2, f"sigmatau: --temperature {wrong}: must be a temperature, 85degC, or a range, 20:30\n",
         )  # fmt: skip

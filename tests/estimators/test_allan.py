@@ -410,7 +410,7 @@ def test_missing_samples_widen_the_interval_for_a_noise():
     ("overlap", "options", "message"),
     [
         ("full", {"level": 0.99}, r"`level` needs the noise, interval\(noise='random_walk'\)"),
-        ("full", {"noise": "white"}, "unknown term 'white' in `noise`"),
+        ("full", {"noise": "white"}, "`noise`: unknown term 'white'"),
         ("full", {"noise": NoiseModel(channels={"gyro_x": {"random_walk": 1.0}})}, r"one channel: model\['gyro_x'\]"),
         ("none", {"noise": "random_walk"}, "`noise` needs a curve of overlapping clusters"),
     ],

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 import pytest
 from store_results import result
 
+from sigmatau import Record, analyze
 from sigmatau.analysed import failed_result
 from sigmatau.errors import DataError
 from sigmatau.store.choosing import Chosen
@@ -35,6 +36,15 @@ def test_result_comes_back_as_it_was(place):
     assert list(found) == list(one)  # in its order
     assert row["unit"] == "A1"
     assert row["state"] == "fitted"
+
+
+def test_a_record_too_short_for_a_fit_is_not_fitted(place):
+    record = Record.from_arrays(rate=100.0, gyro=[[0.1, 0.2, 0.4]] * 2 + [[0.2, 0.1, 0.3]] * 2, unit={"gyro": "rad/s"})
+    with Store(place) as store:
+        store.add([Entry(result=analyze(record).to_dict(), unit="A1"), Entry(result=result(1), unit="A2")])
+        assert store.runs(Chosen(states=("not_fitted",))).columns()["unit"] == ["A1"]
+        units = store.units().columns()
+    assert (units["fitted"], units["not_fitted"]) == ([0, 1], [1, 0])
 
 
 def test_same_run_is_added_once(place):

@@ -15,6 +15,7 @@ from cyclopts import Parameter
 
 from sigmatau.cli.options import Reading, say
 from sigmatau.cli.settings import Settings
+from sigmatau.cli.store import place_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import duration_text
 
@@ -63,7 +64,7 @@ def fleet_command(
         Logs, folders, patterns in quotes ('logs/**/*.csv') and URLs (s3://bucket/logs). A Zarr store too large for a worker
         is summed in stretches by several.
     store
-        SQLite file, or postgresql://USER@HOST/NAME. Default: the environment variable SIGMATAU_STORE.
+        SQLite file, or postgresql://USER@HOST/NAME. Default: $SIGMATAU_STORE.
     workers
         Number of processes of this host (default: one for each core).
     scheduler
@@ -80,15 +81,13 @@ def fleet_command(
         Beginning of the records, 2026-05-01T12:00 (UTC), or name: the first date in the path of a log.
         Default: not stated.
     temperature
-        Temperature of the records in °C, or 298K. Default: not stated.
+        Temperature of the records, 85degC or 298K. Default: not stated.
     retry_failed
         Analyse logs again that failed before.
     quiet
         Print only errors and the last line.
     """
-    place = store or os.environ.get("SIGMATAU_STORE")
-    if not place:
-        raise OptionError("--store is missing: a SQLite file, or postgresql://USER@HOST/NAME", option="store")
+    place = place_of(store)
     if workers is not None and workers < 1:
         raise OptionError(f"--workers {workers}: must be a number of processes, at least 1", option="workers")
     if scheduler is not None and (workers is not None or memory is not None):

@@ -32,8 +32,8 @@ class Settings:
         Noise terms that may be present: random_walk,bias_instability. Default: all five. A term that is left out is
         assumed to be absent; if it is present, the others are wrong.
     tau_min
-        Shortest averaging time of the fit in seconds or with a unit, 500ms, e.g. beyond a filter or a line. Default: by
-        goodness of fit.
+        Shortest averaging time of the fit in seconds or with a unit, 500ms, e.g. beyond a filter or a line. Needs --method
+        gls. Default: by goodness of fit.
     read_off_at
         Averaging times between which a line is read off: random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for
         one, gyro.random_walk=… for a sensor (ms, s, min, h, d); may be repeated. Default: by rules.

@@ -26,13 +26,13 @@ VARIABLE = "SIGMATAU_STORE"
 _MOST_PROBLEMS = 10  # files that are named on the screen
 _STATES = ("fitted", "not_fitted", "not_at_rest", "failed")
 _SHOWN = {
-    "units": ("unit", "model", "runs", "fitted", "not_at_rest", "failed", "first", "last"),
+    "units": ("unit", "model", "runs", "fitted", "not_fitted", "not_at_rest", "failed", "first", "last"),
     "runs": ("unit", "run", "recorded", "temperature", "duration", "state", "revision", "message"),
 }
 
 _TIMES = ("recorded", "first", "last")
 _KINDS = {  # of columns of Parquet; the others are text
-    "int64": ("id", "runs", "fitted", "not_at_rest", "failed", "revision"),
+    "int64": ("id", "runs", "fitted", "not_fitted", "not_at_rest", "failed", "revision"),
     "double": ("temperature", "duration", "value", "low", "high", "upper_limit", "level"),
     "bool": ("observed",),
 }
@@ -90,13 +90,18 @@ class Choice:
         )
 
 
-def opened(place: str | None, *, create: bool = False) -> Store:
+def place_of(store: str | None) -> str:
+    """The file or URL of ``--store``, or of the environment."""
+    if found := store or os.environ.get(VARIABLE):
+        return found
+    raise OptionError(
+        f"--store is missing: a SQLite file, or postgresql://USER@HOST/NAME; or set ${VARIABLE}", option="store"
+    )
+
+
+def opened(store: str | None, *, create: bool = False) -> Store:
     """The store of ``--store``, or of the environment."""
-    place = place or os.environ.get(VARIABLE)
-    if not place:
-        raise OptionError(
-            f"--store is missing: a file, or postgresql://USER@HOST/NAME; or set ${VARIABLE}", option="store"
-        )
+    place = place_of(store)
     from sigmatau.store.store import Store
 
     return Store(place, create=create)
@@ -108,9 +113,12 @@ def temperatures(text: str | None) -> tuple[float, float] | None:
 
     if text is None:
         return None
-    ends = [stated_temperature(part) for part in text.split(":")]
-    low, high = ends[0], ends[-1]
-    if len(ends) > 2 or low is None or high is None or low > high:
+    try:
+        ends = [stated_temperature(part) for part in text.split(":")]
+    except OptionError:  # its words are of one temperature
+        ends = []
+    low, high = (ends[0], ends[-1]) if 0 < len(ends) <= 2 else (None, None)
+    if low is None or high is None or low > high:
         raise OptionError(
             f"--temperature {text}: must be a temperature, 85degC, or a range, 20:30", option="temperature"
         )
@@ -161,7 +169,7 @@ def add_command(
         Beginning of the records, 2026-05-01T12:00 (UTC, or with a time zone); or name: the date in the name of each log.
         Default: the note "date".
     temperature
-        Temperature in °C, or 298K. Default: the note "temperature".
+        Temperature of the records, 85degC or 298K. Default: the note "temperature".
     jobs
         Number of processes that read many files (default: all cores).
     quiet

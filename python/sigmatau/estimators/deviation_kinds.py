@@ -127,7 +127,7 @@ def coefficients_of(noise: str | Mapping[str, float]) -> dict[str, float]:
         )
     unknown = [name for name in noise if name not in TERMS]
     if unknown:
-        raise OptionError(unknown_term(unknown[0], " in {option}"), option="noise")
+        raise OptionError(f"{{option}}: {unknown_term(unknown[0])}", option="noise")
     if not all(math.isfinite(value) for value in noise.values()):
         raise OptionError(f"the coefficients of {{option}} must be finite numbers, got {dict(noise)}", option="noise")
     if not any(noise.get(name) for name in _NOISE):

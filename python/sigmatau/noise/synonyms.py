@@ -46,7 +46,7 @@ _MEANT = {
 } | {"q": "quantization, or random_walk if it is that of the paper,"}
 
 
-def unknown_term(name: object, where: str = "", known: Iterable[str] = TERMS) -> str:
-    """What to say of a name that is no term: the term that it means, or those that are known. `where`: behind the name."""
+def unknown_term(name: object, known: Iterable[str] = TERMS) -> str:
+    """What to say of a name that is no term: the term that it means, or those that are known."""
     meant = _MEANT.get(str(name).lower().replace("_", " ").replace("-", " "))
-    return f"unknown term {name!r}{where}; " + (f"it is {meant} here" if meant else f"terms: {', '.join(known)}")
+    return f"unknown term {name!r}; " + (f"it is {meant} here" if meant else f"terms: {', '.join(known)}")

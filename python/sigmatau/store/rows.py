@@ -268,7 +268,8 @@ def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
 def _state(result: Mapping[str, Any]) -> State:
     if result.get("error"):
         return "failed"
-    if any("fit" in channel for channel in result["channels"].values()):
+    fits = [channel["fit"] for channel in result["channels"].values() if "fit" in channel]
+    if any(fit.get("verdict") != "too_short" for fit in fits):
         return "fitted"
     return "not_at_rest" if (result.get("rest") or {}).get("verdict") == "not_at_rest" else "not_fitted"
 

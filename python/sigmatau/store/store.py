@@ -292,7 +292,7 @@ class Store:
             raise OptionError(f"{{option}}: {unknown_term(term, known=(*TERMS, MEAN))}", option="term")
         rows = self.coefficients(chosen, term=term, channels=channels).columns()
         if channels and not rows["unit"]:
-            raise DataError(f"no trend of {term}: no run has it in {', '.join(channels)}")
+            raise DataError(f"no trend of {term}: no selected run has it in {', '.join(channels)}")
         usable = [term == MEAN or verdict in QUANTIFIED for verdict in rows["verdict"]]
         return trend_of(
             {key: list(compress(column, usable)) for key, column in rows.items()}, term=term, by=by, level=level

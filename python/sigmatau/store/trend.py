@@ -187,7 +187,9 @@ def trend_of(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "mont
     dated = np.array([one is not None for one in rows["recorded"]], dtype=bool)
     values = np.array(rows["value"], dtype=np.float64)
     if not dated.any():
-        what = "none of the runs with it has a time; add results with --date" if len(values) else "no run has it"
+        what = (
+            "none of the runs with it has a time; add results with --date" if len(values) else "no selected run has it"
+        )
         raise DataError(f"no trend of {term}: {what}")
     position = {name: k for k, name in enumerate(dict.fromkeys(rows["unit"]))}
     unit = np.array([position[name] for name in rows["unit"]], dtype=np.int64)

@@ -14,7 +14,8 @@ _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 
 _REASONS: dict[type, Callable[[Any], str]] = {
     kinds.TooFewTimes: lambda r: (
-        f"only {r.times} averaging times up to a third of {r.samples} samples; a fit needs {r.needed}"
+        f"only {r.times} averaging time{'' if r.times == 1 else 's'} up to a third of {r.samples} samples;"
+        f" a fit needs {r.needed}"
     ),
     kinds.ZeroVariance: lambda r: "an Allan variance is 0, which noise cannot cause",
     kinds.Misfit: lambda r: f"σ({seconds(r.tau)} s) is {_off(r.ratio)} the best fit{_p_text(r)}",

@@ -306,7 +306,8 @@ def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
     if choice is None:
         line = rows[0]
         raise DataError(
-            f"has no line of numbers in its first {len(rows)} lines (line {line.number} begins {line.text[:40]!r});"
+            f"has no line of numbers in its first {'line' if len(rows) == 1 else f'{len(rows)} lines'}"
+            f" (line {line.number} begins {line.text[:40]!r});"
             " a table with columns of numbers is needed"
         )
     delimiter, columns = choice

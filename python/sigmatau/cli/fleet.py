@@ -125,7 +125,7 @@ def fleet_command(
         if renamed := stored.describe({one: values for one, values in runs.items() if values and one in known}):
             say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
         before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
-        if before:
+        if before and wanted:
             say(f"of {len(found)} logs {before}", quiet=quiet)
         tally = _Tally(stored, len(wanted), tried=bool(known))
         if wanted:

@@ -207,7 +207,7 @@ def test_runs_at_a_temperature(lab, capsys):
                     temperature=degrees[k % 3],
                 )
             )
-    for given, count in (("-45:-35", 3), ("20:70", 6), ("70:70", 3), ("71:90", 0)):
+    for given, count in (("-45:-35", 3), ("20:70", 6), ("70:70", 3), ("71:90", 0), ("25", 3), ("298K", 3), ("24", 0)):
         listed = run(capsys, "list", "runs", "--store", "hot.db", "--temperature", given, "--json")[1]
         assert len(json.loads(listed)["unit"]) == count
     assert run(capsys, "trend", "--store", "hot.db", "--temperature", "20:30")[0] == 0
@@ -215,31 +215,19 @@ def test_runs_at_a_temperature(lab, capsys):
     assert {one["name"] for one in json.loads(capsys.readouterr().out)["runs"]} == {"1.csv", "4.csv", "7.csv"}
     assert main(["lot", "--store", "hot.db", "--temperature", "-45:-35", "--json"]) == 4
     assert len(json.loads(capsys.readouterr().out)["units"]) == 3
+    assert main(["lot", "--store", "hot.db", "--temperature", "60"]) == 1
+    (lab / "warm.json").write_text(json.dumps(result(9, log="warm", path="warm.csv")))
+    argv = ["add", "warm.json", "--store", "hot.db", "--unit", "A0", "--temperature"]
+    for stated, given in (("85degC", "358.15K"), ("-40", "-40")):  # the second one is stated of a run that is there
+        assert run(capsys, *argv, stated)[0] == 0
+        listed = run(capsys, "list", "runs", "--store", "hot.db", "--temperature", given, "--json")[1]
+        assert "warm.csv" in json.loads(listed)["run"]
     for wrong in ("30:20", "20:30:40", "20:", "hot", "85F"):
         assert run(capsys, "list", "--store", "hot.db", "--temperature", wrong)[::2] == (
             2, f"sigmatau: --temperature {wrong}: must be a temperature, 85degC, or a range, 20:30\n",
         )  # fmt: skip
     for command in ("compare", "lot"):
         assert main([command, "results", "--temperature", "20:30"]) == 2
-
-
-def test_a_store_of_several_temperatures(lab, capsys):
-    """The same units at 25 and 85 degC: each is judged and compared at one of them."""
-    for unit in range(3):
-        one = result(10 + unit, log=f"hot {unit}", path=f"hot/A{unit}/2026-0{unit + 1}-20.csv")
-        (lab / f"hot{unit}.json").write_text(json.dumps(one))
-        argv = ["add", f"hot{unit}.json", "--store", "lab.db", "--unit", f"A{unit}", "--temperature", "85degC"]
-        assert run(capsys, *argv)[0] == 0
-    assert run(capsys, "add", "results", "--store", "lab.db", "--temperature", "-40")[0] == 0
-    _, out, _ = run(capsys, "list", "runs", "--store", "lab.db", "--temperature", "358.15K", "--json")
-    assert json.loads(out)["temperature"] == [85.0] * 3
-    assert main(["lot", "--store", "lab.db", "--temperature", "85", "--json"]) == 4
-    assert len(json.loads(capsys.readouterr().out)["units"]) == 3
-    assert main(["lot", "--store", "lab.db", "--temperature", "60"]) == 1
-    assert main(["compare", "--store", "lab.db", "--temperature", "-40"]) == 1  # a copy is left out, as without it
-    assert "of 3 units" in capsys.readouterr().out
-    for command in ("lot", "compare"):
-        assert main([command, "results", "--temperature", "85"]) == 2
         assert "--temperature needs --store" in capsys.readouterr().err
 
 

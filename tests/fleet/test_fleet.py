@@ -257,7 +257,9 @@ def test_an_option_that_is_wrong_for_every_log_stores_nothing(tmp_path, monkeypa
     assert main([*start[:-1], "gyro=deg/q"]) == 2
     out, err = capsys.readouterr()
     assert out == "0 of 2 logs analysed, 2 failed\n"
-    assert "not added to the store: an option is wrong or missing for every log" in " ".join(err.split())
+    assert "nothing is stored: an option is wrong or missing for 2 logs, and no log was analysed" in " ".join(
+        err.split()
+    )
     assert count("a.db") == 0
     assert main([*start, "--unit-from", "(none[0-9])"]) == 1
     err = capsys.readouterr().err

@@ -165,7 +165,7 @@ def _told(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
     if unnamed:
         say(f"not analysed: {len(unnamed)} {'log' if len(unnamed) == 1 else 'logs'} without a unit or a date")
     if tally.held:
-        say("not added to the store: an option is wrong or missing for every log")
+        say(f"nothing is stored: an option is wrong or missing for {tally.codes[2]} logs, and no log was analysed")
     elif len(tally.errors) > _LISTED:
         say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
     sys.stdout.write(f"{tally.summary(before)}\n")

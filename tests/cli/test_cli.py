@@ -621,7 +621,7 @@ def test_a_figure_needs_no_backend(one, tmp_path):
     [
         *[(name, "random_walk") for name in ("arw", "VRW", "N", "angle random walk", "noise_density")],
         *[("B", "bias_instability"), ("1/f-noise", "bias_instability"), ("rrw", "rate_random_walk")],
-        *[("K", "rate_random_walk"), ("R", "rate_ramp"), ("Q", "quantization, or random_walk if")],
+        *[("K", "rate_random_walk"), ("R", "rate_ramp"), ("Q", "quantization (IEEE 952) or random_walk")],
         ("walk", None),
     ],
 )

@@ -163,10 +163,10 @@ def jointly(*records, **options):
 EXPORT = {
     st.OptionError: (
         lambda: st.export(MODEL, to="nothing"),
-        lambda: st.export(SIX_AXES, to="kalibr", choices=st.Choices(rate=100, strict=True)),
+        lambda: st.export(SIX_AXES, to="kalibr", choices=st.Choices(filter_rate=100, strict=True)),
     ),
     st.DataError: (
-        lambda: st.export(MODEL, to="kalibr", choices=st.Choices(rate=100)),
+        lambda: st.export(MODEL, to="kalibr", choices=st.Choices(filter_rate=100)),
         lambda: st.export(MODEL, to="ieee952", path="missing/model.txt"),
     ),
 }
@@ -265,7 +265,7 @@ PROVOKED = {
     "Choices": {
         st.OptionError: (
             lambda: st.Choices(axes="first"),
-            lambda: st.Choices(rate=-1.0),
+            lambda: st.Choices(filter_rate=-1.0),
             lambda: st.Choices(walk={"gyro": "much"}),
             lambda: st.Choices(noise_factor=0.0),
         )

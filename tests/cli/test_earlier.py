@@ -136,7 +136,11 @@ def test_a_folder_with_results_has_one_log(folder, capsys):
 def test_every_export_is_recognised(tmp_path, name):
     terms = {"random_walk": 1e-4, "rate_random_walk": 1e-6}
     model = NoiseModel(channels={f"{sensor}_{axis}": terms for sensor in ("gyro", "accel") for axis in "xyz"})
-    choices = Choices(rate=100, horizon=10) if name in ("kf-gins", "gnss-ins-sim", "gazebo") else Choices(rate=100)
+    choices = (
+        Choices(filter_rate=100, horizon=10)
+        if name in ("kf-gins", "gnss-ins-sim", "gazebo")
+        else Choices(filter_rate=100)
+    )
     for ending in (target(name).ending, *target(name).binary):
         path = tmp_path / f"x{ending}"
         export(model, to=name, path=path, choices=choices)

@@ -179,7 +179,7 @@ def test_flicker_is_in_no_number_and_that_is_said(target):
     plain = export(flicker, to=target)
     assert CASES[target][0](plain) == CASES[target][0](export(model(), to=target))
     assert "no field for bias instability of the gyros" in plain
-    chosen = export(flicker, to=target, choices=Choices(walk={"gyro": "horizon"}, horizon=100.0, rate=100.0))
+    chosen = export(flicker, to=target, choices=Choices(walk={"gyro": "horizon"}, horizon=100.0, filter_rate=100.0))
     found = CASES[target][0](chosen)[CASES[target][1][2]] * math.sqrt(STEP[target])
     # K² = 3·(σ²(T) − N²/T)/T, of the channel with flicker.
     rest = float(flicker.avar("gyro_x", m=[10_000], tau0=0.01)[0]) - N["gyro"] ** 2 / 100

@@ -75,7 +75,7 @@ def test_result_gives_the_rate(result, tmp_path, capsys):
     assert (code, to_file) == (0, "")
     assert err == f"{tmp_path / 'imu.yaml'}: written for kalibr\n"
     assert (tmp_path / "imu.yaml").read_text() == out
-    code, out, _ = run("export", result, "--to", "kalibr", *WALKS, "--rate", 50, capsys=capsys)
+    code, out, _ = run("export", result, "--to", "kalibr", *WALKS, "--filter-rate", 50, capsys=capsys)
     assert vio.parse(out)["update_rate"] == 50.0
 
 
@@ -166,7 +166,7 @@ def test_horizon(tmp_path, capsys):
     model.write(tmp_path / "m.toml")
     walk = ("--rate-random-walk", "gyro=horizon,accel=horizon")
     code, out, _ = run(
-        "export", tmp_path / "m.toml", "--to", "kalibr", "--rate", 100, *walk, "--horizon", "2 s", capsys=capsys
+        "export", tmp_path / "m.toml", "--to", "kalibr", "--filter-rate", 100, *walk, "--horizon", "2 s", capsys=capsys
     )
     assert code == 0
     flicker = model.avar("gyro_x", m=[200], tau0=0.01)[0] - 1e-6 / 2
@@ -182,7 +182,7 @@ def test_a_line_is_no_walk():
     b, line = 1e-5, (Sinusoid(amplitude=1e-2, frequency=0.05),)
     flicker = {"random_walk": 1e-3, "bias_instability": b}
     accel = {"random_walk": 1e-3, "bias_instability": b}
-    chosen = Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=10.0, rate=100.0)
+    chosen = Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=10.0, filter_rate=100.0)
 
     def gyro(**axes):
         text = export(NoiseModel(channels={**axes, "accel_x": accel}), to="kalibr", choices=chosen)
@@ -200,7 +200,7 @@ def test_a_line_is_no_walk():
 
 def test_a_horizon_is_whole_samples_and_the_file_says_which():
     """7 ms at 200 Hz are one sample: matched at 5 ms, and said so."""
-    k, q = 1e-3, Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=0.007, rate=200.0)
+    k, q = 1e-3, Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=0.007, filter_rate=200.0)
     terms = {"random_walk": 1e-3, "rate_random_walk": k}
     text = export(NoiseModel(channels={"gyro_x": terms, "accel_x": terms}), to="lio-sam", choices=q)
     assert "at 0.005 s, whole samples instead of 0.007 s" in text
@@ -217,13 +217,13 @@ def test_binary_endings_are_those_of_the_target(tmp_path, monkeypatch, capsys):
     both = {"random_walk": 1e-3, "rate_random_walk": 1e-5}
     NoiseModel(channels={"gyro_x": both, "accel_x": both}).write("m.toml")
     for name, file in (("kalibr", "x.npz"), ("lio-sam", "x.MAT"), ("state-space", "x.h5")):
-        code, _, err = run("export", "m.toml", "--to", name, "--rate", 100, "-o", file, capsys=capsys)
+        code, _, err = run("export", "m.toml", "--to", name, "--filter-rate", 100, "-o", file, capsys=capsys)
         assert code == 2
         assert f"'{file}': {name} has no form for .{file[2:].lower()}" in err
         assert not (tmp_path / file).exists()
         assert run("analyze", "no-such.csv", "--export", f"{name}={file}", capsys=capsys)[0] == 2
     for file in ("x.npz", "x.yaml"):
-        assert run("export", "m.toml", "--to", "state-space", "--rate", 100, "-o", file, capsys=capsys)[0] == 0
+        assert run("export", "m.toml", "--to", "state-space", "--filter-rate", 100, "-o", file, capsys=capsys)[0] == 0
     assert (
         "m.toml is the file that is read"
         in run("export", "m.toml", "--to", "lio-sam", "-o", "m.toml", capsys=capsys)[2]
@@ -245,7 +245,7 @@ def test_a_model_has_no_rate(tmp_path, capsys):
     )
     code, _, err = run("export", tmp_path / "m.toml", "--to", "vins", capsys=capsys)
     assert code == 2
-    assert "sampling rate" in err
+    assert "the rate of the filter is needed" in err
     assert run("export", tmp_path / "m.toml", "--to", "gtsam", capsys=capsys)[0] == 0
     code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", "-o", tmp_path / "m.toml", capsys=capsys)
     assert code == 2
@@ -347,7 +347,7 @@ def test_in_python(record):
     walk = {"gyro": "upper-limit", "accel": 1e-5}
     text = analysis.export(to="kalibr", choices=Choices(walk=walk))
     assert vio.parse(text)["update_rate"] == 100.0
-    assert vio.parse(analysis.export(to="kalibr", choices=Choices(walk=walk, rate=50.0)))["update_rate"] == 50.0
+    assert vio.parse(analysis.export(to="kalibr", choices=Choices(walk=walk, filter_rate=50.0)))["update_rate"] == 50.0
     assert set(analysis.model.channels) == {"gyro_x", "gyro_y", "accel_x", "accel_y"}
     assert analysis.export(to="kalibr")
     with pytest.raises(OptionError, match="choose"):

@@ -39,7 +39,7 @@ def test_every_target_says_that_a_fit_is_not_adequate(name):
     good = model_of(FIVE)
     worse = {term: 2 * value for term, value in FIVE.items()}
     bad = with_one(good, "gyro_y", adequate=False, terms=worse)
-    choices = Choices(rate=100.0)
+    choices = Choices(filter_rate=100.0)
     assert NOT_ADEQUATE not in export(good, to=name, choices=choices)
     assert prepare(good, to=name, choices=choices).findings == ()
     found = prepare(bad, to=name, choices=choices)
@@ -62,14 +62,14 @@ def test_a_model_file_carries_it_both_ways(tmp_path):
 def test_a_chosen_walk_does_not_hide_what_was_observed(name):
     model = model_of(NO_K, limits={"rate_random_walk": 1e-6})
     walk = {"gyro": "upper-limit", "accel": "horizon"}
-    found = prepare(model, to=name, choices=Choices(walk=walk, horizon=10.0, rate=100.0))
+    found = prepare(model, to=name, choices=Choices(walk=walk, horizon=10.0, filter_rate=100.0))
     assert "omitted for the chosen random walk: gyro_x bias instability 10.31 deg/h; gyro_y" in found.content
     assert "accel_x bias" not in found.content
     (finding,) = found.findings
     assert (finding.code, finding.severity) == ("slow_noise_left_out", "warning")
     assert finding.channels == ("gyro_x", "gyro_y", "gyro_z")
     assert [(one.term, one.value) for one in finding.details.omitted] == [("bias_instability", 5e-5)] * 3
-    both = Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=10.0, rate=100.0)
+    both = Choices(walk={"gyro": "horizon", "accel": "horizon"}, horizon=10.0, filter_rate=100.0)
     assert prepare(model, to=name, choices=both).findings == ()
 
 
@@ -116,7 +116,7 @@ class TestOfAResult:
             assert "fractalcoef(3000)" in export(given, to="matlab", choices=Choices(horizon=60.0))
 
     def test_another_rate_is_said(self, result, capsys):
-        assert main(["export", str(result), "--to", "ros", "--rate", "200"]) == 0
+        assert main(["export", str(result), "--to", "ros", "--filter-rate", "200"]) == 0
         assert "# written for 200 Hz; the sampling rate of the record is 50 Hz\n" in capsys.readouterr().out
 
     def test_a_filter_is_said(self, result):
@@ -211,7 +211,7 @@ class TestAdvice:
     )
     def test_on_the_command_line(self, more, message, tmp_path, capsys):
         model_of(NO_K).write(tmp_path / "m.toml")
-        assert main(["export", str(tmp_path / "m.toml"), "--to", "Kalibr", "--rate", "100", *more]) == 2
+        assert main(["export", str(tmp_path / "m.toml"), "--to", "Kalibr", "--filter-rate", "100", *more]) == 2
         err = capsys.readouterr().err
         assert message in err
         assert "`" not in err
@@ -227,7 +227,7 @@ class TestAdvice:
     ("given", "name"),
     [
         ({"walk": "upper-limit"}, "walk"),
-        ({"rate": "100"}, "rate"),
+        ({"filter_rate": "100"}, "filter_rate"),
         ({"horizon": "10s"}, "horizon"),
         ({"noise_factor": "2"}, "noise_factor"),
         ({"noise_factor": None}, "noise_factor"),
@@ -250,18 +250,18 @@ def test_arguments_of_a_wrong_kind(tmp_path):
     with pytest.raises(OptionError, match="`to` must be"):
         export(model_of(FIVE), to=3)
     assert export(model_of(FIVE), to="GTSAM") == export(Source.of_model(model_of(FIVE)), to="gtsam")
-    assert Choices(rate=np.float64(100.0)).rate == 100.0
+    assert Choices(filter_rate=np.float64(100.0)).filter_rate == 100.0
 
 
 def test_a_factor_that_multiplies_nothing_is_refused():
     for name in ("matlab", "state-space"):
         with pytest.raises(OptionError, match="`walk_factor` does not apply"):
-            export(model_of({"random_walk": 1e-4}), to=name, choices=Choices(walk_factor=2.0, rate=100.0))
+            export(model_of({"random_walk": 1e-4}), to=name, choices=Choices(walk_factor=2.0, filter_rate=100.0))
 
 
 def test_times_beyond_what_a_program_can_do():
     with pytest.raises(OptionError, match="8640000 poles"):
-        export(model_of(FIVE), to="matlab", choices=Choices(rate=100.0, horizon=86400.0))
+        export(model_of(FIVE), to="matlab", choices=Choices(filter_rate=100.0, horizon=86400.0))
     for name in ("px4", "ardupilot"):
         with pytest.raises(OptionError, match=r"`step=0\.004`"):
             export(model_of(FIVE), to=name, choices=Choices(step=4.0))
@@ -269,12 +269,12 @@ def test_times_beyond_what_a_program_can_do():
 
 def test_a_topic_is_carried_over(tmp_path):
     path = tmp_path / "imu.yaml"
-    export(model_of(FIVE), to="kalibr", path=path, choices=Choices(rate=100.0, names={"topic": "/my/imu"}))
+    export(model_of(FIVE), to="kalibr", path=path, choices=Choices(filter_rate=100.0, names={"topic": "/my/imu"}))
     assert 'rostopic: "/my/imu"' in export(read_source(path), to="kalibr")
 
 
 def test_a_comment_of_gazebo_can_be_pasted():
-    text = export(model_of(FIVE), to="gazebo", choices=Choices(rate=100.0))
+    text = export(model_of(FIVE), to="gazebo", choices=Choices(filter_rate=100.0))
     assert "- -" not in text
     assert "gyro_turn_on_bias=VALUE" in text
 
@@ -306,3 +306,34 @@ def test_trust_of_axes_that_differ():
     channels = {name: {"trust": word} for name, word in zip(("gyro_x", "gyro_y"), ("good", "partial"), strict=True)}
     assert trust_of(channels) == ["trust: gyro_x good, gyro_y partial"]
     assert trust_of({"gyro_x": {}}) == []
+
+
+class TestFilterRate:
+    """Sensors of different rates: a field for one rate has the highest, and discrete numbers need a choice."""
+
+    @pytest.fixture
+    def two_rates(self):
+        channels = {name: FIVE for name in ("gyro_x", "accel_x")}
+        return Source(model=NoiseModel(channels=channels), rates={"gyro_x": 399.66, "accel_x": 199.83})
+
+    @pytest.mark.parametrize("name", ["kalibr", "openvins", "euroc", "orb-slam3"])
+    def test_a_field_has_the_highest(self, two_rates, name):
+        found = prepare(two_rates, to=name)
+        assert "399.7" in found.content
+        (finding,) = [f for f in found.findings if f.code == "fastest_rate"]
+        assert dict(finding.details.rates) == {"gyro": 399.66, "accel": 199.83}
+        assert "highest of the sensors" in found.content
+        chosen = prepare(two_rates, to=name, choices=Choices(filter_rate=200.0))
+        assert "200" in chosen.content
+        assert not [f for f in chosen.findings if f.code == "fastest_rate"]
+
+    @pytest.mark.parametrize("name", ["vins", "fast-lio", "ros", "gazebo"])
+    def test_discrete_numbers_need_a_choice(self, two_rates, name):
+        horizon = {"horizon": 10.0} if name == "gazebo" else {}
+        with pytest.raises(OptionError, match=r"gyro 399.66 Hz, accel 199.83 Hz\): give `filter_rate`"):
+            export(two_rates, to=name, choices=Choices(**horizon))
+        assert export(two_rates, to=name, choices=Choices(filter_rate=400.0, **horizon))
+
+    def test_the_rate_of_a_log_is_refused(self):
+        with pytest.raises(OptionError, match=r"`rate` is the sampling rate of a log; .* `filter_rate=200`"):
+            Choices(rate=200)

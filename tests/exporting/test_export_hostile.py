@@ -43,7 +43,7 @@ def model_of(name):
 
 
 def check(target_name, text, monkeypatch):
-    plain = export(model_of("x"), to=target_name, choices=Choices(rate=RATE, axes="worst"))
+    plain = export(model_of("x"), to=target_name, choices=Choices(filter_rate=RATE, axes="worst"))
     assert text.isascii()
     assert all(character == "\n" or character.isprintable() for character in text)
     assert len(text.split("\n")) == len(plain.split("\n"))
@@ -68,7 +68,7 @@ def test_channels(name, evil, monkeypatch):
         scaled = NoiseModel(channels={n: c.scaled(1 / factor) for n, c in model.channels.items()})
         check(
             name,
-            export(scaled, to=name, choices=Choices(rate=RATE, noise_factor=factor, walk_factor=factor)),
+            export(scaled, to=name, choices=Choices(filter_rate=RATE, noise_factor=factor, walk_factor=factor)),
             monkeypatch,
         )
 
@@ -78,14 +78,14 @@ def test_channels(name, evil, monkeypatch):
 def test_channels_of_any_name(name):
     with pytest.MonkeyPatch.context() as patch:
         for target_name in ("kalibr", "openvins", "gtsam"):
-            check(target_name, export(model_of(name), to=target_name, choices=Choices(rate=RATE)), patch)
+            check(target_name, export(model_of(name), to=target_name, choices=Choices(filter_rate=RATE)), patch)
 
 
 @pytest.mark.parametrize("evil", EVIL)
 @pytest.mark.parametrize("name", [name for name in VIO if "topic" in target(name).names])
 def test_topics_are_refused(name, evil):
     with pytest.raises(OptionError, match="a topic has only letters") as refused:
-        export(model_of("x"), to=name, choices=Choices(rate=RATE, names={"topic": EVIL[evil]}))
+        export(model_of("x"), to=name, choices=Choices(filter_rate=RATE, names={"topic": EVIL[evil]}))
     assert len(str(refused.value)) < 1000
 
 
@@ -95,13 +95,13 @@ def test_topics_are_refused(name, evil):
 @pytest.mark.parametrize("name", ["vins", "lio-sam", "gtsam"])
 def test_constants_are_numbers(name, value):
     with pytest.raises(OptionError, match=r"gravity.*positive number"):
-        export(model_of("x"), to=name, choices=Choices(rate=RATE, names={"gravity": value}))
+        export(model_of("x"), to=name, choices=Choices(filter_rate=RATE, names={"gravity": value}))
 
 
 def test_topics_that_yaml_reads_as_something_else():
     for topic in ("yes", "null", "0x1F", "1_000", "on", "~", "/a/b", "1e3"):
         for version in ("1.1", "1.2"):
-            text = export(model_of("x"), to="kalibr", choices=Choices(rate=RATE, names={"topic": topic}))
+            text = export(model_of("x"), to="kalibr", choices=Choices(filter_rate=RATE, names={"topic": topic}))
             assert vio.parse(text, version)["rostopic"] == topic
 
 
@@ -113,7 +113,7 @@ def test_paths(tmp_path, capsys, monkeypatch):
     model_of("x").write(source)
     for name in VIO:
         output = folder / f"{name}\n: #.out"
-        assert main(["export", str(source), "--to", name, "--rate", "200", "-o", str(output), "-q"]) == 0
+        assert main(["export", str(source), "--to", name, "--filter-rate", "200", "-o", str(output), "-q"]) == 0
         text = output.read_text(encoding="utf-8")
         head = next(line for line in text.split("\n") if line.startswith("# from "))
         assert head == "# from m?'\"${x}.toml"

@@ -42,7 +42,7 @@ def matlab_in_si(found, sensor, rate):
 class TestMatlab:
     @every_axis_policy
     def test_values_in_si_are_the_models(self, axes):
-        found = matlab(export(model(), to="matlab", choices=Choices(axes=axes, rate=RATE)))
+        found = matlab(export(model(), to="matlab", choices=Choices(axes=axes, filter_rate=RATE)))
         for sensor in ("gyro", "accel"):
             assert found[sensor] == f"{sensor}params"
             poles = math.ceil(RATE * TAU[sensor] * PEAK_TIME)  # to the bottom of the curve
@@ -59,7 +59,7 @@ class TestMatlab:
     def test_its_filter_makes_flicker_noise_up_to_the_horizon(self):
         """fractalcoef: (k − 3/2)/k, multiplied up, as the denominator; σ² by eq. (11) for samples."""
         given = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "bias_instability": 1e-5}})
-        found = matlab(export(given, to="matlab", choices=Choices(rate=100.0, horizon=5.0)))
+        found = matlab(export(given, to="matlab", choices=Choices(filter_rate=100.0, horizon=5.0)))
         poles = int(re.fullmatch(r"fractalcoef\((\d+)\)", found["gyro.BiasInstabilityCoefficients"])[1])
         assert poles == 500
 
@@ -79,11 +79,11 @@ class TestMatlab:
 
     def test_a_time_is_asked_for(self):
         given = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "bias_instability": 1e-5}})
-        with pytest.raises(OptionError, match="give `rate`, `horizon`"):
+        with pytest.raises(OptionError, match="give `filter_rate`, `horizon`"):
             export(given, to="matlab")
         with pytest.raises(OptionError, match="give `horizon`"):
-            export(given, to="matlab", choices=Choices(rate=100.0))
-        with pytest.raises(OptionError, match=r"give `rate`$"):
+            export(given, to="matlab", choices=Choices(filter_rate=100.0))
+        with pytest.raises(OptionError, match=r"give `filter_rate`$"):
             export(given, to="matlab", choices=Choices(horizon=1.0))
         white = NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
         with pytest.raises(OptionError, match="`horizon` does not apply"):
@@ -95,7 +95,7 @@ class TestMatlab:
         no_walk = NoiseModel(
             channels={"gyro_x": ChannelModel(terms={"random_walk": 1e-4, "bias_instability": 1e-5}, limits=limits)}
         )
-        some = {"rate": 100.0, "horizon": 10.0}
+        some = {"filter_rate": 100.0, "horizon": 10.0}
         text = export(no_walk, to="matlab", choices=Choices(**some))
         assert "gyro.RandomWalk" not in matlab(text)
         assert "% gyro.RandomWalk stays 0: not observed, below 3e-06 rad/s/sqrt(s)" in text
@@ -116,7 +116,7 @@ class TestMatlab:
                 "gyro_z": {"random_walk": 1e-4},
             }
         )
-        chosen = Choices(axes="each", walk_factor=2.0, noise_factor=3.0, rate=10.0, horizon=10.0)
+        chosen = Choices(axes="each", walk_factor=2.0, noise_factor=3.0, filter_rate=10.0, horizon=10.0)
         found = matlab(export(given, to="matlab", choices=chosen))
         assert found["gyro.RandomWalk"] == [2e-6, 0, 0]
         assert found["gyro.BiasInstability"] == [0, 2e-5, 0]
@@ -124,6 +124,6 @@ class TestMatlab:
 
     def test_a_hostile_name_is_a_comment(self):
         name = "gyro_x\n!rm -rf x\r%{\u2028system('x');\x85gyro.NoiseDensity = 1;\x1e"
-        text = export(one(name), to="matlab", choices=Choices(rate=1.0))
+        text = export(one(name), to="matlab", choices=Choices(filter_rate=1.0))
         assert matlab(text)["gyro.NoiseDensity"] == pytest.approx([1e-4] * 3, rel=EXACT)
         assert not re.search(r"^\s*%[{}]\s*$", text, flags=re.MULTILINE)

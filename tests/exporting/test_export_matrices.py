@@ -71,7 +71,7 @@ FORMS = {".json": of_json, ".npz": of_npz, ".mat": of_mat}
 @pytest.mark.parametrize("ending", FORMS)
 def test_matrices_read_back_to_the_same_bits(ending, output, tmp_path):
     path = tmp_path / f"imu{ending}"
-    choices = Choices(rate=1 / DT, names={"output": output}, horizon=500.0)
+    choices = Choices(filter_rate=1 / DT, names={"output": output}, horizon=500.0)
     written = export(MODEL, to="state-space", path=path, choices=choices)
     assert path.read_bytes() == (written if isinstance(written, bytes) else written.encode())
     found = FORMS[ending](written)
@@ -186,7 +186,7 @@ def test_state_space_refuses():
         export(
             NoiseModel(channels={"gyro_x": {"bias_instability": 1e-5}}),
             to="state-space",
-            choices=Choices(step=DT, walk={"gyro": "horizon"}, horizon=10.0, rate=100.0),
+            choices=Choices(step=DT, walk={"gyro": "horizon"}, horizon=10.0, filter_rate=100.0),
         )
     white = NoiseModel(channels={"gyro_x": {"random_walk": 1e-5}})
     with pytest.raises(OptionError, match="no flicker noise"):

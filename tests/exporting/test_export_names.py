@@ -22,7 +22,7 @@ NAMES = st.lists(st.one_of(PIECES, st.text(max_size=4)), max_size=8).map("".join
 
 def text(target, name):
     model = NoiseModel(channels={name: TERMS, "accel_x": TERMS})
-    written = export(model, to=target, choices=Choices(rate=1.0))
+    written = export(model, to=target, choices=Choices(filter_rate=1.0))
     written.encode()  # no half of a surrogate pair
     return written
 

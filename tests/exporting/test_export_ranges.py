@@ -20,7 +20,7 @@ FLAT = {"random_walk": 3e-4, "rate_random_walk": 7e-6}
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, 1e308, 1e-308, 1e60, 1e-60])
-@pytest.mark.parametrize("name", ["noise_factor", "walk_factor", "rate", "step", "horizon"])
+@pytest.mark.parametrize("name", ["noise_factor", "walk_factor", "filter_rate", "step", "horizon"])
 def test_choices_have_a_range(name, value):
     with pytest.raises(OptionError, match=f"`{name}` must be a positive number, from 1e-0") as refused:
         Choices(**{name: value})
@@ -46,7 +46,7 @@ def test_the_least_and_the_most_are_written_or_refused(name, size, factor):
     for rate in (1e-6, 1e9):
         horizon = {} if target(name).has_horizon is False else {"horizon": 100 / rate}
         try:
-            text = export(given, to=name, choices=Choices(rate=rate, noise_factor=factor, **chosen, **horizon))
+            text = export(given, to=name, choices=Choices(filter_rate=rate, noise_factor=factor, **chosen, **horizon))
         except DataError as error:
             refused.append(str(error))
             continue
@@ -71,23 +71,23 @@ def test_an_upper_limit_whose_square_is_nothing():
     gyro = ChannelModel(terms={"random_walk": 1e-4}, limits={"rate_random_walk": 1e-200})
     given = NoiseModel(channels={"gyro_x": gyro, "accel_x": {"random_walk": 1e-3, "rate_random_walk": 1e-6}})
     with pytest.raises(DataError, match="1e-200 in SI is out of range"):
-        export(given, to="fast-lio", choices=Choices(rate=200.0, walk={"gyro": "upper-limit"}))
+        export(given, to="fast-lio", choices=Choices(filter_rate=200.0, walk={"gyro": "upper-limit"}))
 
 
 @pytest.mark.parametrize("value", [np.array([200.0]), Decimal(200), Fraction(200, 1), "200", True, 200j])
 def test_choices_are_numbers(value):
     if isinstance(value, Fraction):  # a real number
-        assert Choices(rate=value).rate == 200
+        assert Choices(filter_rate=value).filter_rate == 200
         return
-    with pytest.raises(OptionError, match="`rate` must be"):
-        Choices(rate=value)
+    with pytest.raises(OptionError, match="`filter_rate` must be"):
+        Choices(filter_rate=value)
 
 
 @pytest.mark.parametrize("text", ["9_8", "٣", "0x9", "1e300", "1e-300", " 9.8", "9.8 "])
 def test_constants_are_plain_numbers(text):
     given = NoiseModel(channels={"gyro_x": FLAT, "accel_x": FLAT})
     with pytest.raises(OptionError, match="gravity"):
-        export(given, to="vins", choices=Choices(rate=RATE, names={"gravity": text}))
+        export(given, to="vins", choices=Choices(filter_rate=RATE, names={"gravity": text}))
 
 
 @pytest.mark.parametrize(("path", "words"), [(3, "name of a file"), ("a\0b", "null"), ("a" * 300, "too long")])
@@ -95,5 +95,5 @@ def test_names_that_no_file_has(path, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     given = NoiseModel(channels={"gyro_x": FLAT, "accel_x": FLAT})
     with pytest.raises((DataError, OptionError), match=words):
-        export(given, to="kalibr", path=path, choices=Choices(rate=RATE))
+        export(given, to="kalibr", path=path, choices=Choices(filter_rate=RATE))
     assert not list(tmp_path.iterdir())

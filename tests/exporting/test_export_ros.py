@@ -38,7 +38,7 @@ def correlated_samples():
 
 class TestRos:
     def read(self, given, **choices):
-        found = block_yaml(export(given, to="ros", choices=Choices(**{"rate": RATE, **choices})))
+        found = block_yaml(export(given, to="ros", choices=Choices(**{"filter_rate": RATE, **choices})))
         assert list(found) == [
             "orientation_covariance",
             "angular_velocity_covariance",
@@ -73,7 +73,7 @@ class TestRos:
         white = np.array([[1e-8 * RATE, 0, off], [0, 4e-8 * RATE, 0], [off, 0, 9e-8 * RATE]])
         quantized = np.array([[1, 0.25, 0], [0.25, 1, 0], [0, 0, 1]]) * 2 * (1e-3 * RATE) ** 2
         assert gyro == pytest.approx(white + quantized, rel=EXACT)
-        assert "treated as independent" in export(given, to="ros", choices=Choices(rate=RATE))
+        assert "treated as independent" in export(given, to="ros", choices=Choices(filter_rate=RATE))
 
     @pytest.mark.parametrize(("order", "corner"), [(1, 30.0), (2, 60.0)])
     def test_behind_a_bandwidth_it_is_the_variance_of_a_sample(self, order, corner):
@@ -86,7 +86,7 @@ class TestRos:
         # ∫N²|H|² df of a Butterworth filter over all frequencies.
         area = corner * (math.pi / (2 * order)) / math.sin(math.pi / (2 * order))
         assert gyro[0, 0] == pytest.approx(1e-6 * 2 * area, rel=1e-9)
-        text = export(given, to="ros", choices=Choices(rate=RATE))
+        text = export(given, to="ros", choices=Choices(filter_rate=RATE))
         assert "samples are correlated" in text
         assert "N^2*rate = 0.0002 is for a filter that assumes independent samples" in text
 
@@ -94,7 +94,9 @@ class TestRos:
     def test_what_independent_samples_need_is_of_the_axes_that_were_chosen(self, axes, square):
         band = LowPass(order=1, corner=30.0)
         x, y = (ChannelModel(terms={"random_walk": n}, bandwidth=band) for n in (1e-4, 1e-3))
-        text = export(NoiseModel(channels={"gyro_x": x, "gyro_y": y}), to="ros", choices=Choices(rate=RATE, axes=axes))
+        text = export(
+            NoiseModel(channels={"gyro_x": x, "gyro_y": y}), to="ros", choices=Choices(filter_rate=RATE, axes=axes)
+        )
         of = {"worst": r"N\^2\*rate = (\S+) is", "mean": r"in the mean N\^2\*rate = (\S+)"}[axes]
         assert float(re.search(of, text)[1]) == pytest.approx(square * 1e-8 * RATE, rel=1e-3)
 
@@ -152,7 +154,7 @@ class TestRos:
         rng = np.random.default_rng(seed_of("ros other rate"))
         analysis = analyze(Record.from_arrays(rate=100, gyro_x=1e-3 * rng.standard_normal(20_000)))
         n = analysis.fits["gyro_x"]["random_walk"].value
-        text = export(analysis, to="ros", choices=Choices(rate=400))
+        text = export(analysis, to="ros", choices=Choices(filter_rate=400))
         assert block_yaml(text)["angular_velocity_covariance"][0] == pytest.approx(n**2 * 400, rel=EXACT)
         assert "measured" not in text
 
@@ -186,11 +188,11 @@ class TestRos:
         for choice in ({"walk": {"gyro": 1e-6}}, {"walk_factor": 2.0}, {"horizon": 1.0}, {"step": 0.01}):
             with pytest.raises(OptionError, match="does not apply to ros"):
                 self.read(model(), **choice)
-        with pytest.raises(OptionError, match="sampling rate"):
+        with pytest.raises(OptionError, match="rate of the filter"):
             export(model(), to="ros")
 
     def test_a_hostile_name_is_a_comment(self):
         name = "gyro_x\nlinear_acceleration_covariance: [9]\x85\u2028# \x00"
-        text = export(one(name), to="ros", choices=Choices(rate=RATE))
+        text = export(one(name), to="ros", choices=Choices(filter_rate=RATE))
         assert YAML(typ="safe").load(text) == block_yaml(text)
         assert block_yaml(text)["linear_acceleration_covariance"][0] == pytest.approx(1e-8 * RATE, rel=EXACT)

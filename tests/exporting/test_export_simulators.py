@@ -171,7 +171,7 @@ class TestGnssInsSim:
 
 class TestGazebo:
     def read(self, given, **choices):
-        return ET.fromstring(export(given, to="gazebo", choices=Choices(rate=RATE, **choices)).encode())
+        return ET.fromstring(export(given, to="gazebo", choices=Choices(filter_rate=RATE, **choices)).encode())
 
     @staticmethod
     def noise(root, sensor, axis):
@@ -235,9 +235,9 @@ def test_a_horizon_that_enters_nothing_is_refused(target):
     gyro = ChannelModel(terms={"random_walk": 1e-4}, gauss_markov=own)
     accel = ChannelModel(terms={"random_walk": 1e-3}, gauss_markov=own, quantity="acceleration", unit="m/s^2")
     given = NoiseModel(channels={"gyro_x": gyro, "accel_x": accel})
-    export(given, to=target, choices=Choices(rate=RATE))
+    export(given, to=target, choices=Choices(filter_rate=RATE))
     with pytest.raises(OptionError, match="Gauss-Markov processes of the model itself"):
-        export(given, to=target, choices=Choices(rate=RATE, horizon=10.0))
+        export(given, to=target, choices=Choices(filter_rate=RATE, horizon=10.0))
     export(
-        one(gauss_markov=own), to=target, choices=Choices(rate=RATE, horizon=10.0)
+        one(gauss_markov=own), to=target, choices=Choices(filter_rate=RATE, horizon=10.0)
     )  # for the accelerometer's flicker

@@ -75,7 +75,7 @@ def test_the_index_says_what_a_target_needs(folder, monkeypatch, capsys):
     assert set(rows) == set(OTHERS)
     for name, needs in rows.items():
         ending = target(name).ending or ".json"
-        rate = ["--rate", "100"] * ("--rate" in needs)
+        rate = ["--filter-rate", "100"] * ("--filter-rate" in needs)
 
         def run(model, *more, name=name, ending=ending):
             return main(["export", model, "--to", name, "-o", f"out-{name}{ending}", "-q", *more])

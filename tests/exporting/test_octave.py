@@ -35,7 +35,7 @@ def test_its_objects_hold_the_model(tmp_path):
         NoiseModel(channels=channels),
         to="matlab",
         path=tmp_path / "imu_noise.m",
-        choices=Choices(axes="each", rate=217.3),
+        choices=Choices(axes="each", filter_rate=217.3),
     )
     for name, text in STAND_INS.items():
         (tmp_path / f"{name}.m").write_text(text)

@@ -31,7 +31,7 @@ DISCRETE = [*((2 * RATE) ** 0.5 * N[s] for s in ("gyro", "accel")), *(RATE**0.5 
 def test_opencv_reads_the_models_numbers(tmp_path, name, parent, keys, expected):
     terms = {s: {"random_walk": N[s], "rate_random_walk": K[s]} for s in N}
     model = NoiseModel(channels={f"{s}_{a}": terms[s] for s in N for a in "xyz"})
-    text = export(model, to=name, choices=Choices(rate=RATE))
+    text = export(model, to=name, choices=Choices(filter_rate=RATE))
     path = tmp_path / "imu.yaml"
     path.write_text(text if text.startswith("%YAML:1.0") else f"%YAML:1.0\n{text}")  # a part of a file that begins so
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)

@@ -28,7 +28,7 @@ def test_kalibr():
 @pytest.mark.parametrize("name", ["kalibr", "openvins", "euroc"])
 def test_what_we_write_reads_back(name):
     model = NoiseModel(channels={s: {"random_walk": 1e-4 / 3, "rate_random_walk": 1e-6 / 7} for s in ("gyro", "accel")})
-    back = read_yaml(export(model, to=name, choices=Choices(rate=217.3)))
+    back = read_yaml(export(model, to=name, choices=Choices(filter_rate=217.3)))
     assert (back.model, back.rate) == (model, 217.3)
 
 
@@ -189,7 +189,7 @@ class TestSource:
     def test_one_rate(self):
         assert one_rate({"gyro_x": 100.0, "accel_x": 100.05, "strain": 7.0}) == 100.0
         assert one_rate({}) is None
-        with pytest.raises(OptionError, match=r"gyro_x 100 Hz, accel_x 101 Hz.*`rate`"):
+        with pytest.raises(OptionError, match=r"gyro 100 Hz, accel 101 Hz.*`filter_rate`"):
             one_rate({"gyro_x": 100.0, "accel_x": 101.0})
 
 
@@ -209,3 +209,14 @@ def test_from_yaml_to_another_file(tmp_path, capsys):
     out, err = capsys.readouterr()
     assert "IMU.Frequency: 200.0" in out
     assert err == ""
+
+
+@pytest.mark.parametrize("source", ["imu.toml", "--from-datasheet"])
+def test_the_sampling_rate_is_not_that_of_a_filter(source, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}}).write("imu.toml")
+    argv = ["export", source, *(["bmi088"] if source.startswith("--") else []), "--to", "vins", "--rate", "200"]
+    assert main(argv) == 2
+    assert (
+        "--rate is the sampling rate of a log; the rate of the filter is --filter-rate 200" in capsys.readouterr().err
+    )

@@ -23,14 +23,14 @@ COMPLETE = [name for name, sheet in list_datasheets().items() if {c.sensor for c
 
 
 def written(model, to="kalibr", **choices):
-    return prepare_stated(model, to=to, choices=Choices(rate=200.0, **choices), origins=["from a sheet"]).content
+    return prepare_stated(model, to=to, choices=Choices(filter_rate=200.0, **choices), origins=["from a sheet"]).content
 
 
 @pytest.mark.parametrize("name", ["bmi088", "stim300", "ism330dhcx", "mpu6050"])
 @pytest.mark.parametrize("to", NAMES)
 def test_every_target_has_a_complete_file_of_a_datasheet(name, to, tmp_path, capsys):
     assert name in COMPLETE
-    argv = ["export", "--from-datasheet", name, "--to", to, "--rate", "200", "-o", str(tmp_path / "out")]
+    argv = ["export", "--from-datasheet", name, "--to", to, "--filter-rate", "200", "-o", str(tmp_path / "out")]
     assert main(argv) == 0, capsys.readouterr().err
     text = (tmp_path / "out").read_text()
     assert "from the datasheet of" in text or to == "state-space"
@@ -58,10 +58,13 @@ def test_the_walk_matches_what_is_stated_at_the_horizon():
 def test_the_horizon_of_the_command_line(name, capsys):
     walks = []
     for horizon in ("10s", "40s"):
-        assert main(["export", "--from-datasheet", name, "--to", "kalibr", "--rate", "200", "--horizon", horizon]) == 0
+        assert (
+            main(["export", "--from-datasheet", name, "--to", "kalibr", "--filter-rate", "200", "--horizon", horizon])
+            == 0
+        )
         walks.append(vio.parse(capsys.readouterr().out)["gyroscope_random_walk"])
     assert walks[0] / walks[1] == pytest.approx(4 if name == "bmi088" else 2, rel=1e-5)
-    assert main(["export", "--from-datasheet", name, "--to", "ros", "--rate", "200", "--horizon", "10s"]) == 2
+    assert main(["export", "--from-datasheet", name, "--to", "ros", "--filter-rate", "200", "--horizon", "10s"]) == 2
     assert "--horizon does not apply to ros" in capsys.readouterr().err
 
 
@@ -168,7 +171,7 @@ def test_numbers_have_four_digits():
     model = NoiseModel(
         channels={s: {"random_walk": 1.23456e-3, "rate_random_walk": 9.87654e-6} for s in ("gyro", "accel")}
     )
-    content = vio.parse(export(model, to="kalibr", choices=Choices(rate=199.98765)))
+    content = vio.parse(export(model, to="kalibr", choices=Choices(filter_rate=199.98765)))
     assert (content["gyroscope_noise_density"], content["gyroscope_random_walk"]) == (1.235e-3, 9.877e-6)
     assert content["update_rate"] == 199.98765
     record = simulate(model, duration=30.0, rate=199.9987, rng=seed_of("digits"))

@@ -31,7 +31,7 @@ def rms(values):
 @pytest.mark.parametrize(("axes", "one"), [("worst", max), ("mean", rms)])
 @pytest.mark.parametrize("name", vio.YAMLS)
 def test_numbers_are_the_models(name, axes, one, version):
-    text = export(MODEL, to=name, choices=Choices(rate=RATE, axes=axes))
+    text = export(MODEL, to=name, choices=Choices(filter_rate=RATE, axes=axes))
     got = vio.in_si(name, vio.keys_of(name, vio.parse(text, version)), RATE)
     expected = [one(N["accel"]), one(N["gyro"]), one(K["accel"]), one(K["gyro"])]
     np.testing.assert_allclose(got, expected, rtol=1e-12, atol=0)
@@ -39,7 +39,7 @@ def test_numbers_are_the_models(name, axes, one, version):
 
 @pytest.mark.parametrize("name", vio.YAMLS)
 def test_factors_stand_apart_from_the_estimate(name):
-    text = export(MODEL, to=name, choices=Choices(rate=RATE, noise_factor=2.0, walk_factor=10.0))
+    text = export(MODEL, to=name, choices=Choices(filter_rate=RATE, noise_factor=2.0, walk_factor=10.0))
     got = vio.in_si(name, vio.keys_of(name, vio.parse(text)), RATE)
     expected = [2 * max(N["accel"]), 2 * max(N["gyro"]), 10 * max(K["accel"]), 10 * max(K["gyro"])]
     np.testing.assert_allclose(got, expected, rtol=1e-12, atol=0)
@@ -54,7 +54,7 @@ def test_numbers_of_any_size_are_numbers(name, scale):
         channels={s: {"random_walk": scale * 3e-4, "rate_random_walk": scale * 7e-6} for s in ("gyro", "accel")}
     )
     for version in ("1.1", "1.2"):
-        content = vio.parse(export(model, to=name, choices=Choices(rate=200.0)), version)
+        content = vio.parse(export(model, to=name, choices=Choices(filter_rate=200.0)), version)
         got = vio.in_si(name, vio.keys_of(name, content), 200.0)
         np.testing.assert_allclose(got, [scale * 3e-4] * 2 + [scale * 7e-6] * 2, rtol=1e-12, atol=0)
 
@@ -84,12 +84,12 @@ def test_gtsam_of_an_axis_that_the_model_lacks(monkeypatch):
 
 
 def test_what_else_the_files_hold():
-    given = Choices(rate=RATE, names={"topic": "/my/imu", "gravity": "9.79"})
+    given = Choices(filter_rate=RATE, names={"topic": "/my/imu", "gravity": "9.79"})
     assert vio.parse(export(MODEL, to="vins", choices=given))["imu_topic"] == "/my/imu"
     assert vio.parse(export(MODEL, to="vins", choices=given))["g_norm"] == 9.79
     lio = vio.parse(export(MODEL, to="lio-sam", choices=given))["lio_sam"]
     assert (lio["imuTopic"], lio["imuGravity"]) == ("/my/imu", 9.79)
-    plain = Choices(rate=RATE)
+    plain = Choices(filter_rate=RATE)
     kalibr = vio.parse(export(MODEL, to="kalibr", choices=plain))
     assert (kalibr["rostopic"], kalibr["update_rate"]) == ("/imu0", RATE)
     assert set(kalibr) == {
@@ -109,7 +109,7 @@ def test_what_else_the_files_hold():
     assert (euroc["sensor_type"], euroc["rate_hz"], euroc["T_BS"]["cols"]) == ("imu", RATE, 4)
     np.testing.assert_array_equal(euroc["T_BS"]["data"], np.eye(4).ravel())
     # ORB-SLAM3 stops at a whole number.
-    assert type(vio.parse(export(MODEL, to="orb-slam3", choices=Choices(rate=200)))["IMU.Frequency"]) is float
+    assert type(vio.parse(export(MODEL, to="orb-slam3", choices=Choices(filter_rate=200)))["IMU.Frequency"]) is float
 
 
 def test_model_file_reads_back_to_the_same_bits(tmp_path):
@@ -124,16 +124,16 @@ def test_no_file_without_what_it_needs(name):
     flat = {"random_walk": 1e-4, "bias_instability": 1e-5}
     model = NoiseModel(channels={"gyro_x": flat, "accel_x": flat})
     with pytest.raises(OptionError, match="`walk="):
-        export(model, to=name, choices=Choices(rate=200.0))
+        export(model, to=name, choices=Choices(filter_rate=200.0))
     if target(name).needs_rate:
-        with pytest.raises(OptionError, match="sampling rate"):
+        with pytest.raises(OptionError, match="rate of the filter"):
             export(MODEL, to=name)
     with pytest.raises(OptionError, match="each"):
-        export(MODEL, to=name, choices=Choices(rate=200.0, axes="each"))
+        export(MODEL, to=name, choices=Choices(filter_rate=200.0, axes="each"))
     with pytest.raises(DataError, match="no accelerometers"):
-        export(MODEL.of(["gyro_x"]), to=name, choices=Choices(rate=200.0))
+        export(MODEL.of(["gyro_x"]), to=name, choices=Choices(filter_rate=200.0))
     with pytest.raises(OptionError, match="no name 'tpoic'"):
-        export(MODEL, to=name, choices=Choices(rate=200.0, names={"tpoic": "/imu"}))
+        export(MODEL, to=name, choices=Choices(filter_rate=200.0, names={"tpoic": "/imu"}))
 
 
 @pytest.mark.parametrize("name", [*vio.YAMLS, "gtsam"])
@@ -147,19 +147,19 @@ def test_what_has_no_place_is_said(name):
         unit="m/s^2",
     )
     model = NoiseModel(channels={"gyro_x": gyro, "gyro_y": gyro, "accel_x": accel})
-    text = export(model, to=name, choices=Choices(rate=200.0))
+    text = export(model, to=name, choices=Choices(filter_rate=200.0))
     gyros = "no field for quantization and bias instability of the gyros; omitted. --rate-random-walk gyro=horizon"
     accelerometers = (
         "no field for Gauss-Markov processes of the accelerometers; omitted. --rate-random-walk accel=horizon"
     )
     assert (text.count(gyros), text.count(accelerometers)) == (1, 1)
     text = export(
-        model, to=name, choices=Choices(rate=200.0, walk={"gyro": "horizon", "accel": "horizon"}, horizon=5.0)
+        model, to=name, choices=Choices(filter_rate=200.0, walk={"gyro": "horizon", "accel": "horizon"}, horizon=5.0)
     )
     assert "no field for quantization of the gyros; omitted.\n" in text
     assert "of the accelerometers" not in text
     bare = {s: {"random_walk": 1e-4, "rate_random_walk": 1e-6} for s in ("gyro", "accel")}
-    assert "omitted" not in export(NoiseModel(channels=bare), to=name, choices=Choices(rate=200.0))
+    assert "omitted" not in export(NoiseModel(channels=bare), to=name, choices=Choices(filter_rate=200.0))
 
 
 class TestWalk:
@@ -174,7 +174,7 @@ class TestWalk:
         return NoiseModel(channels=channels | {"accel": {"random_walk": 1e-3, "rate_random_walk": 1e-5}})
 
     def walk(self, model, **choices):
-        text = export(model, to="kalibr", choices=Choices(rate=200.0, **choices))
+        text = export(model, to="kalibr", choices=Choices(filter_rate=200.0, **choices))
         return vio.parse(text)["gyroscope_random_walk"], text
 
     def test_upper_limit(self):
@@ -194,7 +194,7 @@ class TestWalk:
 
     def test_the_upper_limit_is_written_unasked_and_said(self):
         """Of those that enter the number; not for a chosen value, nor where it is an error."""
-        prepared = prepare(self.model(), to="kalibr", choices=Choices(rate=200.0))
+        prepared = prepare(self.model(), to="kalibr", choices=Choices(filter_rate=200.0))
         assert vio.parse(prepared.content)["gyroscope_random_walk"] == 5e-6
         (finding,) = prepared.findings
         assert (finding.code, finding.channels, finding.details.term) == (
@@ -203,7 +203,10 @@ class TestWalk:
             "rate_random_walk",
         )
         for walk in ("upper-limit", 4e-6):
-            assert prepare(self.model(), to="kalibr", choices=Choices(rate=200.0, walk={"gyro": walk})).findings == ()
+            assert (
+                prepare(self.model(), to="kalibr", choices=Choices(filter_rate=200.0, walk={"gyro": walk})).findings
+                == ()
+            )
         with pytest.raises(OptionError, match=r"gyros: no rate random walk observed \(below 5e-06"):
             self.walk(self.model(), strict=True)
 
@@ -231,15 +234,15 @@ class TestWalk:
         model = NoiseModel(channels={s: {"random_walk": 1e-4, "bias_instability": 0.0123} for s in ("gyro", "accel")})
         for name in (*vio.YAMLS, "gtsam", "px4", "ardupilot"):
             with pytest.raises(OptionError, match="choose"):
-                export(model, to=name, choices=Choices(rate=200.0))
+                export(model, to=name, choices=Choices(filter_rate=200.0))
 
 
 @pytest.mark.parametrize("name", [*vio.YAMLS, "gtsam"])
 def test_a_choice_without_a_place_is_refused(name):
     with pytest.raises(OptionError, match=f"`step` does not apply to {name}"):
-        export(MODEL, to=name, choices=Choices(rate=RATE, step=0.01))
+        export(MODEL, to=name, choices=Choices(filter_rate=RATE, step=0.01))
     with pytest.raises(OptionError, match=f"`horizon` does not apply to {name}"):
-        export(MODEL, to=name, choices=Choices(rate=RATE, horizon=10.0))
+        export(MODEL, to=name, choices=Choices(filter_rate=RATE, horizon=10.0))
 
 
 class TestNoise:
@@ -255,7 +258,7 @@ class TestNoise:
         text = export(
             NoiseModel(channels=gyros | {"accel": {"random_walk": 1e-3, "rate_random_walk": 1e-5}}),
             to="kalibr",
-            choices=Choices(rate=200.0, **choices),
+            choices=Choices(filter_rate=200.0, **choices),
         )
         return vio.parse(text)["gyroscope_noise_density"], text
 

@@ -23,7 +23,7 @@ MODEL = NoiseModel(channels={s: {"random_walk": N[s], "rate_random_walk": K[s]} 
 
 def written(name, monkeypatch):
     """By sensor the numbers for noise and walk, as the target's file has them."""
-    text = export(MODEL, to=name, choices=Choices(rate=RATE))
+    text = export(MODEL, to=name, choices=Choices(filter_rate=RATE))
     if name == "gtsam":
         made = vio.gtsam_params(text, monkeypatch)
         keys = ("AccelerometerCovariance", "GyroscopeCovariance", "BiasAccCovariance", "BiasOmegaCovariance")

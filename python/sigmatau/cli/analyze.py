@@ -133,7 +133,7 @@ def analyze_command(
         "notes": _notes(note or [], report, json),
         "threads": threads,
     }
-    exports = Exports.of(export or [], choosing, rate=reading.rate if reading else None, method=chosen["method"])
+    exports = Exports.of(export or [], choosing, method=chosen["method"])
     check_style(style, plot or overlay, stability)
     check_output(overlay, FIGURE_ENDINGS, "overlay")
     outputs = Outputs(

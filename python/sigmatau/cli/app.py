@@ -76,8 +76,8 @@ sigmatau predict imu.toml --after 1min --turn-on gyro="10 deg/h" --turn-on accel
         """\
 sigmatau export --list
 sigmatau export result.json --to kalibr -o imu.yaml
-sigmatau export --from-datasheet bmi088 --to kalibr --rate 200 -o imu.yaml
-sigmatau export imu.toml --to vins --rate 200 --rate-random-walk "accel=1e-5 m/s^3/sqrt(Hz)\"""",
+sigmatau export --from-datasheet bmi088 --to kalibr --filter-rate 200 -o imu.yaml
+sigmatau export imu.toml --to vins --filter-rate 200 --rate-random-walk "accel=1e-5 m/s^3/sqrt(Hz)\"""",
     ),
     "watch": (
         "Follow a log while it is written: print curve and coefficients of all samples so far.",

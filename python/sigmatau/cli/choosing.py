@@ -43,6 +43,8 @@ class Choosing:
         Factor on the random walk; the file states estimate and factor.
     walk_factor
         Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.
+    filter_rate
+        Rate in Hz at which the other program takes samples. Default: the sampling rate of the record.
     step
         Step of the filter in seconds or with a unit, 5ms: px4 (default 10ms), ardupilot (default 12.5ms), state-space
         (default 1/rate).
@@ -59,11 +61,12 @@ class Choosing:
     horizon: str | None = None
     noise_factor: float = 1.0
     walk_factor: float = 1.0
+    filter_rate: float | None = None
     step: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     name: Annotated[list[str] | None, Parameter(negative=())] = None
     strict: Annotated[bool, Parameter(negative=())] = False
 
-    def choices(self, rate: float | None) -> Choices:
+    def choices(self) -> Choices:
         """The `Choices` of these options; raises `OptionError`."""
         from sigmatau.exporting.choices import Choices
 
@@ -80,7 +83,7 @@ class Choosing:
                 else time_of(self.horizon, self.horizon, option="horizon", forms=time),
                 noise_factor=self.noise_factor,
                 walk_factor=self.walk_factor,
-                rate=rate,
+                filter_rate=self.filter_rate,
                 step=None if self.step is None else seconds_of(self.step, option="step"),
                 names=key_values(self.name or [], "name", "topic=/imu0"),
                 strict=self.strict,
@@ -128,7 +131,7 @@ class Exports:
     choices: Choices | None = None  # None without files
 
     @classmethod
-    def of(cls, given: Sequence[str], choosing: Choosing | None, *, rate: float | None, method: str) -> Exports:
+    def of(cls, given: Sequence[str], choosing: Choosing | None, *, method: str) -> Exports:
         """Check the options before a long log is read; raises `OptionError`."""
         choosing = choosing or Choosing()
         option = choosing.given()
@@ -152,7 +155,7 @@ class Exports:
             files[name] = Path(path)
         if method == "read-off":
             raise OptionError("--export needs a fit: --method likelihood", option="method")
-        choices = choosing.choices(rate)
+        choices = choosing.choices()
         with as_typed():
             for name, file in files.items():
                 check_path(target(name), file)

@@ -15,7 +15,7 @@ from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.datasheets.sheet import Datasheet, datasheet
 from sigmatau.errors import OptionError
-from sigmatau.exporting.choices import Choices
+from sigmatau.exporting.choices import Choices, not_of_a_log
 from sigmatau.exporting.export import Prepared, check_choices, check_path, prepare
 from sigmatau.exporting.inflation import inflation
 from sigmatau.exporting.source import read_source
@@ -49,7 +49,8 @@ def export_command(
     output
         File to write (default: standard output).
     rate
-        Sampling rate in Hz (default: the rate of the record, if the source is a result).
+        Sampling rate in Hz of the record of a YAML file; required for a result of imu_utils. The rate of the filter is
+        --filter-rate.
     from_datasheet
         Instead of a source: typical values of a sensor, by a name of "sigmatau datasheet list" or your file (.toml). If a
         convention is not stated, the one with more noise is used; a rate random walk is matched at --horizon (default 10s).
@@ -87,8 +88,10 @@ def export_command(
     if source is not None:
         refuse_same(source, output=output)
         check_model(source, "take --from-datasheet {0}")
-    choices = (choosing or Choosing()).choices(rate)
+    choices = (choosing or Choosing()).choices()
     with as_typed():
+        if from_datasheet is not None and rate is not None:
+            raise not_of_a_log(rate)
         # Before a file is read. Whether a datasheet needs the horizon, its values tell.
         check_choices(wanted, choices if from_datasheet is None else choices.without("horizon"))
         if output is not None:
@@ -97,7 +100,7 @@ def export_command(
         prepared = (
             _of_datasheet(from_datasheet, wanted, choices, path=output, sided=sided, quiet=quiet)
             if from_datasheet is not None
-            else _of_source(source, wanted, choices, path=output, inflate=inflate, quiet=quiet)
+            else _of_source(source, wanted, choices, path=output, rate=rate, inflate=inflate, quiet=quiet)
         )
     content = prepared.content
     print_findings(prepared.findings, quiet=quiet)
@@ -110,10 +113,17 @@ def export_command(
 
 
 def _of_source(
-    source: Path | None, wanted: Target, choices: Choices, *, path: Path | None, inflate: Path | None, quiet: bool
+    source: Path | None,
+    wanted: Target,
+    choices: Choices,
+    *,
+    path: Path | None,
+    rate: float | None,
+    inflate: Path | None,
+    quiet: bool,
 ) -> Prepared:
     assert source is not None
-    found = read_source(source, rate=choices.rate)
+    found = read_source(source, rate=rate)
     for line in finding_lines(found.findings):
         say(line, quiet=quiet)
     if inflate is not None:
@@ -166,10 +176,10 @@ def _about(target: Target) -> str:
     one = "worst, mean, each" if target.per_axis else "worst, mean"
     rows = {
         "file": ", ".join([target.ending, *(e for e in target.binary if e != target.ending)]),
-        "--rate": "required, unless the source is a result" if target.needs_rate else "not needed",
+        "--filter-rate": "required, unless the source is a result" if target.needs_rate else "not needed",
         "--step": "step of the filter" if target.has_step else "none",
         "--horizon": ("supported, also " if target.has_horizon else "only ") + "with --rate-random-walk SENSOR=horizon",
         "--axes": "none: every axis separately" if target.every_axis else one,
         "--name": ", ".join(f"{key}={default}" for key, default in target.names.items()) or "none",
     }
-    return "".join([f"{target.name}: {target.summary}\n", *(f"  {key:<10} {text}\n" for key, text in rows.items())])
+    return "".join([f"{target.name}: {target.summary}\n", *(f"  {key:<13} {text}\n" for key, text in rows.items())])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import InitVar, dataclass, field, replace
 from typing import Any, Literal
 
 from sigmatau.errors import OptionError, argument
@@ -22,7 +22,7 @@ RANGES = {
     "horizon": (1e-9, 1e12, " s"),
     "noise_factor": (1e-6, 1e6, ""),
     "walk_factor": (1e-6, 1e6, ""),
-    "rate": (*RATES, " Hz"),
+    "filter_rate": (*RATES, " Hz"),
     "step": (1 / RATES[1], 1 / RATES[0], " s"),
 }
 
@@ -69,6 +69,14 @@ def given(choice: str, value: object, sensor: str | None = None) -> str:
     return argument(choice, value, key=sensor)
 
 
+def not_of_a_log(rate: float) -> OptionError:
+    """The error for a sampling rate where only that of the filter applies."""
+    return OptionError(
+        "{option} is the sampling rate of a log; the rate of the filter is " + argument("filter_rate", rate),
+        option="rate",
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
     """Options of an export that no record can determine.
@@ -93,8 +101,8 @@ class Choices:
     noise_factor, walk_factor : float
         Factors on the written random walk and on the written slow noise (rate random walk, bias instability,
         Gauss-Markov process).
-    rate : float or None
-        Sampling rate of the sensor. Default: that of the record, if known. [Hz]
+    filter_rate : float or None
+        Rate at which the other program takes samples. Default: the sampling rate of the record, if known. [Hz]
     step : float or None
         Step of the filter, for targets that need one. [s]
     names : mapping of str to str
@@ -113,8 +121,8 @@ class Choices:
     --------
     >>> import sigmatau as st
     >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
-    >>> chosen = st.Choices(rate=200, walk={"gyro": 1e-6})
-    >>> chosen.rate, chosen.axes
+    >>> chosen = st.Choices(filter_rate=200, walk={"gyro": 1e-6})
+    >>> chosen.filter_rate, chosen.axes
     (200, 'worst')
     """
 
@@ -124,15 +132,18 @@ class Choices:
     horizon: float | None = None
     noise_factor: float = 1.0
     walk_factor: float = 1.0
-    rate: float | None = None
+    filter_rate: float | None = None
     step: float | None = None
     names: Mapping[str, str] = field(default_factory=dict)
     strict: bool = False
+    rate: InitVar[float | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, rate: float | None) -> None:
+        if rate is not None:
+            raise not_of_a_log(rate)
         if self.axes not in ("worst", "mean", "each"):
             raise OptionError(f"{{option}} must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
-        for name in ("horizon", "noise_factor", "walk_factor", "rate", "step"):
+        for name in ("horizon", "noise_factor", "walk_factor", "filter_rate", "step"):
             value = getattr(self, name)
             low, high, unit = RANGES[name]
             absent = value is None and not name.endswith("factor")

@@ -13,12 +13,12 @@ from typing import Any, Protocol, TypeVar
 from sigmatau._version import __version__
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices, NoPlaceError, NotChosenError, given
-from sigmatau.exporting.source import Source, one_rate, source_of
+from sigmatau.exporting.source import Source, have_several_rates, one_rate, sensor_rates, source_of
 from sigmatau.exporting.targets import target
-from sigmatau.exporting.text import with_head
+from sigmatau.exporting.text import measured, with_head
 from sigmatau.exporting.values import Numbers, Target
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, NotAdequate, OtherRate, PoorTrust
+from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, FastestRate, NotAdequate, OtherRate, PoorTrust
 from sigmatau.findings.wording import words
 from sigmatau.io.atomic import atomic
 from sigmatau.model.noise_model import NoiseModel
@@ -72,7 +72,7 @@ def export(
     >>> names = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
     >>> model = st.NoiseModel(channels={name: {"random_walk": 1e-4} for name in names})
     >>> walk = {"gyro": 1e-6, "accel": 1e-5}
-    >>> text = st.export(model, to="kalibr", choices=st.Choices(rate=200, walk=walk))
+    >>> text = st.export(model, to="kalibr", choices=st.Choices(filter_rate=200, walk=walk))
     >>> [line.split("  #")[0] for line in text.splitlines() if line.startswith("gyroscope")]
     ['gyroscope_noise_density: 0.0001', 'gyroscope_random_walk: 1.0e-06']
     """
@@ -186,7 +186,7 @@ def _chosen(choices: object) -> Choices:
         return Choices()
     if not isinstance(choices, Choices):
         raise OptionError(
-            f"{{option}} must be a sigmatau.exporting.choices.Choices, e.g. Choices(rate=100), not {choices!r}",
+            f"{{option}} must be a sigmatau.exporting.choices.Choices, e.g. Choices(filter_rate=100), not {choices!r}",
             option="choices",
         )
     return choices
@@ -234,6 +234,9 @@ def _written(
     wanted: Target, source: Source, choices: Choices, path: Path | None
 ) -> tuple[str | bytes, tuple[Finding, ...]]:
     write = wanted.write if path is None else wanted.binary.get(path.suffix.lower(), wanted.write)
+    fastest = _fastest_rate(wanted, source, choices)
+    if fastest is not None:
+        choices = replace(choices, filter_rate=fastest.rate)
     numbers = Numbers(source, choices)
     if wanted.needs_rate:
         numbers.rate()
@@ -242,7 +245,7 @@ def _written(
     except NotChosenError as error:
         raise _not_chosen(write, source, choices, error) from None
     findings = [*_doubts(wanted, source), *numbers.limits_written(), *numbers.findings, *numbers.not_used()]
-    rate = _other_rate(source, choices)
+    rate = _other_rate(source, choices) if fastest is None else Finding(severity="info", details=fastest)
     if isinstance(content, str):
         of_rate = [words(rate).message] if rate else []
         first = f"Noise parameters for {wanted.name}, written by sigmatau {__version__}"
@@ -287,14 +290,28 @@ def _doubts(wanted: Target, source: Source) -> list[Finding]:
     return [Finding(severity="warning", channels=names, details=details) for names, details in doubts if names]
 
 
+def _fastest_rate(wanted: Target, source: Source, choices: Choices) -> FastestRate | None:
+    """The highest rate of the sensors, for a file that has one field for it, if their rates differ and none was chosen.
+
+    A filter takes both sensors at common times. Drivers of cameras interpolate the slower sensor for that.
+    """
+    if choices.filter_rate is not None or not wanted.has_rate_field:
+        return None
+    rates = sensor_rates(source.rates)
+    if not have_several_rates(rates):
+        return None
+    highest = float(measured(max(rates.values())))
+    return FastestRate(rate=highest, rates=tuple(rates.items()))
+
+
 def _other_rate(source: Source, choices: Choices) -> Finding | None:
     """A finding if the given rate is not that of the record."""
-    if choices.rate is None or not source.rates:
+    if choices.filter_rate is None or not source.rates:
         return None
     try:
         of_record = one_rate(source.rates)
     except OptionError:  # channels with several rates
         return None
-    if of_record is None or abs(choices.rate / of_record - 1) <= _SAME_RATE:
+    if of_record is None or abs(choices.filter_rate / of_record - 1) <= _SAME_RATE:
         return None
-    return Finding(severity="info", details=OtherRate(rate=choices.rate, record_rate=of_record))
+    return Finding(severity="info", details=OtherRate(rate=choices.filter_rate, record_rate=of_record))

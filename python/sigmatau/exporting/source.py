@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.choices import not_of_a_log
 from sigmatau.exporting.origin import head_of, topic_of
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
@@ -175,9 +176,12 @@ def source_of(given: object) -> Source:
 
 def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML file of Kalibr or imu_utils.
-    `rate`: sampling rate; replaces that of a YAML file [Hz].
+    `rate`: sampling rate of the record, for a YAML file, which does not state it [Hz]. Raises `OptionError` for a rate of
+    another file.
     """
     path = Path(path)
+    if rate is not None and path.suffix.lower() not in (".yaml", ".yml"):
+        raise not_of_a_log(rate).about(str(path))
     if path.suffix.lower() in (".yaml", ".yml"):
         try:
             back = read_yaml(path.read_text(encoding="utf-8-sig"), rate=rate)
@@ -227,15 +231,28 @@ def _check_rate(value: object) -> None:
         raise ValueError(f"sample_rate_hz {value!r}, which is not a positive number,")
 
 
+def have_several_rates(rates: Mapping[str, float]) -> bool:
+    """Whether the rates differ by more than the clocks of two sensors of one unit."""
+    return bool(rates) and max(rates.values()) > (1 + _SAME_RATE) * min(rates.values())
+
+
+def sensor_rates(rates: Mapping[str, float]) -> dict[str, float]:
+    """The highest sampling rate of each gyro and accelerometer, by sensor; of the other signals if there are none. [Hz]"""
+    found: dict[str, float] = {}
+    for channel, rate in rates.items():
+        found[stream_name(channel)] = max(rate, found.get(stream_name(channel), 0.0))
+    return {name: rate for name, rate in found.items() if name in ("gyro", "accel")} or found
+
+
 def one_rate(rates: Mapping[str, float]) -> float | None:
     """The sampling rate of gyros and accelerometers; None if not known."""
     found = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
     if not found:
         return None
-    if max(found.values()) > (1 + _SAME_RATE) * min(found.values()):
-        listed = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in found.items())
+    if have_several_rates(found):
+        listed = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in sensor_rates(found).items())
         raise OptionError(
-            f"the channels have several sampling rates ({listed}): give {{option}} of the filter", option="rate"
+            f"the channels have several sampling rates ({listed}): give {{option}} in Hz", option="filter_rate"
         )
     return next(iter(found.values()))
 

@@ -74,11 +74,11 @@ class Numbers:
         return found
 
     def rate(self) -> float:
-        """Sampling rate of the user or the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
-        found = one_rate(self.source.rates) if self.choices.rate is None else self.choices.rate
+        """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
+        found = one_rate(self.source.rates) if self.choices.filter_rate is None else self.choices.filter_rate
         if found is None:
             raise OptionError(
-                "the sampling rate of the sensor is needed; a model file has none: give {option} in Hz", option="rate"
+                "the rate of the filter is needed; a model file has none: give {option} in Hz", option="filter_rate"
             )
         return found
 
@@ -91,7 +91,7 @@ class Numbers:
 
     def rate_text(self) -> str:
         """The sampling rate for a file: as given, or with four digits of that of the record."""
-        return digits(self.rate()) if self.choices.rate is not None else measured(self.rate())
+        return digits(self.rate()) if self.choices.filter_rate is not None else measured(self.rate())
 
     def name(self, key: str, default: str) -> str:
         """A name or constant: of the user, else of the source, else the default."""
@@ -415,7 +415,8 @@ class Target:
     summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
     ending: str  # File name extension, with the dot
     write: Callable[[Numbers], str | bytes]  # From `Numbers` to the text of the file; bytes where the file is binary
-    needs_rate: bool = False  # Whether the file depends on the sampling rate
+    needs_rate: bool = False  # Whether the file depends on the rate of the filter
+    has_rate_field: bool = False  # Whether the file has this rate in a field only: its densities do not depend on it
     has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
     has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
     has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process

@@ -87,11 +87,13 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
         time = max((found for found in bottoms if found is not None), default=None)
     rate = numbers.known_rate()
     if time is None or rate is None:
-        lacking = "{@rate}" if time is not None else "{@horizon}" if rate is not None else "{@rate}, {@horizon}"
+        lacking = (
+            "{@filter_rate}" if time is not None else "{@horizon}" if rate is not None else "{@filter_rate}, {@horizon}"
+        )
         raise OptionError(
             f"{sensor}: MATLAB simulates bias instability with a filter of one pole per sample of the time up to which it"
             f" is accurate: give {lacking}",
-            option="rate" if time is not None else "horizon",
+            option="filter_rate" if time is not None else "horizon",
         )
     poles = max(math.ceil(time * rate - 1e-9), 1)
     if poles > _MOST_POLES:

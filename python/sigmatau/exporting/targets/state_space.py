@@ -125,12 +125,12 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
 def _rate(numbers: Numbers) -> float:
     """One over the step: the rate of all channels; raises `OptionError` if unknown or ambiguous. [Hz]"""
     rates = {name: numbers.source.rates[name] for name in numbers.model.channels if name in numbers.source.rates}
-    if numbers.choices.rate is not None or (rates and max(rates.values()) <= (1 + 1e-3) * min(rates.values())):
+    if numbers.choices.filter_rate is not None or (rates and max(rates.values()) <= (1 + 1e-3) * min(rates.values())):
         return numbers.rate()
     of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
     more = f"; the channels have several rates ({of_record})" if rates else ""
     raise OptionError(
-        f"the step of the filter is needed: give {{option}} in seconds, or {{@rate}} in Hz{more}", option="step"
+        f"the step of the filter is needed: give {{option}} in seconds, or {{@filter_rate}} in Hz{more}", option="step"
     )
 
 

@@ -8,7 +8,7 @@ defaults of its names. The order of the table is that of ``sigmatau export --lis
 ``{omitted}``
     A line of its own: remarks on the noise that the format has no field for, with the indent of this line.
 ``{rate}``
-    Sampling rate [Hz]; it is then needed. Forms that contain ``rate`` need it too.
+    Rate of the filter [Hz]; it is then needed. Forms that contain ``rate`` need it too.
 ``{topic}``, ``{gravity}``
     A name that the user can give with ``--name``.
 """
@@ -227,16 +227,21 @@ def _coefficient(numbers: Numbers, sensor: str, form: str) -> str:
     return number_with_comment(_FORMS[form].convert(number.value, rate), f"{unit}; {number.words}")
 
 
-TARGETS = {
-    name: Target(
+def _target(name: str, template: _Template) -> Target:
+    places = _PLACE.findall(template.text)
+    scaled = any("rate" in form for _, form in places)
+    has_field = any(place == "rate" for place, _ in places)
+    return Target(
         name=name,
         summary=template.summary,
         ending=".yaml",
         write=partial(_write, template),
-        needs_rate=re.search(r"\{[^}]*rate", template.text) is not None,
+        needs_rate=scaled or has_field,
+        has_rate_field=has_field and not scaled,
         names=template.names,
         has_walk=True,
     )
-    for name, template in _TEMPLATES.items()
-}
+
+
+TARGETS = {name: _target(name, template) for name, template in _TEMPLATES.items()}
 """The targets by name."""

@@ -110,6 +110,22 @@ class PoorTrust(Details, code="poor_trust"):
 
 
 @frozen
+class FastestRate(Details, code="fastest_rate"):
+    """The sensors have different sampling rates, and the file has a field for one: the highest is written.
+
+    Attributes
+    ----------
+    rate : float
+        The written rate. [Hz]
+    rates : tuple of (str, float)
+        Sensors, and their sampling rates in the record. [Hz]
+    """
+
+    rate: float
+    rates: tuple[tuple[str, float], ...]
+
+
+@frozen
 class OtherRate(Details, code="other_rate"):
     """The file is for another sampling rate than that of the record.
 

@@ -72,6 +72,14 @@ def _other_rate(_: Finding, of: kinds.OtherRate) -> Words:
     return Words(f"written for {of.rate:.4g} Hz; the sampling rate of the record is {of.record_rate:.4g} Hz")
 
 
+def _fastest_rate(_: Finding, of: kinds.FastestRate) -> Words:
+    listed = ", ".join(f"{sensor} {rate:.4g} Hz" for sensor, rate in of.rates)
+    return Words(
+        f"the written rate of the filter is {of.rate:.4g} Hz, the highest of the sensors ({listed})",
+        "Give --filter-rate HZ if the filter takes samples at another rate; the densities do not depend on it",
+    )
+
+
 def _correlated_samples(_: Finding, of: kinds.CorrelatedSamples) -> Words:
     filtered = f" (low-pass filter at {of.corner:.3g} Hz)" if of.corner is not None else ""
     if of.ratio is None:
@@ -120,6 +128,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.LimitWritten: _limit_written,
     kinds.NotAdequate: _not_adequate,
     kinds.PoorTrust: _poor_trust,
+    kinds.FastestRate: _fastest_rate,
     kinds.OtherRate: _other_rate,
     kinds.SlowNoiseLeftOut: _slow_noise_left_out,
 }

@@ -313,7 +313,7 @@ class TestFilterRate:
 
     @pytest.fixture
     def two_rates(self):
-        channels = {name: FIVE for name in ("gyro_x", "accel_x")}
+        channels = dict.fromkeys(("gyro_x", "accel_x"), FIVE)
         return Source(model=NoiseModel(channels=channels), rates={"gyro_x": 399.66, "accel_x": 199.83})
 
     @pytest.mark.parametrize("name", ["kalibr", "openvins", "euroc", "orb-slam3"])

@@ -165,3 +165,47 @@ class TestRecord:
     def test_no_name(self, topic):
         with pytest.raises(OptionError, match="`topic`"):
             options(topic=topic)
+
+
+class TestDevices:
+    """A gyro and an accelerometer of one device are read together, by the names of their topics."""
+
+    @pytest.mark.parametrize(
+        ("gyro", "accel"),
+        [
+            ("/camera/gyro/sample", "/camera/accel/sample"),
+            ("/camera/camera/gyro/sample", "/camera/camera/accel/sample"),
+            ("/device_0/sensor_2/Gyro_0/imu/data", "/device_0/sensor_2/Accel_0/imu/data"),
+            ("sensor_gyro:0", "sensor_accel:0"),
+            ("vehicle_angular_velocity", "vehicle_acceleration"),
+            ("imu/angular_velocity", "imu/linear_acceleration"),
+            ("phone/gyroscope", "phone/accelerometer"),
+            ("T265/gyr", "T265/acc"),
+        ],
+    )
+    def test_each_with_the_fields_of_both(self, gyro, accel):
+        tables = [table(accel, (*GYRO, *ACCEL)), table("baro", ["p"]), table(gyro, (*GYRO, *ACCEL))]
+        assert chosen(tables) == [gyro, accel]
+
+    def test_a_topic_with_both_comes_first(self):
+        tables = [table("sensor_gyro:0", GYRO), table("sensor_accel:0", ACCEL), table("combined", (*GYRO, *ACCEL))]
+        assert chosen(tables) == ["combined"]
+
+    @pytest.mark.parametrize(
+        ("topics", "words"),
+        [
+            (
+                ("left/gyro", "left/accel", "right/gyro", "right/accel"),
+                r"e\.g\. --topic 'left/gyro' --topic 'left/accel', or --topic 'right/gyro' --topic 'right/accel'",
+            ),
+            (("cam/gyro", "cam/accel", "gyro"), "e.g. --topic 'cam/gyro' --topic 'cam/accel'$"),
+        ],
+    )
+    def test_several_devices_are_proposed(self, topics, words):
+        with pytest.raises(OptionError, match=words):
+            chosen([table(name, GYRO if "gyro" in name else ACCEL) for name in topics])
+
+    def test_names_of_no_device(self):
+        tables = [table(name, (*GYRO, *ACCEL)) for name in ("imu/accel_gyro", "imu/gyro_accel_raw")]
+        with pytest.raises(OptionError, match="several sensors"):
+            chosen(tables)

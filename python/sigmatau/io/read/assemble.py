@@ -13,6 +13,7 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged
+from sigmatau.io.read.devices import pair_topics
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
@@ -126,6 +127,7 @@ def _sensors(table: Table) -> set[str]:
 
 
 _LISTED = 12
+_PROPOSED = 3  # devices whose topics a message proposes
 
 
 def sensors(table: Table) -> tuple[str, ...]:
@@ -151,10 +153,12 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
         return list({table.topic: table for table in (_named(tables, name) for name in named)}.values())
     if len(tables) == 1:
         return list(tables)
+    devices = pair_topics([(table, sensors(table)) for table in tables if table.rows != 0])
+    sensor_of = {id(device.gyro): ("gyro",) for device in devices} | {id(device.accel): ("accel",) for device in devices}
     by_sensors: dict[tuple[str, ...], list[Table]] = {}
     for table in tables:
         if table.rows != 0:
-            by_sensors.setdefault(sensors(table), []).append(table)
+            by_sensors.setdefault(sensor_of.get(id(table), sensors(table)), []).append(table)
     both, gyro, accel = (by_sensors.get(key, []) for key in (("gyro", "accel"), ("gyro",), ("accel",)))
     if len(both) == 1:
         return both
@@ -162,8 +166,9 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
         return [*gyro, *accel]
     likely = [*both, *gyro, *accel] or [table for table in tables if table.rows != 0] or list(tables)
     what = "has several sensors" if both or gyro or accel else "has several tables, none with known column names"
-    examples = [gyro[0], accel[0]] if gyro and accel and not both else likely[:1]
-    example = " ".join(f"--topic {table.topic!r}" for table in examples)
+    examples = [device.tables for device in devices[:_PROPOSED]]
+    examples = examples or ([[gyro[0], accel[0]]] if gyro and accel and not both else [likely[:1]])
+    example = ", or ".join(" ".join(f"--topic {table.topic!r}" for table in chosen) for chosen in examples)
     raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}", option="topic")
 
 

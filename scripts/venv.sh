@@ -29,8 +29,11 @@ if ! up_to_date runtime || ! "$PY" -m pip --version >/dev/null 2>&1 || [[ -n $gi
 fi
 install runtime "installing the Python packages (a minute the first time)"
 case $want in
-dev) install dev "installing the packages of the tests (a minute the first time)" ;;
+dev)
+    install dev "installing the packages of the tests (a minute the first time)"
+    install bench "installing the peers that the tests compare with" --no-deps
+    ;;
 docs) install docs "installing the packages of the documentation (half a minute the first time)" ;;
 release) install release "installing the packages of a release (zig is large)" ;;
-bench) install bench "installing the peers of the benchmark" --no-deps ;;
+bench) install bench "installing the peers that the benchmark compares with" --no-deps ;;
 esac

@@ -6,12 +6,10 @@ import subprocess
 import sys
 
 import pytest
-from benches import instructions, kernels, text
+from benches import growth, instructions, kernels, text
 from benches.measure import status_bytes, turns
 
 from conftest import ROOT
-
-PEERS = ("allantools", "allan_variance", "numba", "pandas")
 
 
 def test_turns():
@@ -56,19 +54,25 @@ def test_every_counted_work_has_its_limit():
     assert set(listed.split(", ")) == set(instructions.LESS) | {"nothing"}
 
 
+def test_growth(tmp_path):
+    assert growth.peak("ours", 100_000, 0) > 0
+    row = {
+        "samples": 1000,
+        "taus": 9,
+        "seconds": dict.fromkeys(growth.PARTIES, 0.1),
+        "memory": dict.fromkeys(growth.PARTIES, 10**6),
+    }
+    measured = {"lengths": [row, row | {"samples": 10_000}], "counts": [row, row | {"taus": 30}]}
+    lines, gates = growth.write(measured)
+    assert not gates
+    assert sum(line.startswith(f"| {text.number(1000)} ") for line in lines) == 1
+    growth.draw(measured, tmp_path)
+    assert all((tmp_path / f"performance-{name}.svg").stat().st_size > 1000 for name in ("samples", "taus"))
+
+
 def test_a_run_from_end_to_end(tmp_path):
-    for package in PEERS:
-        pytest.importorskip(package, reason=f"{package}, a peer, is not installed: make bench installs it")
-    parts = [
-        "job",
-        "peers",
-        "processes",
-        "stream",
-        "simulation",
-        "growth",
-        "fits",
-        "checks",
-    ]  # all that needs no compiler
+    # All that needs no compiler, but growth, which starts 36 processes.
+    parts = ["job", "peers", "processes", "stream", "simulation", "fits", "checks"]
     command = [sys.executable, "-m", "benches.run", "--rounds", "1", "--scale", "0.002", "--only", *parts]
     folders = ["--cache", str(tmp_path / "kept"), "--output", str(tmp_path)]
     subprocess.run([*command, *folders], cwd=ROOT, check=True, capture_output=True)

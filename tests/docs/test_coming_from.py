@@ -1,7 +1,8 @@
-"""docs/coming-from: the comparison with allantools, where it is installed, and the conversions of the other pages."""
+"""docs/coming-from: the comparison with allantools, and the conversions of the other pages."""
 
 import re
 
+import allantools
 import numpy as np
 import pytest
 
@@ -31,13 +32,9 @@ def test_facts_of_others_have_a_source_and_a_date(page):
 
 
 class TestAllantools:
-    """Where allantools is installed (`make bench` installs it), the page's comparison is run."""
+    """The comparison on the page for users of allantools."""
 
-    @pytest.fixture
-    def allantools(self):
-        return pytest.importorskip("allantools")
-
-    def test_the_page(self, allantools, capsys):
+    def test_the_page(self, capsys):
         scope = {}
         for code, shown in zip(blocks("allantools", "python")[:2], blocks("allantools", "text")[:2], strict=True):
             exec(compile(code, "allantools.md", "exec"), scope)
@@ -57,7 +54,7 @@ class TestAllantools:
             ("tierms", "tie_rms"),
         ],
     )
-    def test_the_table(self, allantools, theirs, kind):
+    def test_the_table(self, theirs, kind):
         y = np.random.default_rng(1).standard_normal(3000) + 1.0
         rates = y - y.mean() if kind in ("mtie", "tie_rms") else y
         ours = st.deviation(st.Record.from_arrays(rate=100, y=rates), kind=kind)["y"]
@@ -65,7 +62,7 @@ class TestAllantools:
         np.testing.assert_allclose(tau, ours.tau)
         np.testing.assert_allclose(found, ours.deviation, rtol=1e-12)
 
-    def test_one_missing_sample(self, allantools):
+    def test_one_missing_sample(self):
         y = np.random.default_rng(1).standard_normal(3000)
         y[100] = np.nan
         assert np.isnan(allantools.oadev(y, rate=100, data_type="freq", taus=[0.1])[1]).all()

@@ -224,7 +224,7 @@ def read_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
-    writing: tuple[str, bool, int | None, bool, int],
+    writing: tuple[str, bool, int | None, bool, int, tuple[int, str] | None],
 ) -> tuple[list[_Floats], _Ints | None, tuple[int, int, int, int, list[tuple[int, str]]], bool]: ...
 def parse_text(
     lines: bytes,
@@ -234,7 +234,7 @@ def parse_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
-    writing: tuple[str, bool, int | None, bool, int],
+    writing: tuple[str, bool, int | None, bool, int, tuple[int, str] | None],
 ) -> tuple[list[_Floats], _Ints | None, tuple[int, int, int, int, list[tuple[int, str]]], bool]: ...
 def scan_dataflash(path: str) -> dict[str, Any]: ...
 def dataflash_columns(

@@ -53,6 +53,7 @@ fn run(work: &str, rate: &[f64], table: &str) -> Result<(), Failure> {
                 columns: COLUMNS,
                 dates: false,
                 most: u64::MAX,
+                tag: None,
             };
             let wanted: Vec<usize> = (0..COLUMNS).collect();
             drop(black_box(read_columns(table.as_bytes(), &dialect, &wanted, None)?));

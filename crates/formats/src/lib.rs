@@ -27,7 +27,7 @@ pub use progress::bytes_read;
 pub use remarks::Remarks;
 pub use sentences::{Sentences, read_sentences};
 pub use source::open;
-pub use table::{Delimiter, Dialect, Table, TextError};
+pub use table::{Delimiter, Dialect, Table, Tag, TextError};
 pub use text::{read_columns, read_file};
 pub use ulog::{UlogError, UlogScan, UlogTopic, scan_ulog, ulog_columns};
 pub use window::Break;

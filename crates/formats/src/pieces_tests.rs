@@ -125,7 +125,7 @@ fn table(random: &mut Random, faults: bool) -> (Vec<u8>, Dialect, Vec<usize>, Op
     let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
     (
         text.into_bytes(),
-        Dialect { delimiter, comment, skip_lines, columns, dates: false, most: u64::MAX },
+        Dialect { delimiter, comment, skip_lines, columns, dates: false, most: u64::MAX, tag: None },
         wanted,
         exact,
     )
@@ -177,6 +177,7 @@ fn dialect(columns: usize) -> Dialect {
         columns,
         dates: false,
         most: u64::MAX,
+        tag: None,
     }
 }
 

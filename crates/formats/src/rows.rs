@@ -30,6 +30,15 @@ impl Layout<'_> {
                 start += blank;
                 continue;
             }
+            if rows.skip == 0 && self.dialect.tag.is_some() {
+                let line = &text[start..end];
+                let line = memchr(b'\n', line).map_or(line, |length| &line[..length]);
+                if !self.is_tagged(line) {
+                    rows.lines += 1;
+                    start += line.len() + 1;
+                    continue;
+                }
+            }
             // The first line may begin with a byte order mark.
             if start < ended && rows.skip == 0 && !(rows.at_start && rows.lines == 0) {
                 if let Some(next) = self.quick_row(text, start, rows) {

@@ -26,6 +26,17 @@ pub struct Dialect {
     pub dates: bool,
     /// Bytes that a compressed file may have.
     pub most: u64,
+    /// The kind of row that is read, where a file has several; lines of other kinds are passed over.
+    pub tag: Option<Tag>,
+}
+
+/// A field that names the kind of a row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tag {
+    /// Column of the field, counted from 0.
+    pub column: usize,
+    /// What it says, without spaces and quotes around it.
+    pub text: Vec<u8>,
 }
 
 /// Columns of numbers.

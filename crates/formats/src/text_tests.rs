@@ -5,11 +5,11 @@ use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
 
 use super::*;
-use crate::table::Delimiter;
+use crate::table::{Delimiter, Tag};
 
 fn dialect(delimiter: Delimiter, columns: usize) -> Dialect {
     let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
-    Dialect { delimiter, comment, skip_lines: 0, columns, dates: false, most: u64::MAX }
+    Dialect { delimiter, comment, skip_lines: 0, columns, dates: false, most: u64::MAX, tag: None }
 }
 
 const COMMA: Delimiter = Delimiter::Byte(b',');
@@ -181,4 +181,21 @@ fn damaged_compression_is_told() {
 #[test]
 fn a_file_that_is_not_there() {
     assert!(matches!(open(Path::new("/nowhere/at/all"), u64::MAX), Err(TextError::Io(_))));
+}
+
+#[test]
+fn rows_of_one_kind() {
+    let text = "Gyro,0,1.5\nAccel,7\n\"Gyro\" ,1,2.5\n\nGyros,9,9\n Gyro,2,3.5,\nAccel,8\nGyro,3,4.5";
+    let of = |column, text: &str| Some(Tag { column, text: text.into() });
+    let dialect = Dialect { tag: of(0, "Gyro"), ..dialect(COMMA, 3) };
+    let table = read_columns(text.as_bytes(), &dialect, &[1, 2], Some(1)).unwrap();
+    assert_eq!(table.columns, [vec![0.0, 1.0, 2.0, 3.0], vec![1.5, 2.5, 3.5, 4.5]]);
+    assert_eq!((table.rows, table.first_line, table.open_end), (4, 1, true));
+    let ragged = read_columns(
+        &b"a 1 2\nb 1\na 1\n"[..],
+        &Dialect { delimiter: Delimiter::Whitespace, tag: of(0, "a"), ..dialect },
+        &[1],
+        None,
+    );
+    assert_eq!(ragged, Err(TextError::Ragged { line: 3, row: 1, got: 2, expected: 3 }));
 }

@@ -133,6 +133,7 @@ mod tests {
                 columns: 2,
                 dates: false,
                 most: u64::MAX,
+                tag: None,
             };
             let table = read_columns(open(&path, u64::MAX).unwrap(), &dialect, &[1, 0], None).unwrap();
             std::fs::remove_file(&path).unwrap();

@@ -4,7 +4,7 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use sigmatau_formats::{self as formats, Delimiter, Dialect, Encoding, TextError as Refused, Writing};
+use sigmatau_formats::{self as formats, Delimiter, Dialect, Encoding, Tag, TextError as Refused, Writing};
 use std::path::PathBuf;
 
 pyo3::create_exception!(sigmatau._core, TextError, PyValueError);
@@ -12,8 +12,8 @@ pyo3::create_exception!(sigmatau._core, TextError, PyValueError);
 /// Columns, the exact one as integers, comments among the rows, and whether the last line has no line end.
 type Columns<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<i64>>>, Passed, bool);
 
-/// Encoding, decimal commas, lines, dates, most bytes of a compressed file.
-type Fields<'a> = (&'a str, bool, Option<usize>, bool, u64);
+/// Encoding, decimal commas, lines, dates, most bytes of a compressed file, column and text of the rows' kind.
+type Fields<'a> = (&'a str, bool, Option<usize>, bool, u64, Option<(usize, &'a str)>);
 
 /// The fields of [`formats::Remarks`].
 type Passed = (usize, usize, usize, usize, Vec<(usize, String)>);
@@ -103,11 +103,12 @@ fn dialect(
     comment: Vec<String>,
     skip_lines: usize,
     columns: usize,
-    (_, _, _, dates, most): Fields<'_>,
+    (_, _, _, dates, most, tag): Fields<'_>,
 ) -> PyResult<Dialect> {
     let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
     let comment = comment.into_iter().map(String::into_bytes).collect();
-    Ok(Dialect { delimiter, comment, skip_lines, columns, dates, most })
+    let tag = tag.map(|(column, text)| Tag { column, text: text.as_bytes().to_vec() });
+    Ok(Dialect { delimiter, comment, skip_lines, columns, dates, most, tag })
 }
 
 fn written((encoding, decimal_comma, lines, ..): Fields<'_>) -> PyResult<Writing> {

@@ -88,6 +88,7 @@ def read_text(
     lines: int | None = None,
     dates: bool = False,
     most: int = _ANY_SIZE,
+    tag: tuple[int, str] | None = None,
 ) -> TextColumns:
     """Columns of a text table.
 
@@ -117,12 +118,14 @@ def read_text(
         Whether the exact column holds dates; they come as nanoseconds since 1970.
     most : int
         Bytes that a compressed file may have. [bytes]
+    tag : (int, str) or None
+        Column, counted from 0, and text of the rows to read; lines with another text there are passed over.
 
     Raises
     ------
     TextReadError
     """
-    writing = (encoding, decimal_comma, lines, dates, most)
+    writing = (encoding, decimal_comma, lines, dates, most, tag)
     how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, writing)
     try:
         found = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)

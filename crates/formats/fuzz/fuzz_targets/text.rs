@@ -20,6 +20,7 @@ fuzz_target!(|data: &[u8]| {
         columns,
         dates: choice & 8 != 0,
         most: u64::MAX,
+        tag: None,
     };
     let wanted: Vec<usize> = (0..columns).step_by(2).collect();
     let exact = (choice & 4 != 0).then_some(0);

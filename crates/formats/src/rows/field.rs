@@ -49,6 +49,25 @@ pub(super) fn field_end(line: &[u8], start: usize, byte: u8) -> usize {
     memchr(byte, &field[quoted..]).map_or(line.len(), |len| start + quoted + len)
 }
 
+/// A field of a line without spaces and quotes around it, if the line has so many.
+pub(super) fn nth(line: &[u8], delimiter: Delimiter, column: usize) -> Option<&[u8]> {
+    match delimiter {
+        Delimiter::Whitespace => {
+            line.split(|&b| is_space(b)).filter(|field| !field.is_empty()).nth(column).map(bare)
+        }
+        Delimiter::Byte(byte) => {
+            let mut start = 0;
+            for _ in 0..column {
+                start = field_end(line, start, byte) + 1;
+                if start > line.len() {
+                    return None;
+                }
+            }
+            Some(bare(&line[start..field_end(line, start, byte)]))
+        }
+    }
+}
+
 /// Fields of a line; one empty field after the last of `expected` is not counted.
 pub(super) fn count(line: &[u8], delimiter: Delimiter, expected: usize) -> usize {
     match delimiter {

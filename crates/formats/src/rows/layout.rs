@@ -1,5 +1,7 @@
 //! A dialect, and which of its columns are wanted.
 
+use super::field::nth;
+use super::line::BOM;
 use crate::table::{Delimiter, Dialect};
 
 /// A dialect, and what is wanted of it.
@@ -29,5 +31,12 @@ impl<'a> Layout<'a> {
         let exact_is_wanted = exact.is_none_or(|column| wanted.contains(&column));
         let quick = parted && comments && exact_is_wanted;
         Self { dialect, wanted: wanted.len(), places, exact, quick }
+    }
+    /// Whether a line is of the kind that is read.
+    pub(super) fn is_tagged(&self, line: &[u8]) -> bool {
+        let line = line.strip_prefix(BOM).unwrap_or(line);
+        self.dialect.tag.as_ref().is_none_or(|tag| {
+            nth(line, self.dialect.delimiter, tag.column).is_some_and(|text| text == tag.text)
+        })
     }
 }

@@ -12,7 +12,7 @@ const QUOTED: usize = 40;
 /// Stands for a missing integer, as `NaT` does in NumPy.
 pub(super) const NO_INTEGER: i64 = i64::MIN;
 
-const BOM: &[u8] = b"\xef\xbb\xbf";
+pub(super) const BOM: &[u8] = b"\xef\xbb\xbf";
 
 impl Layout<'_> {
     /// One line without its line feed.

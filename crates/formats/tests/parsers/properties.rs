@@ -19,6 +19,7 @@ fn table(columns: usize) -> Dialect {
         columns,
         dates: false,
         most: u64::MAX,
+        tag: None,
     }
 }
 

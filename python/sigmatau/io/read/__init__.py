@@ -128,7 +128,7 @@ def read(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic, layout=layout
     )
     with opened(path, layout, max_expansion) as (file, tables):
-        record = assemble.assemble(choose_tables(tables, options.topic), file, options)
+        record = assemble.assemble(choose_tables(tables, options.topic, options.channels), file, options)
     source = record.provenance if file is not None else replace(record.provenance, path=os.fsdecode(path))
     return replace(record, provenance=replace(source, options=stated))
 

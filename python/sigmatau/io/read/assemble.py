@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,10 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.io.read.devices import pair_topics
+from sigmatau.io.read.instances import sensor_of
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
+from sigmatau.io.read.resolve import SI
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
 from sigmatau.io.read.time.stamps import later
@@ -25,7 +27,7 @@ from sigmatau.record.streams import Stream
 
 def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
     """A record from the chosen tables of a file. `file`: for its name and checksum; None for a data frame."""
-    if len(tables) > 1 and options.channels:
+    if len(tables) > 1 and options.channels and not _of_own_sensors(tables):
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
             f"--channels applies to one topic, but {topics} are read; choose one by --topic", option="channels"
@@ -112,14 +114,33 @@ def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options
     """The options without units, scales and offsets of sensors that only the other tables have."""
     if len(tables) == 1:
         return options
-    own, others = _sensors(table), {s for other in tables if other is not table for s in _sensors(other)}
+    sensors_in = _sensors if not options.channels else _named_sensors
+    own, others = sensors_in(table), {s for other in tables if other is not table for s in sensors_in(other)}
 
     def kept(values: Mapping[str, Any]) -> dict[str, Any]:
         return {
             key: value for key, value in values.items() if stream_name(key) in own or stream_name(key) not in others
         }
 
-    return replace(options, unit=kept(options.unit), scale=kept(options.scale), offset=kept(options.offset))
+    return replace(
+        options,
+        unit=kept(options.unit),
+        scale=kept(options.scale),
+        offset=kept(options.offset),
+        channels=kept(options.channels),
+    )
+
+
+def _named_sensors(table: Table) -> set[str]:
+    """The sensor that the word of the rows of a table names."""
+    sensor = None if table.kind is None else sensor_of(table.kind.label)
+    return set() if sensor is None else {sensor}
+
+
+def _of_own_sensors(tables: Sequence[Table]) -> bool:
+    """Whether the words of the rows name a sensor for each table, and no sensor twice."""
+    named = [sensor for table in tables for sensor in _named_sensors(table)]
+    return len(set(named)) == len(named) == len(tables)
 
 
 def _sensors(table: Table) -> set[str]:
@@ -143,22 +164,29 @@ def describe(table: Table) -> str:
     return f"{table.topic} ({what})" if what else table.topic
 
 
-def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
+def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Collection[str] = ()) -> list[Table]:
     """The tables that were asked for, or else the only table or tables with a gyro and an accelerometer. `asked`:
     topics by name. The name without the number of the instance, its end, or a part of it between slashes is enough if only
-    one topic matches; empty topics match if no other does.
+    one topic matches; empty topics match if no other does. `channels`: the channels that are named; of rows whose words name
+    a sensor, those of their sensors are chosen.
     """
     if asked:
         named = [name for spelled in asked for name in _split(tables, spelled)]
         return list({table.topic: table for table in (_named(tables, name) for name in named)}.values())
     if len(tables) == 1:
         return list(tables)
+    wanted = {stream_name(channel) for channel in channels} & set(SI)
+    by_word = [table for table in tables if wanted & _named_sensors(table)]
+    if wanted and len(by_word) == len(wanted) and _of_own_sensors(by_word):
+        return by_word
     devices = pair_topics([(table, sensors(table)) for table in tables if table.rows != 0])
-    sensor_of = {id(device.gyro): ("gyro",) for device in devices} | {id(device.accel): ("accel",) for device in devices}
+    sensor_by_device = {id(device.gyro): ("gyro",) for device in devices} | {
+        id(device.accel): ("accel",) for device in devices
+    }
     by_sensors: dict[tuple[str, ...], list[Table]] = {}
     for table in tables:
         if table.rows != 0:
-            by_sensors.setdefault(sensor_of.get(id(table), sensors(table)), []).append(table)
+            by_sensors.setdefault(sensor_by_device.get(id(table), sensors(table)), []).append(table)
     both, gyro, accel = (by_sensors.get(key, []) for key in (("gyro", "accel"), ("gyro",), ("accel",)))
     if len(both) == 1:
         return both
@@ -166,6 +194,8 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str]) -> list[Table]:
         return [*gyro, *accel]
     likely = [*both, *gyro, *accel] or [table for table in tables if table.rows != 0] or list(tables)
     what = "has several sensors" if both or gyro or accel else "has several tables, none with known column names"
+    if (kind := tables[0].kind) is not None:
+        what = f"{kind.place()}, so the rows are of several sensors"
     examples = [device.tables for device in devices[:_PROPOSED]]
     examples = examples or ([[gyro[0], accel[0]]] if gyro and accel and not both else [likely[:1]])
     example = ", or ".join(" ".join(f"--topic {table.topic!r}" for table in chosen) for chosen in examples)

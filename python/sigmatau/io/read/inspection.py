@@ -211,7 +211,7 @@ def inspect(
     with opened(path, layout, max_expansion) as (file, tables):
         wanting = ""
         try:
-            chosen = choose_tables(tables, options.topic)
+            chosen = choose_tables(tables, options.topic, options.channels)
         except OptionError as error:
             if options.topic:
                 raise

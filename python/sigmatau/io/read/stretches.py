@@ -47,7 +47,7 @@ def unread(
     """
     options = Options.check(**options_of_read)
     with opened(path, layout, max_expansion) as (_, tables):
-        chosen = choose_tables(tables, options.topic)
+        chosen = choose_tables(tables, options.topic, options.channels)
         if len(chosen) > 1:
             raise DataError("has its sensors in several tables; a record in stretches is of one table")
         streams, loaded = _streams(chosen[0], options)

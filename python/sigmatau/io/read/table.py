@@ -69,6 +69,35 @@ class Loaded:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RowKind:
+    """The kind of the rows of a table, which is a part of a larger one: those with one text in one column."""
+
+    column: int  # counted from 0
+    name: str  # of the column, empty if it has none
+    label: str  # what the column has in these rows
+    labels: tuple[str, ...]  # what it has in all rows
+
+    @property
+    def topic(self) -> str:
+        """The name of the kind: its word, or ``imu0`` for the number 0."""
+        text = self.label.strip(" :=$")
+        return f"imu{int(float(text))}" if text.replace(".", "").isdigit() else text
+
+    def place(self) -> str:
+        """The column and what it has, for messages."""
+        *labels, last = self.labels[:_LISTED]
+        shown = f"{', '.join(labels)}, {last} …" if len(self.labels) > _LISTED else f"{', '.join(labels)} and {last}"
+        return f"{self._column()} has {shown}"
+
+    def rows_of(self) -> str:
+        """Which rows these are, for notes."""
+        return f"rows with {self.label} in {self._column()}"
+
+    def _column(self) -> str:
+        return f"column {self.column + 1}{f' {self.name!r}' if self.name else ''}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
     """One table of a file; its columns are loaded on demand. Most files have one table. In others each topic, message,
     group or variable is a table, and ``--topic`` chooses it.
@@ -87,6 +116,7 @@ class Table:
     findings: tuple[Finding, ...] = ()  # Faults of the file that are known before it is loaded
     rate: float | None = None  # Sampling rate that the format states, for a table without a time column. [Hz]
     rate_source: str = ""  # Source of the rate: ``"the waveform increment of the channels"``
+    kind: RowKind | None = None  # The kind of its rows, if the table of the file has rows of several kinds
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "topic", printable(self.topic))

@@ -61,7 +61,7 @@ class _Line:
 
     def split(self, delimiter: str | None) -> list[str]:
         if delimiter not in self.fields:
-            self.fields[delimiter] = _split(self.text, delimiter)
+            self.fields[delimiter] = bare_fields(self.text, delimiter)
         return self.fields[delimiter]
 
     def numbers_only(self) -> list[float] | Literal[False]:
@@ -89,7 +89,7 @@ class _Line:
         """The fields as numbers; NaN for others."""
         if delimiter == "," and (numbers := self.numbers_only()):
             return numbers
-        return [float(f) if _is_number(f) else math.nan for f in self.split(delimiter)]
+        return [float(f) if is_number(f) else math.nan for f in self.split(delimiter)]
 
     def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
         """Number of fields, number of numeric fields, and whether the last is empty; 0 fields if the line is not a row."""
@@ -101,7 +101,7 @@ class _Line:
         parts = self.split(delimiter)
         if not _is_data(parts):
             return 0, 0, False
-        return len(parts), sum(map(_is_number, parts)), not parts[-1]
+        return len(parts), sum(map(is_number, parts)), not parts[-1]
 
 
 def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
@@ -109,7 +109,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     the file ends there; else the last line is ignored; `encoding`: encoding of the file, if it differs from that of
     `data`; for the notes.
     """
-    text, read_as = _decode(data, whole=whole)
+    text, read_as = decode(data, whole=whole)
     written = f", {encoding}" if encoding else read_as
     lines = _lines(text)
     rows = [line for line in lines if not line.comment]
@@ -196,7 +196,8 @@ def header_fields(text: str, layout: Layout) -> list[str]:
     return fields if _names_something(fields) else []
 
 
-def _decode(data: bytes, *, whole: bool) -> tuple[str, str]:
+def decode(data: bytes, *, whole: bool) -> tuple[str, str]:
+    """The whole lines of the beginning of a file as text, and a note on its encoding; raises `DataError`."""
     if not whole:
         end = data.rfind(b"\n") + 1
         if not end:
@@ -217,7 +218,7 @@ def _decode(data: bytes, *, whole: bool) -> tuple[str, str]:
 
 def _long_line(data: bytes, which: str, ends: str = "") -> DataError:
     begun = re.split(r"[,;\s]+", data[:1000].decode("latin-1").strip())[:-1]
-    if len(begun) > _LONG_LINE and all(map(_is_number, begun)):
+    if len(begun) > _LONG_LINE and all(map(is_number, begun)):
         return DataError(
             f"{which} is longer than {_kibibytes(data)} KiB, all of it numbers: a sample needs a line of its own; put line"
             " ends between them, e.g. by tr ',' '\\n'"
@@ -239,7 +240,8 @@ def _lines(text: str) -> list[_Line]:
     return lines
 
 
-def _split(text: str, delimiter: str | None) -> list[str]:
+def bare_fields(text: str, delimiter: str | None) -> list[str]:
+    """The fields of a line, without spaces and quotes around them."""
     if delimiter is None:
         fields = text.split()
     elif '"' in text:
@@ -257,7 +259,8 @@ def _bare(text: str) -> str:
     return text[1:-1].strip() if len(text) >= 2 and text[0] == text[-1] == '"' else text
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a field is a number in figures."""
     return _NUMBER.fullmatch(text) is not None
 
 
@@ -271,7 +274,7 @@ def _is_data(fields: list[str], columns: int | None = None) -> bool:
         fields = fields[:-1]
     if columns is not None and len(fields) != columns:
         return False
-    numbers = sum(map(_is_number, fields))
+    numbers = sum(map(is_number, fields))
     if 2 * numbers >= max(len(fields), 1):
         return True  # fast path: most rows
     missing = sum(map(_is_missing, fields))
@@ -337,7 +340,7 @@ def _exchange_decimal_commas(rows: list[_Line]) -> bool:
         if found is None:
             continue
         for row in rows:
-            point = next((f for f in row.split(delimiter) if "." in f and _is_number(f)), None)
+            point = next((f for f in row.split(delimiter) if "." in f and is_number(f)), None)
             if point is not None:
                 raise DataError(
                     f", line {found.number}: numbers with a decimal comma ({found.text[:40]!r}), though line {row.number}"
@@ -356,7 +359,7 @@ def _has_decimal_commas(row: _Line, delimiter: str | None) -> bool:
         return False  # fast path: most rows
     fields = [f for f in row.split(delimiter) if f]
     commas = sum(_DECIMAL_COMMA.fullmatch(f) is not None for f in fields)
-    numbers = commas + sum(map(_is_number, fields))
+    numbers = commas + sum(map(is_number, fields))
     # Spaces also separate dates from times, and the words of a comment.
     return commas > 0 and (numbers == len(fields) if delimiter is None else 2 * numbers >= len(fields))
 
@@ -391,7 +394,7 @@ def _refuse_other_delimiters(first: _Line, delimiter: str | None) -> None:
         if delimiter is not None and delimiter in text:
             continue  # within quotes
         parts = [p for p in re.split(r"[;,\s|]+", text) if p]
-        if len(parts) > 1 and all(map(_is_number, parts)):
+        if len(parts) > 1 and all(map(is_number, parts)):
             raise DataError(
                 f", line {first.number}: {text[:40]!r} between two {_DELIMITERS[delimiter]}s has another delimiter;"
                 " save the table with one delimiter"
@@ -405,7 +408,7 @@ def _refuse_cut_rows(
         fields = line.split(delimiter)
         if line.comment or (header is not None and line.number <= header):
             continue
-        if all(map(_is_number, fields)):
+        if all(map(is_number, fields)):
             raise DataError(
                 f", line {line.number}: {len(fields)} field{'s' if len(fields) != 1 else ''}, but {columns} on line"
                 f" {first.number}; correct or delete the line"
@@ -458,11 +461,11 @@ def _header_fields(line: _Line, delimiter: str | None, columns: int) -> list[str
     if columns == 1:
         options = [[_bare(text.rstrip(",;\t "))]]
     else:
-        options = [_split(t, d) for d in (delimiter, *_DELIMITERS) for t in (text, _UNIT_GAP.sub("", text))]
+        options = [bare_fields(t, d) for d in (delimiter, *_DELIMITERS) for t in (text, _UNIT_GAP.sub("", text))]
     for fields in options:
         if len(fields) == columns + 1 and not fields[-1]:
             fields = fields[:-1]
-        if len(fields) == columns and any(fields) and not any(map(_is_number, fields)):
+        if len(fields) == columns and any(fields) and not any(map(is_number, fields)):
             return fields
     return []
 

@@ -6,7 +6,7 @@ nearest double.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,9 +19,11 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place, SkippedLines
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
-from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout, header_fields
+from sigmatau.io.read.formats.kind_columns import with_sensor_names
+from sigmatau.io.read.formats.layout import COMMENTS, Layout, bare_fields, decode, find_layout, header_fields
+from sigmatau.io.read.formats.row_kinds import Kinds, find_kinds, first_values, rows_of_kind
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date, with_days
+from sigmatau.io.read.table import Column, Head, Loaded, RowKind, Table, is_date, with_days
 from sigmatau.record import memory
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
@@ -78,18 +80,62 @@ def sniff(head: bytes, path: Path) -> bool:
     return True
 
 
-def read(path: Path, head: Head) -> tuple[Table]:
-    """The columns of a text table, which are read on demand."""
-    return (table_of(path, head, path.name.split(".")[0]),)
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The columns of a text table, which are read on demand; a table for each kind of rows, if it has several."""
+    return tables_of(path, head, path.name.split(".")[0])
 
 
-def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Table:
-    """The table of a file, or of text in memory; `name` is the name of the file without its suffix."""
+def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
+    """The tables of a file, or of text in memory: one, or one for each kind of its rows. `name`: name of the file without
+    its suffix; `topic`: name of the only table, or what those of several tables begin with.
+    """
     beginning = _Beginning.of(head.data, whole=head.whole)
-    layout = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called)
+    try:
+        lines, _ = decode(beginning.data, whole=beginning.whole)
+    except DataError:
+        lines = ""  # said by `find_layout`
+    kinds = find_kinds(lines)
+    tables = [] if kinds is None else list(_tables_of_kinds(source, head, beginning, lines, kinds, topic))
+    return tuple(tables) or (_table_of(source, head, beginning, name, topic),)
+
+
+def _tables_of_kinds(
+    source: Path | bytes, head: Head, beginning: _Beginning, lines: str, kinds: Kinds, topic: str
+) -> Iterator[Table]:
+    """The tables of the kinds of rows that have a layout."""
+    for label in kinds.labels:
+        own = rows_of_kind(lines, kinds, label)
+        try:
+            layout = find_layout(own.encode(), whole=beginning.whole, encoding=beginning.called)
+        except DataError:
+            continue  # rows without numbers
+        if layout.delimiter != kinds.delimiter or len(layout.columns) <= kinds.column:
+            continue
+        kind = kinds.kind_of(label)
+        columns, notes = with_sensor_names(layout.columns, label, first_values(own, kinds, label))
+        named = replace(layout, columns=columns, notes=(*layout.notes, kind.rows_of(), *notes))
+        yield _table_of(source, head, beginning, "", f"{topic}/{kind.topic}" if topic else kind.topic, named, kind)
+
+
+def _table_of(
+    source: Path | bytes,
+    head: Head,
+    beginning: _Beginning,
+    name: str,
+    topic: str,
+    layout: Layout | None = None,
+    kind: RowKind | None = None,
+) -> Table:
+    if layout is None:
+        layout = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called)
     dated, days = with_days(layout.columns)
     text = _Text(
-        source=source, layout=replace(layout, columns=dated), encoding=beginning.encoding, gzip=head.gzip, days=days
+        source=source,
+        layout=replace(layout, columns=dated),
+        encoding=beginning.encoding,
+        gzip=head.gzip,
+        days=days,
+        kind=kind,
     )
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
@@ -105,6 +151,7 @@ def table_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> Ta
         load=load,
         where=lambda row: f"line {text.line(row)}",
         topic=topic,
+        kind=kind,
     )
 
 
@@ -126,6 +173,7 @@ class _Text:
     encoding: str
     gzip: bool
     days: Mapping[int, int | None]  # column of the day, by that of the time of day
+    kind: RowKind | None = None  # the kind of the rows that are read
 
     def load(self, wanted: tuple[int, ...], exact: int | None) -> Loaded:
         found: tuple[Finding, ...] = ()
@@ -170,10 +218,21 @@ class _Text:
                 tail = stream.read()
         encoding, point = "latin-1" if self.encoding == "ascii" else self.encoding, ".,"[self.layout.decimal_comma]
         lines = tail[-_TAIL:].decode(encoding, "replace").rstrip("\0 \t\x1a").split("\n")
+        if self.kind is not None:
+            lines = [line for k, line in enumerate(lines) if k + 1 == len(lines) or self._is_of_kind(line)]
+            if not self._is_of_kind(lines[-1]):
+                return False
         if not lines[-1].strip() or lines[-1].lstrip().startswith(COMMENTS):
             return False
         above, *_, last = 2 * [line.split(self.layout.delimiter)[-1].strip() for line in lines[-2:] if line.strip()]
         return point not in last or len(last.partition(point)[2]) < len(above.partition(point)[2])
+
+    def _is_of_kind(self, line: str) -> bool:
+        """Whether a line is of the kind of rows that are read."""
+        kind = self.kind
+        return kind is None or bare_fields(line.strip(), self.layout.delimiter)[kind.column : kind.column + 1] == [
+            kind.label
+        ]
 
     def _other_header(self, read: formats.TextColumns) -> int | None:
         """The line of the first header that names other columns."""
@@ -200,7 +259,12 @@ class _Text:
             lines=lines,
             dates=exact is not None and (is_date(self.layout.columns[exact].first) or exact in self.days.values()),
             most=self._most(),
+            tag=None if self.kind is None else (self.kind.column, self._in_figures(self.kind.label)),
         )
+
+    def _in_figures(self, text: str) -> str:
+        """A text of the file as the decoder makes it: with commas and points exchanged where numbers have decimal commas."""
+        return text.translate(_EXCHANGED) if self.layout.decimal_comma else text
 
     def _most(self) -> int:
         """Bytes that compressed text may be unpacked to: numbers take about as much memory as their text."""
@@ -240,7 +304,12 @@ class _Text:
         rows = -1
         for number, line in enumerate(truncation.lines_of(self.source, self.encoding), 1):
             text = line.strip(blank)
-            rows += number > self.layout.skip_lines and bool(text) and not text.startswith(comments)
+            rows += (
+                number > self.layout.skip_lines
+                and bool(text)
+                and not text.startswith(comments)
+                and (self.kind is None or self._is_of_kind(text.decode("utf-8", "replace")))
+            )
             if rows == row:
                 return number
         raise DataError("changed while it was read")

@@ -39,11 +39,11 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         if len(members) > _MAX_MEMBERS:
             raise DataError(f"is a zip archive of {len(members)} files; unpack it and give the file to read")
         for member in members:
-            table = _table(path, archive, member)
-            if isinstance(table, Table):
-                tables.append(table)
+            held = _tables(path, archive, member)
+            if isinstance(held, str):
+                left.append(f"{member.filename} ({held})")
             else:
-                left.append(f"{member.filename} ({table})")
+                tables += held
     if not tables:
         why = f": {'; '.join(left[:3])}" if left else ""
         raise DataError(f"is a zip archive without text tables, .npy or .npz files{why}"[:400])
@@ -57,8 +57,8 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     return tuple(tables)
 
 
-def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Table | str:
-    """The table of a member, or why it has none."""
+def _tables(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> list[Table] | str:
+    """The tables of a member, or why it has none."""
     if member.flag_bits & 1:
         return "encrypted: unpack it with its password"
     with archive.open(member) as stream:
@@ -74,12 +74,17 @@ def _table(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Tab
     name = PurePosixPath(member.filename).stem
     try:
         # The layout is detected from the head; the rows are unpacked on demand and not kept.
-        shown = text.table_of(data, head, name, member.filename)
+        shown = text.tables_of(data, head, name, member.filename)
     except DataError as error:
         return str(error).removeprefix(", ")
+    return [_on_demand(table, k, path, member, head, name) for k, table in enumerate(shown)]
+
+
+def _on_demand(shown: Table, number: int, path: Path, member: zipfile.ZipInfo, head: Head, name: str) -> Table:
+    """A table of a member that is unpacked when it is read."""
 
     def whole_table() -> Table:
-        return text.table_of(_unpacked(path, member), head, name, member.filename)
+        return text.tables_of(_unpacked(path, member), head, name, member.filename)[number]
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         try:

@@ -1,0 +1,203 @@
+"""Text tables whose rows are of several kinds: messages of several sensors, or instances of one sensor, in one table.
+
+A column tells the kind of each row: a word (``Gyro``, ``Accel``; ``imu_left``, ``imu_right``) or a small whole number
+(instance 0, 1). Rows of different kinds may have different numbers of fields. The kinds are detected from the beginning of
+the file. A flag, a counter or a coarse signal also has few values. It is taken for a kind only under the conditions of
+`find_kinds`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.io.read.formats.layout import COMMENTS, bare_fields, is_number
+from sigmatau.io.read.instances import SENSORS, cycles_with_rows, has_instance_name, may_be_instance, means_differ
+from sigmatau.io.read.table import RowKind
+
+_LINES = 2000  # lines of the head that are tested
+_FIRST_LINES = 64  # lines in which a column of numbers must show two kinds to be tested further
+_FIRST_COLUMNS = 24  # columns in which a kind is looked for
+_MAX_KINDS = 16  # different texts of a column that tells kinds
+_MIN_ROWS = 3  # rows of a kind in the head; rarer texts are not kinds
+_RARE = 0.03  # share of the rows that may have rarer texts
+_CONSTANT_WIDTH = 0.98  # share of the rows of a kind that have its number of fields: the last one may be cut
+_MIN_NUMBERS = 2  # numbers in a row, beside its kind
+_SENSOR_LIKE = re.compile(
+    r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"
+)
+_WHOLE = re.compile(r"\d{1,4}(?:\.0*)?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kinds:
+    """The kinds of the rows of a text."""
+
+    column: int  # counted from 0
+    name: str  # of the column; empty if it has none
+    labels: tuple[str, ...]  # texts of the column, in the order of the file
+    delimiter: str | None
+
+    def kind_of(self, label: str) -> RowKind:
+        """The kind of the rows with this text."""
+        return RowKind(column=self.column, name=self.name, label=label, labels=self.labels)
+
+
+def find_kinds(text: str) -> Kinds | None:
+    """The kinds of the rows of a text that begins so; None if all its rows are of one kind.
+
+    A column of words tells kinds if the rows of each word have a number of fields of their own, or if a word names a gyro or
+    an accelerometer. Any other column of few words or whole numbers must cycle with the rows, and either have the name of
+    an instance (``I``, ``imu``, ``sensor_id``, ``frame_id``) or divide the rows into groups whose means differ.
+    """
+    lines = [line for raw in text.split("\n")[:_LINES] if (line := raw.strip()) and not line.startswith(COMMENTS)]
+    delimiter = _delimiter(lines[:_FIRST_LINES])
+    if delimiter is _NO_DELIMITER:
+        return None
+    split = [bare_fields(line, delimiter) for line in lines[:_FIRST_LINES]]
+    first = [fields for fields in split if _is_row(fields)]
+    columns = [c for c in range(min(map(len, first), default=0))[:_FIRST_COLUMNS] if _may_tell_kinds(first, c)]
+    if not columns:
+        return None
+    split += [bare_fields(line, delimiter) for line in lines[_FIRST_LINES:]]
+    rows = [fields for fields in split if _is_row(fields)]
+    names = _names(split, text, delimiter)
+    for column in columns:
+        labels = _labels(rows, column)
+        if len(labels) > 1 and _tells_kinds(rows, column, labels, names):
+            name = names[column] if column < len(names) else ""
+            return Kinds(column=column, name=name, labels=labels, delimiter=delimiter)
+    return None
+
+
+def rows_of_kind(text: str, kinds: Kinds, label: str) -> str:
+    """The text with the lines of other kinds blank, so that lines keep their numbers."""
+    kept = []
+    before = True  # no row yet
+    for line in text.split("\n"):
+        stripped = line.strip()
+        comment = stripped.startswith(COMMENTS)
+        fields = bare_fields(stripped.lstrip("#%/ ") if comment else stripped, kinds.delimiter)
+        text_of_kind = fields[kinds.column] if len(fields) > kinds.column else ""
+        is_row = not comment and _is_row(fields)
+        if text_of_kind == label or (text_of_kind not in kinds.labels and (comment or (before and not is_row))):
+            kept.append(line)
+        else:
+            kept.append("")
+        before = before and not is_row
+    return "\n".join(kept)
+
+
+def first_values(text: str, kinds: Kinds, label: str) -> NDArray[np.float64]:
+    """The first rows of a kind as numbers, NaN where there is none: shape (n, columns). `text`: of `rows_of_kind`."""
+    lines = [line for raw in text.split("\n") if (line := raw.strip()) and not line.startswith(COMMENTS)][:_LINES]
+    rows = [fields for fields in (bare_fields(line, kinds.delimiter) for line in lines) if _is_row(fields)]
+    width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
+    return np.array(
+        [[_value(field) for field in row] for row in rows if len(row) == width and row[kinds.column] == label]
+    )
+
+
+_NO_DELIMITER = "none"
+
+
+def _delimiter(lines: Sequence[str]) -> str | None:
+    """The delimiter that gives rows of at least three fields; `_NO_DELIMITER` if none does."""
+    for delimiter in (";", "\t", ",", None):
+        rows = sum(
+            _is_row(fields) and 2 * _numbers(fields) > len(fields)
+            for fields in (bare_fields(line, delimiter) for line in lines)
+        )
+        if rows >= max(_MIN_ROWS, 0.5 * len(lines)):
+            return delimiter
+    return _NO_DELIMITER
+
+
+def _is_row(fields: Sequence[str]) -> bool:
+    """Whether a line with these fields is a row: it has some numbers, and not fewer than a third of its fields are."""
+    numbers = _numbers(fields)
+    return numbers >= _MIN_NUMBERS and 3 * numbers >= len(fields)
+
+
+def _numbers(fields: Sequence[str]) -> int:
+    return sum(is_number(f) or ("," in f and is_number(f.replace(",", "."))) for f in fields)
+
+
+def _may_tell_kinds(rows: Sequence[Sequence[str]], column: int) -> bool:
+    """Whether a column of the first rows has words, or at least two small whole numbers."""
+    texts = {row[column] for row in rows}
+    if "" in texts:
+        return False
+    if not any(map(is_number, texts)):
+        return len(texts) <= _MAX_KINDS and not any(
+            text.replace(",", ".").strip("0123456789.:-/+TZ ") == "" for text in texts
+        )
+    return 2 <= len(texts) <= _MAX_KINDS and all(map(_WHOLE.fullmatch, texts))
+
+
+def _labels(rows: Sequence[Sequence[str]], column: int) -> tuple[str, ...]:
+    """The texts of a column, if they are few; none otherwise."""
+    counts = Counter(row[column] for row in rows if len(row) > column)
+    labels = [label for label, count in counts.items() if count >= _MIN_ROWS]
+    rare = len(rows) - sum(counts[label] for label in labels)
+    words = not any(map(is_number, labels))
+    if len(labels) > _MAX_KINDS or (rare > _RARE * len(rows) and not words):
+        return ()
+    if not words and not all(map(_WHOLE.fullmatch, labels)):
+        return ()
+    return tuple(labels)
+
+
+def _names(split: Sequence[Sequence[str]], text: str, delimiter: str | None) -> list[str]:
+    """The fields of the header, which may be a comment; none if there is none."""
+    header: list[str] = []
+    for fields in split[:20]:
+        if _is_row(fields):
+            break
+        header = list(fields) if not any(map(is_number, fields)) else header
+    if header:
+        return header
+    first = text.lstrip().split("\n", 1)[0].strip()
+    if first.startswith(COMMENTS):
+        fields = bare_fields(first.lstrip("#%/ "), delimiter)
+        return fields if not any(map(is_number, fields)) else []
+    return []
+
+
+def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[str], names: Sequence[str]) -> bool:
+    words = not any(map(is_number, labels))
+    widths = {label: Counter(len(row) for row in rows if row[column : column + 1] == [label]) for label in labels}
+    if all(width.most_common(1)[0][1] < _CONSTANT_WIDTH * width.total() for width in widths.values()):
+        return False
+    usual = {width.most_common(1)[0][0] for width in widths.values()}
+    if len(usual) > 1:
+        return words or cycles_with_rows([row[column] for row in rows if len(row) > column and row[column] in labels])
+    if words and any(pattern.search(label) for label in labels for pattern in SENSORS.values()):
+        return True
+    of_kinds = [row for row in rows if len(row) in usual and row[column] in labels]
+    if not cycles_with_rows([row[column] for row in of_kinds]):
+        return False
+    if len(names) in usual and has_instance_name(names[column]):
+        return True
+    if words and any(map(_SENSOR_LIKE.search, labels)):
+        return True
+    if len(names) in usual and not may_be_instance(names[column]):
+        return False
+    values = np.array([[_value(f) for f in row] for row in of_kinds])
+    order = {label: k for k, label in enumerate(labels)}
+    return means_differ(values, np.array([order[row[column]] for row in of_kinds]))
+
+
+def _value(text: str) -> float:
+    return (
+        float(text)
+        if is_number(text)
+        else float(text.replace(",", "."))
+        if is_number(text.replace(",", "."))
+        else np.nan
+    )

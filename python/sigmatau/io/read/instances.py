@@ -1,0 +1,109 @@
+"""Rows of several instances of a sensor in one table: a column of instances, as against a flag, a counter or a signal."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.arrays import median_and_spread
+
+SENSORS = {
+    "gyro": re.compile(r"(?i)gyr|ang(?:ular)?[ _]?(?:vel|rate)"),
+    "accel": re.compile(r"(?i)acc(?!ur|ount|ess|ept|um)|specific[ _]?force"),
+}
+"""Words that name the sensor of a row."""
+
+# Names of a column that tells instances; a lower-case i may be an index of samples.
+_NAMES = re.compile(
+    r"(?:.*_)?(?:imu|inst|instance|sensor|device|dev|node|board|chip|source|src|topic|frame|addr|address|tag|kind|type|unit|label)"
+    r"(?:_?(?:id|no|nr|num|number|index|idx|name))?|frame_?id|id"
+)
+# Names of columns that cycle for other reasons: counters, phases and flags.
+_NOT_INSTANCES = re.compile(
+    r"(?:.*_)?(?:seq|sequence|count|counter|cnt|parity|phase|status|state|flags?|valid|ok|new|fresh|sync|trigger|sample|samples"
+    r"|index|idx|n|k|row|packet|frame_?(?:no|nr|num|number|count|counter|index|idx)|second|sec|secs|minute|ms|time|temp.*|gain|range"
+    r"|batt.*|volt.*|fix|sats?|pps)"
+)
+_MIN_RUNS = 5  # runs of rows of each kind in the head
+_REGULAR_RUNS = 0.95  # share of the runs up to twice the median: 0.88 for a fair random flag
+_SMALLEST_SHIFT = 0.3  # difference of two means, over the scatter of the rows of one kind
+_SHIFT_ERRORS = 8.0  # the same, over its standard error; differences of neighbours make the error too small by 1.4
+_MIN_DISTINCT = 5  # different values of a signal in the rows of one kind
+_MIN_COLUMNS = 2  # columns whose means must differ
+_PARTS = 4  # parts of the head in which they must differ alike: the beat of a line changes its sign
+
+
+def sensor_of(label: str) -> str | None:
+    """The sensor that a word names, ``gyro`` or ``accel``; None if it names none, or both."""
+    named = [sensor for sensor, pattern in SENSORS.items() if pattern.search(label)]
+    return named[0] if len(named) == 1 else None
+
+
+def has_instance_name(name: str) -> bool:
+    """Whether a column has the name of an instance or a kind, such as ``I``, ``imu``, ``sensor_id`` or ``frame_id``."""
+    key = re.sub(r"[\s./:\-]+", "_", name.strip()).strip("_")
+    snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", key).lower()
+    return key == "I" or (_NAMES.fullmatch(snake) is not None and not _NOT_INSTANCES.fullmatch(snake))
+
+
+def may_be_instance(name: str) -> bool:
+    """Whether a name is not that of a counter, a phase or a flag."""
+    key = re.sub(r"[\s./:\-]+", "_", name.strip()).strip("_")
+    return _NOT_INSTANCES.fullmatch(re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", key).lower()) is None
+
+
+def cycles_with_rows(labels: Sequence[str]) -> bool:
+    """Whether each label comes in runs of about one length, with about one distance: sensors with fixed rates do, random
+    flags, coarse signals and clocks do not.
+    """
+    names, codes = np.unique(np.array(labels), return_inverse=True)
+    if len(names) < 2:
+        return False
+    for code in range(len(names)):
+        same = codes == code
+        ends = np.flatnonzero(np.diff(same)) + 1
+        lengths = np.diff(np.concatenate(([0], ends, [len(same)])))
+        runs, pauses = lengths[0 if same[0] else 1 :: 2], lengths[1 if same[0] else 0 :: 2]
+        if len(runs) < _MIN_RUNS:
+            return False
+        for some in (runs, pauses):
+            if np.mean(some <= 2 * np.median(some) + 1) < _REGULAR_RUNS:
+                return False
+    return True
+
+
+def means_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> bool:
+    """Whether the means of several signals depend on the kind of the row. `values`: shape (n, columns), NaN where there is
+    no number; `codes`: shape (n,), the kind of each row.
+
+    Rows of one sensor under any label have one mean. Neighbouring rows are compared, so that motion and drift cancel.
+    """
+    pairs = np.stack((codes[:-1], codes[1:]), axis=1)
+    lowest, highest = pairs.min(axis=1), pairs.max(axis=1)
+    different = lowest != highest
+    if not different.any():
+        return False
+    keys, counts = np.unique(lowest[different] * (codes.max() + 1) + highest[different], return_counts=True)
+    chosen = np.flatnonzero(different & (lowest * (codes.max() + 1) + highest == keys[np.argmax(counts)]))
+    sign = np.where(codes[chosen] < codes[chosen + 1], 1.0, -1.0)
+    shifted = 0
+    for column in values.T:
+        of_kind = column[codes == codes[chosen[0]]]
+        if not np.isfinite(column).all() or len(np.unique(of_kind)) < _MIN_DISTINCT:
+            continue
+        if np.mean(np.diff(of_kind) >= 0) > _REGULAR_RUNS:
+            continue  # a time or a counter
+        shifted += _is_shifted(sign * (column[chosen + 1] - column[chosen]))
+    return shifted >= _MIN_COLUMNS
+
+
+def _is_shifted(differences: NDArray[np.float64]) -> bool:
+    """Whether differences of neighbouring rows have a mean, and the same one in all parts."""
+    middle, scatter = median_and_spread(differences)
+    scatter = scatter or float(np.std(differences))
+    if not abs(middle) > max(_SHIFT_ERRORS / len(differences) ** 0.5, _SMALLEST_SHIFT * 2**0.5) * scatter:
+        return False
+    return all(float(np.median(part)) / middle > 0.5 for part in np.array_split(differences, _PARTS) if len(part))

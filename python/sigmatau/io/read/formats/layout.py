@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Literal
@@ -163,7 +164,7 @@ def _first_sample(
     """The first row of samples, and the rows of numbers before it: above the header, or with other numbers than all rows
     that follow, as scales or a position.
     """
-    headers = [line for line in rows[:_HEADERS] if _names_something(_header_fields(line, delimiter, columns))]
+    headers = [line for line in rows[:_HEADERS] if names_something(_header_fields(line, delimiter, columns))]
     above = [line for line in data if headers and line.number < headers[-1].number]
     rest = data[len(above) :] or data
     above = above if data[len(above) :] else []
@@ -193,7 +194,7 @@ def _is_odd(rows: list[_Line], delimiter: str | None, columns: int) -> bool:
 def header_fields(text: str, layout: Layout) -> list[str]:
     """The names in a comment line among the rows; nothing if it is not a header."""
     fields = _header_fields(_Line(0, text, comment=True), layout.delimiter, len(layout.columns))
-    return fields if _names_something(fields) else []
+    return fields if names_something(fields) else []
 
 
 def decode(data: bytes, *, whole: bool) -> tuple[str, str]:
@@ -440,12 +441,13 @@ def _names(
     if notes:
         return fitting[-1][1], units, fitting[-1][0].number, notes
     # A comment, or a row of unknown units, may have as many words as the table has columns.
-    line, fields = next((c for c in reversed(fitting) if _names_something(c[1])), (line, fields))
+    line, fields = next((c for c in reversed(fitting) if names_something(c[1])), (line, fields))
     in_header = any(unit_of(Column(name=f))[1] for f in fields)
     return fields, nothing, line.number, ["units in the header"] if in_header else []
 
 
-def _names_something(fields: list[str]) -> bool:
+def names_something(fields: Sequence[str]) -> bool:
+    """Whether some of these words are names of channels."""
     return any(recognise([Column(name=f) for f in fields]))
 
 

@@ -16,13 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.io.read.formats.layout import COMMENTS, bare_fields, is_number
+from sigmatau.io.read.formats.layout import COMMENTS, bare_fields, is_number, names_something
 from sigmatau.io.read.instances import SENSORS, cycles_with_rows, has_instance_name, may_be_instance, means_differ
 from sigmatau.io.read.table import RowKind
 
 _LINES = 2000  # lines of the head that are tested
 _FIRST_LINES = 64  # lines in which a column of numbers must show two kinds to be tested further
 _FIRST_COLUMNS = 24  # columns in which a kind is looked for
+_HEADERS = 20  # lines above the rows that may be a header
 _MAX_KINDS = 16  # different texts of a column that tells kinds
 _MIN_ROWS = 3  # rows of a kind in the head; rarer texts are not kinds
 _RARE = 0.03  # share of the rows that may have rarer texts
@@ -153,15 +154,16 @@ def _labels(rows: Sequence[Sequence[str]], column: int) -> tuple[str, ...]:
     return tuple(labels)
 
 
-def _names(split: Sequence[Sequence[str]], text: str, delimiter: str | None) -> list[str]:
+def _names(split: Sequence[Sequence[str]], text: str, delimiter: str | None) -> Sequence[str]:
     """The fields of the header, which may be a comment; none if there is none."""
-    header: list[str] = []
-    for fields in split[:20]:
+    headers: list[Sequence[str]] = []
+    for fields in split[:_HEADERS]:
         if _is_row(fields):
             break
-        header = list(fields) if not any(map(is_number, fields)) else header
-    if header:
-        return header
+        if not any(map(is_number, fields)):
+            headers.append(fields)
+    if headers:  # not a row of units below it
+        return next((fields for fields in headers if names_something(fields)), headers[-1])
     first = text.lstrip().split("\n", 1)[0].strip()
     if first.startswith(COMMENTS):
         fields = bare_fields(first.lstrip("#%/ "), delimiter)
@@ -177,10 +179,11 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
     usual = {width.most_common(1)[0][0] for width in widths.values()}
     if len(usual) > 1:
         return words or cycles_with_rows([row[column] for row in rows if len(row) > column and row[column] in labels])
-    if words and any(pattern.search(label) for label in labels for pattern in SENSORS.values()):
-        return True
     of_kinds = [row for row in rows if len(row) in usual and row[column] in labels]
-    if not cycles_with_rows([row[column] for row in of_kinds]):
+    order = [row[column] for row in of_kinds]
+    if words and any(pattern.search(label) for label in labels for pattern in SENSORS.values()):
+        return sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)  # not a table of results, axis after axis
+    if not cycles_with_rows(order):
         return False
     if len(names) in usual and has_instance_name(names[column]):
         return True
@@ -189,8 +192,8 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
     if len(names) in usual and not may_be_instance(names[column]):
         return False
     values = np.array([[_value(f) for f in row] for row in of_kinds])
-    order = {label: k for k, label in enumerate(labels)}
-    return means_differ(values, np.array([order[row[column]] for row in of_kinds]))
+    codes = {label: k for k, label in enumerate(labels)}
+    return means_differ(values, np.array([codes[label] for label in order]))
 
 
 def _value(text: str) -> float:

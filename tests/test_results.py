@@ -7,8 +7,9 @@ import pytest
 from findings.examples_disturbances import EXAMPLES as DISTURBANCES
 from findings.examples_fit import EXAMPLES as FITS
 from findings.examples_reading import EXAMPLES as FILES
-from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.kinds.fit import ConstantChannel
+from sigmatau.findings.wording import causes
 from sigmatau.results import value_error_text, wrapped
 
 
@@ -39,14 +40,36 @@ def test_finding_prints_itself():
     assert finding.to_dict()["details"] == {"samples": 100, "value": 0.0, "rate_unit": "rad/s"}
 
 
-def test_no_adequate_model_is_the_first_of_the_warnings():
-    warnings = [replace(one, severity="warning") for one in FITS if one.code == "no_adequate_model"][:1]
-    found = by_severity([*(replace(one, severity="warning") for one in DISTURBANCES[:2]), *warnings])
-    assert found[0].code == "no_adequate_model"
+def test_findings_are_ranked_by_what_they_change():
+    """By the factor on the random walk, then on the bias instability, then on the rate random walk; not by kind."""
+    factors = {
+        "a": {"random_walk": 0.5},
+        "b": {"random_walk": 1.9, "bias_instability": 9.0},
+        "c": {"random_walk": 1.01},
+        "d": {"bias_instability": 0.2},
+        "e": {"bias_instability": 3.0, "quantization": 40.0},
+        "f": {"rate_random_walk": 1e3},
+        "g": {"quantization": 1e6},
+        "h": {},
+    }
+    expected = [
+        replace(DISTURBANCES[k % 2], severity="warning", channels=(name,), factors=tuple(changed.items()))
+        for k, (name, changed) in enumerate(factors.items())
+    ]
+    no_model = next(replace(one, severity="warning") for one in FITS if one.code == "no_adequate_model")
+    assert list(ranked([*reversed(expected), no_model])) == [no_model, *expected]
+
+
+def test_of_one_kind_the_axis_that_changes_most_is_shown():
+    spikes = next(one for one in DISTURBANCES if one.code == "spikes")
+    large = replace(spikes, severity="warning", channels=("gyro_x",), size=9.0)
+    wrong = replace(large, channels=("gyro_y",), size=1.0, factors=(("random_walk", 2.0),))
+    (line,) = causes([large, wrong])
+    assert line.startswith("! gyro y:")
 
 
 def test_what_matters_most_is_said_first():
-    """Errors, then that no model is adequate, then other warnings as they were found."""
+    """Errors, then that no model is adequate, then steps, which may be all of the rate random walk, then spikes, which are left out; each once."""
     order = ("spikes", "window_chosen", "not_static", "no_adequate_model", "damaged")
     examples = {one.code: one for one in (*DISTURBANCES, *FITS, *FILES)}
     severities = {"window_chosen": "info", "damaged": "error"}
@@ -58,9 +81,9 @@ def test_what_matters_most_is_said_first():
             ("damaged", ()),
         )
     ]
-    found = by_severity([*said, said[0]])
+    found = ranked([*said, said[0]])
     assert [f.code for f in found] == [
-        *("damaged", "no_adequate_model", "no_adequate_model", "spikes", "not_static", "window_chosen"),
+        *("damaged", "no_adequate_model", "no_adequate_model", "not_static", "spikes", "window_chosen"),
     ]
     assert [f.channel for f in found[1:3]] == ["gyro_x", "gyro_y"]
 

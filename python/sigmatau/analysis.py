@@ -15,7 +15,7 @@ from sigmatau.analysed import WITHOUT_CURVE, Analysis
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap, kept_freedom
 from sigmatau.estimators.deviation_kinds import TauGrid
-from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
 from sigmatau.findings.kinds.values import CoarseResolution
 from sigmatau.findings.wording import words
@@ -257,7 +257,7 @@ def analyze(
         findings += without_map
     return Analysis(
         source=record.provenance,
-        findings=by_severity(findings),
+        findings=ranked(findings),
         curves=Curves(curves),
         fits=Fits(fits),
         read_off=ByChannel(
@@ -333,7 +333,7 @@ def of_curves(
         raise DataError("no channel is left to analyse: all channels are constant")
     return Analysis(
         source=source,
-        findings=by_severity(found),
+        findings=ranked(found),
         curves=Curves(kept),
         fits=Fits(fits),
         read_off={channel: ReadOffAt(None).read(curve, fits.get(channel)) for channel, curve in kept.items()},

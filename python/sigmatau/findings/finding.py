@@ -19,20 +19,28 @@ Span = tuple[float, float]
 """Beginning and end, from the beginning of the whole record, whatever part is analysed; equal for an instant. [s]"""
 
 _MOVES = "not_at_rest"
-_FIRST = "no_adequate_model"  # no number has an interval then, which matters more than any other warning
+_SEVERITIES: tuple[Severity, ...] = ("error", "warning", "info")
+_RANKED_TERMS = ("random_walk", "bias_instability", "rate_random_walk", "quantization", "rate_ramp")
 
 
 @frozen
 class Details:
     """What is known of one kind of finding, beside what all findings have: base of the classes in `findings.kinds`.
 
-    Each kind states its code in its head: ``class SpectralLines(Details, code="spectral_line")``.
+    Each kind states its code in its head: ``class SpectralLines(Details, code="spectral_line")``. ``alters_all=True``: no
+    coefficient means anything, or none has an interval.
     """
 
     code: ClassVar[str] = ""  # stable name of the kind
+    alters_all: ClassVar[bool] = False
 
-    def __init_subclass__(cls, *, code: str = "") -> None:
+    def __init_subclass__(cls, *, code: str = "", alters_all: bool = False) -> None:
         cls.code = code or cls.code
+        cls.alters_all = alters_all or cls.alters_all
+
+    def possible_factors(self, size: float | None) -> dict[str, float]:
+        """Factors by which coefficients may be off, where `Finding.factors` states none; by term. `size`: of the finding."""
+        return {}
 
 
 @frozen
@@ -167,13 +175,27 @@ def plain(value: object) -> Any:  # noqa: ANN401
     return value
 
 
-def by_severity(findings: Iterable[Finding]) -> Findings:
-    """Errors first, then warnings, of them first that no model is adequate; each once, else in the order found."""
+def ranked(findings: Iterable[Finding]) -> Findings:
+    """Findings, each once: errors first, then warnings; of one severity, the one that changes the coefficients most comes
+    first: by its factor on the random walk, then on the bias instability, the rate random walk and the others.
+    """
 
-    def weight(finding: Finding) -> tuple[int, bool]:
-        return ("error", "warning", "info").index(finding.severity), finding.code != _FIRST
+    def rank(finding: Finding) -> tuple[int, tuple[float, ...]]:
+        return _SEVERITIES.index(finding.severity), tuple(-effect for effect in effects(finding))
 
-    return Findings(sorted(dict.fromkeys(findings), key=weight))
+    return Findings(sorted(dict.fromkeys(findings), key=rank))
+
+
+def effects(finding: Finding) -> tuple[float, ...]:
+    """Size of the effect of a finding on each term, ``|ln factor|``, the random walk first; infinite if it alters all."""
+    if type(finding.details).alters_all:
+        return (math.inf,) * len(_RANKED_TERMS)
+    factors = finding.details.possible_factors(finding.size) | dict(finding.factors)
+    return tuple(_effect(factors.get(term, 1.0)) for term in _RANKED_TERMS)
+
+
+def _effect(factor: float) -> float:
+    return abs(math.log(factor)) if 0 < factor < math.inf else math.inf
 
 
 def exit_code(findings: Iterable[Finding]) -> int:

@@ -11,7 +11,7 @@ import numpy as np
 from sigmatau.analysed import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
-from sigmatau.findings.finding import Finding, Findings, by_severity
+from sigmatau.findings.finding import Finding, Findings, ranked
 from sigmatau.findings.kinds.joint import RunDiffers, RunLeftOut, RunsDiffer
 from sigmatau.findings.kinds.values import CoarseResolution
 from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of
@@ -185,7 +185,7 @@ def fit_analysed(
     )
     analysis = Analysis(
         source=source,
-        findings=Findings(by_severity(findings)),
+        findings=Findings(ranked(findings)),
         curves=Curves(curves),
         fits=Fits({channel: one.fit for channel, one in joints.items()}),
         read_off=ByChannel({channel: read_off(curve) for channel, curve in curves.items()}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from sigmatau.findings.finding import Details, Span
@@ -94,6 +95,10 @@ class NotStatic(Details, code="not_static"):
     added_walk: float = 0.0
     leave_out: tuple[Span, ...] = ()
     keep: tuple[float | None, float | None] | None = None
+
+    def possible_factors(self, size: float | None) -> dict[str, float]:
+        """Steps of the mean may be all of the rate random walk."""
+        return {"rate_random_walk": math.inf} if self.added_walk > 0 else {}
 
 
 @frozen

@@ -105,3 +105,7 @@ class NonStationary(Details, code="non_stationary"):
 
     segments: SegmentSpread | None = None
     change: NoiseChange | None = None
+
+    def possible_factors(self, size: float | None) -> dict[str, float]:
+        """The random walk of one part of the record over that of another."""
+        return {} if size is None else {"random_walk": size}

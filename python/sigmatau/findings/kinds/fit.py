@@ -166,7 +166,7 @@ class TooShort(Details, code="too_short"):
 
 
 @frozen
-class NoAdequateModel(Details, code="no_adequate_model"):
+class NoAdequateModel(Details, code="no_adequate_model", alters_all=True):
     """The coefficients describe the curve and have no intervals.
 
     Attributes
@@ -199,6 +199,10 @@ class Widened(Details, code="widened"):
     ratio: float
     allowed: float
     lines: int = 0
+
+    def possible_factors(self, size: float | None) -> dict[str, float]:
+        """The upper end of the interval of the random walk over its value."""
+        return {} if size is None else {"random_walk": 1 + size}
 
 
 @frozen

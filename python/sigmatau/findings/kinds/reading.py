@@ -239,7 +239,7 @@ class ColumnsByGravity(InFile, code="columns_by_gravity"):
 
 
 @frozen
-class GravityOnGyro(InFile, code="gravity_on_gyro"):
+class GravityOnGyro(InFile, code="gravity_on_gyro", alters_all=True):
     """Gravity is in the columns that are read as the gyro, and not in those of the accelerometer.
 
     Attributes

@@ -35,7 +35,7 @@ class Motion:
 
 
 @frozen
-class NotAtRest(Details, code="not_at_rest"):
+class NotAtRest(Details, code="not_at_rest", alters_all=True):
     """The sensor moves: no coefficients are given.
 
     Attributes

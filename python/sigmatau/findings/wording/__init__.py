@@ -94,11 +94,11 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
     -------
     list of str
     """
-    from sigmatau.findings.finding import by_severity
+    from sigmatau.findings.finding import ranked
 
     findings = tuple(findings)
     kinds: dict[tuple[str, str], list[Finding]] = {}
-    for one in by_severity(findings):
+    for one in ranked(findings):
         if one.severity != "info" or one.left_out:
             kinds.setdefault((one.severity, one.code), []).append(one)
     told = _naming_all(list(kinds.values()), most)
@@ -151,7 +151,9 @@ def _others(findings: Sequence[Finding], rest: str) -> str:
 
 
 def _worst(alike: Sequence[Finding]) -> Finding:
-    return max(alike, key=lambda one: abs(one.size or 0.0))
+    from sigmatau.findings.finding import effects
+
+    return max(alike, key=lambda finding: (effects(finding), abs(finding.size or 0.0)))
 
 
 def _cause(alike: Sequence[Finding]) -> str:

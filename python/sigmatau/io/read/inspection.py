@@ -12,7 +12,7 @@ from typing import Any
 from sigmatau import errors
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.findings.finding import Finding, by_severity
+from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.kinds.reading import ColumnsByGravity, Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
@@ -125,7 +125,7 @@ class Inspection(Printed):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Findings of all tables and samples, each once, errors first."""
-        return by_severity([*(finding for table in self.tables for finding in table.findings), *self.checks])
+        return ranked([*(finding for table in self.tables for finding in table.findings), *self.checks])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""

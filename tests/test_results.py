@@ -69,7 +69,7 @@ def test_of_one_kind_the_axis_that_changes_most_is_shown():
 
 
 def test_what_matters_most_is_said_first():
-    """Errors, then that no model is adequate, then steps, which may be all of the rate random walk, then spikes, which are left out; each once."""
+    """Errors, then that no model is adequate, then steps, which may be all of the rate random walk; each once."""
     order = ("spikes", "window_chosen", "not_static", "no_adequate_model", "damaged")
     examples = {one.code: one for one in (*DISTURBANCES, *FITS, *FILES)}
     severities = {"window_chosen": "info", "damaged": "error"}

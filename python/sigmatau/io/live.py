@@ -31,6 +31,7 @@ from sigmatau.io.read.table import ABSURD, HEAD, Loaded, Table
 from sigmatau.io.read.table_streams import find_rate
 from sigmatau.io.read.time.clock_line import rate_change
 from sigmatau.io.read.time.stamps import rate_changed
+from sigmatau.record.record import stream_name
 
 _PIECE = 1 << 18  # read at a time [bytes]
 _PAUSE = 0.05  # before a file that has ended is looked at again [s]
@@ -177,6 +178,7 @@ class Live:
             where=lambda row: f"row {row} of the data",
         )
         choice, unit, _ = resolve(table, self.options)
+        self.options = self.options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
         self._layout, self._choice, self.unit = layout, choice, unit
         body = b"".join(_lines(head)[layout.skip_lines :])
         stamps, bad = np.empty(0), list[str]()

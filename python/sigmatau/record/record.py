@@ -6,8 +6,9 @@ A `Record` is a tuple of streams, a note of where they came from, and what was n
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.record.missing import mask_of, missing_values
-from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform, check_kind, check_rate
+from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform, check_kind, check_rate, check_rates
 from sigmatau.record.thermometers import CELSIUS, TO_CELSIUS, thermometers
 from sigmatau.results import Printed
 
@@ -197,7 +198,7 @@ class Record(Printed):
     def from_arrays(
         cls,
         *,
-        rate: float,
+        rate: float | Mapping[str, float],
         unit: Mapping[str, str] | None = None,
         input: InputKind = "rate",  # noqa: A002  the word users know from --input
         **channels: ArrayLike,
@@ -206,8 +207,8 @@ class Record(Printed):
 
         Parameters
         ----------
-        rate : float
-            Sampling rate. [Hz]
+        rate : float or mapping of str to float
+            Sampling rate; by stream if they have different rates, ``{"gyro": 400, "accel": 200}``. [Hz]
         unit : mapping, optional
             Unit by stream (``"gyro"``, ``"accel"``) or channel. Default: SI.
         input : {"rate", "increments", "accumulated"}
@@ -232,7 +233,7 @@ class Record(Printed):
         DataError
             For no channel, arrays of unequal length in one stream, an infinite sample, fewer than 4 samples.
         """
-        check_rate(rate)
+        of_all, rates = check_rates(rate)
         check_kind(input)
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
@@ -262,25 +263,50 @@ class Record(Printed):
                 raise OptionError(
                     f"{{option}} names {key!r}, which is not a channel; channels: {', '.join(known)}", option="unit"
                 )
+        rate_of = _rates_of_streams(of_all, rates, list(by_stream))
         warm, notes = thermometers(by_stream, unit or {})
         streams = [
-            _thermometer(name, columns[name], warm[name], rate)
+            _thermometer(name, columns[name], warm[name], rate_of[name])
             if name in warm
-            else make_stream(name, columns, rate=rate, unit=dict(unit or {}), kind=input, finite=name not in with_gaps)
+            else make_stream(
+                name, columns, rate=rate_of[name], unit=dict(unit or {}), kind=input, finite=name not in with_gaps
+            )
             for name, columns in by_stream.items()
         ]
-        lost = {
-            channel: s.mask[:, k]
-            for s in streams
-            if s.mask is not None and s.quantity != "temperature"  # which may be read more rarely
-            for k, channel in enumerate(s.channels)
-            if np.count_nonzero(~s.mask[:, k]) >= MIN_SAMPLES  # of others the analysis says that there is nothing
-        }
+        lost: dict[float, dict[str, NDArray[np.bool_]]] = {}  # by rate
+        for s in streams:
+            if s.mask is None or s.quantity == "temperature":  # which may be read more rarely
+                continue
+            for k, channel in enumerate(s.channels):
+                if np.count_nonzero(~s.mask[:, k]) >= MIN_SAMPLES:  # of others the analysis says that there is nothing
+                    lost.setdefault(rate_of[s.name], {})[channel] = s.mask[:, k]
         return cls(
             streams=tuple(streams),
             provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values()), conversions=notes),
-            findings=missing_values(lost, lambda k: f"index {k} (t = {k / rate:.6g} s)", 1 / rate, unit="samples"),
+            findings=tuple(
+                finding
+                for hertz, masks in lost.items()
+                for finding in missing_values(masks, partial(_index_text, hertz), 1 / hertz, unit="samples")
+            ),
         )
+
+
+def _index_text(rate: float, index: int) -> str:
+    return f"index {index} (t = {index / rate:.6g} s)"
+
+
+def _rates_of_streams(rate: float | None, rates: Mapping[str, float], streams: Sequence[str]) -> dict[str, float]:
+    """The sampling rate of each stream; raises `OptionError` for a stream without one, or a rate without a stream. [Hz]"""
+    if rate is None and not rates:
+        check_rate(rate)
+    if rate is not None:
+        return dict.fromkeys(streams, rate)
+    wrong = [*(name for name in streams if name not in rates), *(name for name in rates if name not in streams)]
+    if wrong:
+        raise OptionError(
+            f"{{option}} must have each of {', '.join(streams)} and no other: {wrong[0]!r}", option="rate"
+        )
+    return dict(rates)
 
 
 def _thermometer(name: str, values: NDArray[np.float64], unit: str, rate: float) -> Stream:

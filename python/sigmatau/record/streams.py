@@ -6,7 +6,7 @@ are read. Samples are reached through `Stream.chunks` or `Stream.column`, so tha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any, Literal, cast, get_args
 
@@ -37,6 +37,27 @@ def check_rate(rate: Any) -> float:  # noqa: ANN401  of the user
             f"{{option}} must be a positive number of hertz, {RATES[0]:g} to {RATES[1]:g}, not {rate!r}", option="rate"
         )
     return float(rate)
+
+
+def check_rates(rate: Any) -> tuple[float | None, dict[str, float]]:  # noqa: ANN401  of the user
+    """A sampling rate of all sensors, or None, and those of single sensors; raises `OptionError`. [Hz]"""
+    if not isinstance(rate, Mapping):
+        return (None if rate is None else check_rate(rate)), {}
+    rates: dict[str, float] = {}
+    for sensor, value in rate.items():
+        if not isinstance(sensor, str):
+            raise OptionError(f'{{option}} must be a number, or e.g. {{"gyro": 400}}, not {rate!r}', option="rate")
+        name = sensor.strip().lower()
+        if name.startswith(("gyro_", "accel_")):
+            raise OptionError(
+                f"{{option}} of {sensor}: the axes of a sensor have one rate; give {name.partition('_')[0]}",
+                option="rate",
+            )
+        try:
+            rates[sensor] = check_rate(value)
+        except OptionError as error:
+            raise OptionError(error.message.replace("{option}", f"{{option}} of {sensor}", 1), option="rate") from None
+    return None, rates
 
 
 def check_kind(kind: object) -> InputKind:

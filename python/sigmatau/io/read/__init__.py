@@ -32,7 +32,7 @@ _GZIP = b"\x1f\x8b"
 def read(
     path: str | os.PathLike[str],
     *,
-    rate: float | None = None,
+    rate: float | Mapping[str, float] | None = None,
     unit: Mapping[str, str] | None = None,
     channels: Mapping[str, str | int] | None = None,
     input: InputKind = "rate",  # noqa: A002  as in --input
@@ -54,8 +54,9 @@ def read(
     ----------
     path : str or path
         The file; or the folder of a ROS 2 bag, whose parts are joined; or the folder or URL of a Zarr store.
-    rate : float, optional
-        Sampling rate, if the file has no time column or its time stamps are wrong. [Hz]
+    rate : float or mapping of str to float, optional
+        Sampling rate, if the file has no time column or its time stamps are wrong; by sensor if several topics or kinds of
+        rows have different rates, ``{"gyro": 400, "accel": 200}``. [Hz]
     unit : mapping, optional
         Unit by channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``) or of the time stamps (``"time"``). It
         overrules the unit in the file. A signal may have any unit, ``"1"`` for none.

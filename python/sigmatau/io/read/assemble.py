@@ -32,7 +32,39 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Re
         raise OptionError(
             f"--channels applies to one topic, but {topics} are read; choose one by --topic", option="channels"
         )
-    return joined(of_one_clock([part(table, of_table(table, tables, options)) for table in tables]), tables, file)
+    parts = [part(table, of_table(table, tables, options)) for table in tables]
+    record = joined(of_one_clock(parts), tables, file)
+    if options.rate is not None:
+        check_common_rate(options.rate, _measured_rates(parts))
+    return record
+
+
+def _measured_rates(parts: Sequence[Part]) -> dict[str, float]:
+    """Rates of the streams of a record by their time stamps, or as the file states them. [Hz]"""
+    with_samples = _without_empty_sensors(parts)
+    return {
+        stream.name: each.rates[stream.name]
+        for each in with_samples
+        for stream in each.streams
+        if stream.name in each.rates
+    }
+
+
+_SENSOR_CLOCKS = (
+    1.1  # ratio of rates: sensors of one nominal rate are within it, datasheet rates are not (1000, 1125 Hz)
+)
+
+
+def check_common_rate(rate: float, measured: Mapping[str, float]) -> None:
+    """Raise `OptionError` for one rate for sensors whose rates differ. `measured`: rates by stream."""
+    if not measured or max(measured.values()) <= _SENSOR_CLOCKS * min(measured.values()):
+        return
+    listed = ", ".join(f"{name} {of:.6g} Hz" for name, of in measured.items())
+    stated = ",".join(f"{name}={of:.4g}" for name, of in measured.items())
+    raise OptionError(
+        f"{{option}} {rate:g} is one rate for sensors of several ({listed}, by the log); omit it, or give --rate {stated}",
+        option="rate",
+    )
 
 
 def of_one_clock(parts: Sequence[Part]) -> list[Part]:
@@ -111,10 +143,19 @@ def _one_temperature(streams: list[Stream]) -> list[Stream]:
 
 
 def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
-    """The options without units, scales and offsets of sensors that only the other tables have."""
+    """The options without units, scales, offsets and rates of sensors that only the other tables have. Of two topics of one
+    device each is read for the sensor that it is named for.
+    """
     if len(tables) == 1:
         return options
-    sensors_in = _sensors if not options.channels else _named_sensors
+    named: dict[int, tuple[str, ...]] = {}
+    for device in pair_topics([(each, sensors(each)) for each in tables]):
+        named |= {id(device.gyro): ("gyro",), id(device.accel): ("accel",)}
+    by_columns = _named_sensors if options.channels else _sensors
+
+    def sensors_in(each: Table) -> set[str]:
+        return set(named.get(id(each), ())) or by_columns(each)
+
     own, others = sensors_in(table), {s for other in tables if other is not table for s in sensors_in(other)}
 
     def kept(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -124,9 +165,11 @@ def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options
 
     return replace(
         options,
+        sensors=named.get(id(table), ()),
         unit=kept(options.unit),
         scale=kept(options.scale),
         offset=kept(options.offset),
+        rates=kept(options.rates),
         channels=kept(options.channels),
     )
 

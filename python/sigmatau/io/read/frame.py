@@ -23,7 +23,7 @@ _Get = Callable[[], NDArray[Any]]
 def from_frame(
     frame: object,
     *,
-    rate: float | None = None,
+    rate: float | Mapping[str, float] | None = None,
     unit: Mapping[str, str] | None = None,
     channels: Mapping[str, str | int] | None = None,
     input: InputKind = "rate",  # noqa: A002  as in `read`

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TypeGuard
 
 import numpy as np
 
 from sigmatau.errors import OptionError
-from sigmatau.record.streams import InputKind, check_kind, check_rate
+from sigmatau.record.streams import InputKind, check_kind, check_rates
 from sigmatau.results import plain
 
 
@@ -18,13 +18,38 @@ from sigmatau.results import plain
 class Options:
     """Checked options, see `sigmatau.io.read.read`."""
 
-    rate: float | None
+    rate: float | None  # Of all sensors without one of their own. [Hz]
     unit: Mapping[str, str]
     channels: Mapping[str, str | int]
     input: InputKind
     scale: Mapping[str, float]
     offset: Mapping[str, float]
     topic: tuple[str, ...] = ()
+    rates: Mapping[str, float] = field(default_factory=dict)  # By sensor. [Hz]
+    sensors: tuple[
+        str, ...
+    ] = ()  # The gyro or the accelerometer alone of a topic with the fields of both; all if empty
+
+    @property
+    def states_rate(self) -> bool:
+        """Whether a sampling rate is given, for all sensors or for some."""
+        return self.rate is not None or bool(self.rates)
+
+    def rate_of(self, stream: str) -> float | None:
+        """The given sampling rate of a stream. [Hz]"""
+        return self.rates.get(stream, self.rate)
+
+    def of_streams(self, streams: Sequence[str]) -> Options:
+        """The options of streams in the same rows, which have one rate; raises `OptionError` if several are given."""
+        if not self.rates:
+            return self
+        rates = {stream: self.rates[stream] for stream in streams if stream in self.rates}
+        if len(set(rates.values())) > 1:
+            listed = " and ".join(rates)
+            raise OptionError(
+                f"{listed} are in the same rows, which have one rate; give {{option}} as one number", option="rate"
+            )
+        return replace(self, rate=next(iter(rates.values()), self.rate), rates={})
 
     @classmethod
     def check(
@@ -39,8 +64,10 @@ class Options:
         topic: object = None,
     ) -> Options:
         """Options of the right types and values; raises `OptionError`."""
+        of_all, rates = check_rates(rate)
         return cls(
-            rate=None if rate is None else check_rate(rate),
+            rate=of_all,
+            rates=rates,
             unit={c: _spelled(c, v) for c, v in _mapping("unit", unit).items()},
             channels={c: _column(c, v) for c, v in _mapping("channels", channels).items()},
             input=check_kind(input),

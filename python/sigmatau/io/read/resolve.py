@@ -31,6 +31,9 @@ def resolve(table: Table, options: Options) -> Resolved:
         options.channels if by_mean is None else by_mean[0],
         increments=options.input == "increments",
     )
+    if options.sensors:
+        read = {channel: i for channel, i in choice.channels.items() if stream_name(channel) in options.sensors}
+        choice = replace(choice, channels=read)
     _check_keys(choice, options)
     _check_kind(table, choice, options)
     choice = _without_text_stamps(table, choice, options)
@@ -39,7 +42,13 @@ def resolve(table: Table, options: Options) -> Resolved:
 
 
 def _check_keys(choice: Choice, options: Options) -> None:
-    """Raise `OptionError` for a unit, scale or offset of a channel that is not read: it is probably misspelled."""
+    """Raise `OptionError` for a unit, scale, offset or rate of what is not read: it is probably misspelled."""
+    sensors = dict.fromkeys(map(stream_name, choice.channels))
+    for sensor in options.rates:
+        if sensor not in sensors:
+            raise OptionError(
+                f"{{option}} {sensor}=…: no such sensor is read; sensors: {', '.join(sensors)}", option="rate"
+            )
     known = {*choice.channels, *map(stream_name, choice.channels)}
     for name, keys in (("unit", options.unit), ("scale", options.scale), ("offset", options.offset)):
         for key in keys:
@@ -64,7 +73,7 @@ def _check_kind(table: Table, choice: Choice, options: Options) -> None:
 
 def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choice:
     """The choice without a time column of dates or words, if a rate is given and `channels` does not name that column."""
-    if choice.time is None or options.rate is None or "time" in options.channels:
+    if choice.time is None or not options.states_rate or "time" in options.channels:
         return choice
     try:
         float(table.columns[choice.time].first or 0)
@@ -137,7 +146,7 @@ def _overruled(channel: str, given: str, stated: str, *, known: bool = True, sca
 def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:
     """The option that is needed for the rate, beside the units."""
     known = table.rate is not None if choice.time is None else "time" in unit
-    if options.rate is not None or known:
+    if options.states_rate or known:
         return ""
     return " --rate HZ" if choice.time is None else " --unit time=s (or ms, us, ns)"
 

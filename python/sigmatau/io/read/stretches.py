@@ -57,6 +57,7 @@ def unread(
 
 def _streams(table: Table, options: Options) -> tuple[tuple[Stream, ...], tuple[Finding, ...]]:
     choice, unit, overruled = resolve(table, options)
+    options = options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
     rate = options.rate if options.rate is not None else table.rate
     if rate is None:
         raise OptionError(

@@ -43,6 +43,7 @@ class Part:
     conversions: tuple[str, ...]
     ignored: tuple[str, ...]
     findings: tuple[Finding, ...]
+    rates: Mapping[str, float]  # By stream, of the time stamps or stated by the file. [Hz]
 
 
 def part(table: Table, options: Options) -> Part:
@@ -84,9 +85,10 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     warmth = () if choice.temperature is None else (choice.temperature.index,)
     missing = with_missing(raw, [*indices, *warmth])
     own = own_rows(raw, sensors, missing) if missing else {}
-    if own and choice.time is None:
+    if own and choice.time is None and not all(sensor in options.rates for sensor in own):
         raise DataError(
-            f"has rows of its own for {next(iter(own))}, without time stamps; name them with --channels time=…"
+            f"has rows of its own for {next(iter(own))}, without time stamps; name them with --channels time=…, or give"
+            f" the rate of each sensor, --rate {','.join(f'{sensor}=HZ' for sensor in by_stream)}"
         )
     mostly = {
         channel: index
@@ -101,13 +103,15 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         mostly = {}
     rows_of: dict[int, NDArray[np.int64]] = {}
     streams: list[Stream] = []
+    rates: dict[str, float] = {}
     shared: Timing | None = None
+    in_all_rows = options.of_streams([name for name in by_stream if name not in own])
     times: list[Timing] = []
     for name, columns in by_stream.items():
         if name in own:
-            timing = timed(table, choice, raw, unit.get("time"), options, name, own[name])
+            timing = timed(table, choice, raw, unit.get("time"), options.of_streams([name]), name, own[name])
         else:
-            shared = shared or timed(table, choice, raw, unit.get("time"), options)
+            shared = shared or timed(table, choice, raw, unit.get("time"), in_all_rows)
             timing = shared
         if not RATES[0] <= timing.rate <= RATES[1]:
             raise DataError(
@@ -116,6 +120,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             )
         if not any(timing is other for other in times):
             times.append(timing)
+        if timing.measured is not None:
+            rates[name] = timing.measured
         if timing.rows is not None:
             rows_of |= dict.fromkeys(columns.values(), timing.rows)
         streams.append(
@@ -145,7 +151,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     )
     if choice.temperature is not None:
         index = choice.temperature.index
-        shared = shared or timed(table, choice, raw, unit.get("time"), options)
+        shared = shared or timed(table, choice, raw, unit.get("time"), in_all_rows)
         warm, noted = temperature_stream(table.label(index), choice.temperature, raw, shared, missing=index in missing)
         streams += warm
         notes = [*notes, noted]
@@ -175,6 +181,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *(later(finding, timing.start - begins) for timing in times for finding in timing.findings),
             *said,
         ),
+        rates=rates,
     )
 
 
@@ -198,6 +205,7 @@ def find_rate(
 ) -> tuple[float, str, bool]:
     """Sampling rate from the option or the first stamps, how it was found, and whether lost samples were counted."""
     raw = {} if choice.time is None else {choice.time: stamps_raw}
+    options = options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
     timing = timed(table, replace(choice, channels={}), raw, spelled, options)
     return timing.rate, timing.source, timing.on_grid
 

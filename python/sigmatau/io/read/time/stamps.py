@@ -65,6 +65,7 @@ class Timing:
     """Sampling times of a stream."""
 
     rate: float  # Sampling rate. [Hz]
+    measured: float | None = None  # By the time stamps, or stated by the file; None if neither has one. [Hz]
     # Time of the first sample; without whole seconds if the stamps count from an epoch. [s]
     start: float = 0.0
     source: str = "given"  # How the rate was found, in words

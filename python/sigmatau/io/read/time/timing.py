@@ -43,10 +43,15 @@ def timed(
             )
         if options.rate is None and table.rate is not None:
             source = table.rate_source or "the file"
-            return Timing(rate=table.rate, source=source, notes=(f"sampling rate {table.rate:.6g} Hz from {source}",))
+            return Timing(
+                rate=table.rate,
+                measured=table.rate,
+                source=source,
+                notes=(f"sampling rate {table.rate:.6g} Hz from {source}",),
+            )
         rate = cast("float", options.rate)
         known = None if table.rate is None else stamps.mismatch(rate, table.rate, options.input, stated=True)
-        return Timing(rate=rate, findings=known or ())
+        return Timing(rate=rate, measured=table.rate, rows=own, findings=known or ())
     name = table.label(choice.time)
     stamps_raw = raw[choice.time]
     members = [i for channel, i in choice.channels.items() if not stream or stream_name(channel) == stream]
@@ -86,7 +91,10 @@ def timed(
         confirmed = second is not None and not stamps.mismatch(given, found.rate)
         source = f"given, and {source} agree" if confirmed else "given"
     start = 0.0 if second is None else found.start
-    return replace(found, rate=given or found.rate, start=start, source=source, notes=notes, findings=findings)
+    measured = None if second is None else found.rate
+    return replace(
+        found, rate=given or found.rate, measured=measured, start=start, source=source, notes=notes, findings=findings
+    )
 
 
 _LEAST_OTHER_ROWS = 0.15  # share of empty rows from which on a stream may have separate rows

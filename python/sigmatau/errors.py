@@ -114,11 +114,15 @@ class OptionError(_SourcedError):
         are printed as arguments in backticks in Python, and as ``--option`` on the command line.
     option : str or None
         Name of the option, e.g. ``"unit"``.
+    rows : str
+        Lines that show what the question is about, such as the first rows of a table.
 
     Attributes
     ----------
     option : str or None
         Name of the option.
+    rows : str
+        Lines below the message; empty if there are none.
 
     See Also
     --------
@@ -134,9 +138,12 @@ class OptionError(_SourcedError):
     '--level must be between 0 and 1, not 95'
     """
 
-    def __init__(self, message: str, *, option: str | None = None) -> None:
+    def __init__(self, message: str, *, option: str | None = None, rows: str = "") -> None:
         super().__init__(message)
         self.option = option
+        self.rows = rows
+        if rows:
+            self.add_note(rows)
 
     def __str__(self) -> str:
         def python(name: str, key: str | None, value: str | None) -> str:
@@ -149,7 +156,7 @@ class OptionError(_SourcedError):
     def for_command_line(
         self, names: Mapping[str, str] = MappingProxyType({}), units: Mapping[str, str] = MappingProxyType({})
     ) -> str:
-        """The error with options as they are typed.
+        """The error with options as they are typed, without its rows.
 
         Parameters
         ----------

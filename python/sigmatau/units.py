@@ -248,7 +248,47 @@ _WORDS = (
     (r"\brps\b", "rad/s"),
     (r"\bmps2\b", "m/s^2"),
 )
+
+# Spellings of loggers that the patterns do not cover, in the form of `_compact`. To add one, add it to the line of its unit
+# and to the table in ``tests/test_units.py``.
+_SPELLINGS = {
+    "rad/s": "rad/s rad.s-1 rads-1 rads radps rad/s-1 rad_s radiansps",
+    "deg/s": "deg/s deg.s-1 degs-1 degps deg/s-1 °s-1 °.s-1 °ps deg_s degree/s dps(deg/s)",
+    "mdeg/s": "mdeg/s mdps mdegps mdeg.s-1 mdegs-1 m°/s millidps millidegreespersecond millidegree/s",
+    "mrad/s": "mrad/s mradps mrad.s-1 mrads-1",
+    "deg/h": "deg/h deg.h-1 degh-1 °h-1",
+    "m/s^2": (
+        "m/s2 m.s-2 ms-2 m/ss m/s.s m/s/s mps2 mpss m_s2 m/sec2 m.sec-2 msec-2 m/s-2 meterspersecondsquared"
+        " meterpersecondsquared metrespersecondsquared metrepersecondsquared meters/second2"
+    ),
+    "cm/s^2": "cm/s2 cm.s-2 cms-2",
+    "mm/s^2": "mm/s2 mm.s-2 mms-2",
+    "g": "gee gees gforce g-force gravities g's",
+    "mg": "milligee milligees millig milligs milli-g milli-gs mgee mgees",
+    "ug": "microgee microgees microg micro-g",
+    "s": "sec. secs. seconds.",
+    "ms": "msecs millis millisec millisecs",
+    "us": "usecs micros microsec microsecs",
+    "ns": "nsecs nanos nanosec nanosecs",
+}
+_COMPACTED = str.maketrans("·⋅∙×*⁻¹²³−", "....." + "-123-", "^ˆ˄(){} ")
+
+COUNTS = frozenset(
+    {"lsb", "lsbs", "count", "counts", "cts", "digit", "digits", "raw", "adc", "adu", "bit", "bits", "step", "steps"}
+    | {"nounits", "no_units", "unitless"}
+)
+"""Spellings of whole numbers of a converter, and of nothing at all: a size needs a scale."""
+
+VOLTS = frozenset({"v", "mv", "uv", "volt", "volts", "millivolts"})
+"""Spellings of voltages: a size needs a scale."""
+
 _BY_SPELLING = {symbol.lower(): unit for symbol, unit in _UNITS.items()}
+_BY_COMPACT = {spelling: _UNITS[symbol] for symbol, line in _SPELLINGS.items() for spelling in line.split()}
+
+
+def _compact(spelling: str) -> str:
+    """A spelling without powers, brackets and blanks: ``m/(s^2)`` as ``m/s2``."""
+    return spelling.strip().lower().replace("µ", "u").replace("**", "").translate(_COMPACTED)
 
 
 def _normalise(spelling: str) -> str:
@@ -277,7 +317,19 @@ def usual(si: str) -> str:
 def if_known(spelling: str) -> Unit | None:
     """The unit that a spelling means; None if it is unknown."""
     # A symbol of the table means itself; the patterns of the words take longer to compile than the head of a log to read.
-    return _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
+    found = _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
+    return found or _BY_COMPACT.get(_compact(spelling))
+
+
+def needs_scale(spelling: str) -> bool:
+    """Whether a spelling means counts or volts, which have a size only with a scale.
+
+    Examples
+    --------
+    >>> needs_scale("LSB"), needs_scale("m/s^2"), needs_scale("furlongs")
+    (True, False, False)
+    """
+    return _compact(spelling) in COUNTS | VOLTS
 
 
 def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:

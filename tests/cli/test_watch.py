@@ -129,7 +129,7 @@ class TestLines:
     @pytest.mark.parametrize(
         ("text", "given", "words"),
         [
-            (b"1,2\n3,4\n", {}, "name them"),
+            (b"1,2\n3,4\n", {}, r"columns: 1 \(1 …\), 2 \(2 …\)"),
             (b"gyro_x\n1\n2\n3\n", {"rate": 5}, "unit"),
             (b"gyro_x [deg/s]\n1\n2\n3\n", {}, "`rate=HZ`"),
             (b"hello\nworld\n", {"rate": 5}, "no line of numbers"),

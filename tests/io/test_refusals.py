@@ -184,7 +184,12 @@ OPTIONS = {
         ["'wx'", "1 'time [s]', 2 'gyro_x [deg/s]'"],
     ),
     "nothing recognised": ("a,b\n" + "1,2\n" * 9, options(), "channels", ["1 'a', 2 'b'", "--channels"]),
-    "no names": ("1,2\n" * 9, options(), "channels", ["1 (1 …), 2 (2 …)", "--channels"]),
+    "no names": (
+        "1,2\n" * 9,
+        options(),
+        "channels",
+        ["no column names", "values do not tell", "--channels time=N,gyro=N:N"],
+    ),
     "300 columns": (",".join(["1"] * 300) + "\n" + ",".join(["2"] * 300) + "\n", options(), "channels", ["300 in all"]),
     "one name twice": (
         "gyro_x [deg/s],gyro_x [deg/s]\n" + "1,2\n" * 9,

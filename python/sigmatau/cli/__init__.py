@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except CycloptsError as error:
         return _fail(_in_words(error), 2)
     except OptionError as error:
-        return _fail(error.for_command_line(), 2)
+        return _fail(error.for_command_line(), 2, rows=error.rows)
     except (DataError, ImportError) as error:
         return _fail(str(error), 1)
     except MemoryError:
@@ -188,9 +188,9 @@ def _termination() -> Iterator[None]:
         signal.signal(signal.SIGTERM, signal.SIG_DFL if before is None else before)
 
 
-def _fail(message: str, code: int) -> int:
+def _fail(message: str, code: int, *, rows: str = "") -> int:
     from sigmatau.results import printable
 
     line = printable(" ".join(message.split()))
-    sys.stderr.write(f"sigmatau: {line}\n")
+    sys.stderr.write("".join(f"{text}\n" for text in (f"sigmatau: {line}", *map(printable, rows.splitlines()))))
     return code

@@ -314,4 +314,4 @@ def _without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[
 
 
 def _not_loaded(*_: object) -> Loaded:
-    raise AssertionError("a live table is not loaded")
+    raise DataError("the samples have not come yet")  # its columns are told by their names

@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
+from sigmatau.io.read.name_tables import SPLIT_STAMP, TIMES
 from sigmatau.io.read.names import (
     SPELLED,
-    SPLIT_STAMP,
-    TIMES,
     bare_name,
     degrees_of,
     holds_increments,
     key_of,
     readings,
     recognise,
-    signal_name,
-    stated_unit,
+    sensor_key,
     unit_of,
 )
 from sigmatau.io.read.table import Column, listing
 from sigmatau.record.thermometers import NAMES
 
-_GRAVITY_TOLERANCE = 0.12  # what bias and scale errors change of gravity, see quality/samples/units.py
-_EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
 _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 
@@ -40,9 +35,16 @@ class Choice:
     temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
 
 
-def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None, *, increments: bool = False) -> Choice:
+def choose(
+    columns: Sequence[Column],
+    asked: Mapping[str, str | int] | None,
+    *,
+    increments: bool = False,
+    ask: Callable[[], OptionError] | None = None,
+) -> Choice:
     """The channels, as the user names them or else by column names. `asked`: channel to column, see
-    `sigmatau.io.read.read`; `increments`: whether increments are read where a log has rates too.
+    `sigmatau.io.read.read`; `increments`: whether increments are read where a log has rates too; `ask`: makes the question
+    that is raised if no name is known.
     """
     found = recognise(columns)
     found, beside = _of_one_kind(columns, found, increments=increments)
@@ -52,7 +54,7 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None, *, 
         time = named.pop("time", None)
         notes: tuple[str, ...] = ("no time stamps, as asked",) if without else ()
         if time is None and not without:
-            time, notes = _time(columns, found, taken=set(named.values()), strict=False)
+            time, notes = find_time(columns, found, taken=set(named.values()), strict=False)
         sensors = {channel: index for channel, index in named.items() if channel.startswith(("gyro", "accel"))}
         for channel, index in sensors.items():
             twin = next(other for other, where in sensors.items() if where == index)
@@ -61,7 +63,7 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None, *, 
         if named:
             return Choice(channels=_ordered(named), time=time, notes=notes)
     else:
-        time, notes = _time(columns, found, taken=set(), strict=True)
+        time, notes = find_time(columns, found, taken=set(), strict=True)
     notes = (*notes, *beside)
     channels: dict[str, int] = {}
     for index, match in enumerate(found):
@@ -80,14 +82,28 @@ def choose(columns: Sequence[Column], asked: Mapping[str, str | int] | None, *, 
         return Choice(channels={"x": 0}, time=None, notes=(*notes, "one column without a name, read as signal x"))
     _refuse_mixed(columns, channels)
     if not channels:
-        what = "has no column names" if not any(c.name for c in columns) else "has no column with a known name"
-        raise OptionError(
-            f"{what} (columns: {listing(columns)}); name them, e.g. by --channels {_example(columns)}",
-            option="channels",
-        )
+        raise ask() if ask is not None else _unknown_names(columns)
     taken = {index for index, match in enumerate(found) if match is not None}
     thermometer = find_thermometer(columns, [key_of(bare_name(column)) for column in columns], taken)
     return Choice(channels=_ordered(channels), time=time, notes=notes, temperature=thermometer)
+
+
+def _unknown_names(columns: Sequence[Column]) -> OptionError:
+    what = "has no column names" if not any(column.name for column in columns) else "has no column with a known name"
+    return OptionError(f"{what} (columns: {listing(columns)}); name them by --channels", option="channels")
+
+
+def as_option(channels: Mapping[str, int]) -> str:
+    """Channels as the option for them, three consecutive axes as a range: ``time=1,gyro=2:4``."""
+    parts: dict[str, str] = {}
+    for channel, index in channels.items():
+        sensor = channel.split("_")[0]
+        axes = [channels[name] for name in (f"{sensor}_{axis}" for axis in "xyz") if name in channels]
+        if len(axes) == len("xyz") and axes == list(range(axes[0], axes[0] + 3)):
+            parts[sensor] = f"{sensor}={axes[0] + 1}:{axes[-1] + 1}"
+        else:
+            parts[channel] = f"{channel}={index + 1}"
+    return ",".join(parts.values())
 
 
 def _of_one_kind(
@@ -131,11 +147,11 @@ def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
     )
 
 
-def _time(
+def find_time(
     columns: Sequence[Column], found: Sequence[tuple[str, str | None] | None], *, taken: set[int], strict: bool
 ) -> tuple[int | None, tuple[str, ...]]:
     """The time column, if one is recognised and is not read as a channel; and notes."""
-    keys = [key_of(unit_of(column)[0]) for column in columns]
+    keys = [sensor_key(unit_of(column)[0]) for column in columns]
     halves = [k for k in keys if SPLIT_STAMP.search(k)]
     times = [
         i
@@ -215,39 +231,6 @@ def _number(columns: Sequence[Column], number: int) -> int:
     if not 1 <= number <= len(columns):
         raise OptionError(f"has no column {number} (columns: {listing(columns)})", option="channels")
     return number - 1
-
-
-def _example(columns: Sequence[Column]) -> str:
-    known = recognise(columns)
-    signals: dict[str, int] = {}
-    for index, column in enumerate(columns):
-        if known[index] is None and column.name.strip() and stated_unit(column):
-            signals[signal_name(column, taken=signals)] = index
-    if 0 < len(signals) <= _EXAMPLE_SIGNALS:
-        return ",".join(f"{name}={index + 1}" for name, index in signals.items())
-    n = len(columns)
-    named = {
-        sensor: [index + 1 for index, column in enumerate(columns) if part in column.name.lower()]
-        for sensor, part in (("gyro", "gyr"), ("accel", "acc"))
-    }
-    if all(len(at) == 3 and at[2] - at[0] == 2 for at in named.values()):
-        return ",".join(f"{sensor}={at[0]}:{at[2]}" for sensor, at in named.items())
-    if n >= 6:
-        first = 1 if n == 6 else 2
-        sensors = [f"gyro={first}:{first + 2}", f"accel={first + 3}:{first + 5}"]
-        if _has_gravity(columns[first - 1 : first + 2]) and not _has_gravity(columns[first + 2 : first + 5]):
-            sensors = [f"accel={first}:{first + 2}", f"gyro={first + 3}:{first + 5}"]
-        return ",".join(["time=1"] * (n > 6) + sensors)
-    return "gyro=1:3" if n >= 3 else f"gyro_z={n}"
-
-
-def _has_gravity(columns: Sequence[Column]) -> bool:
-    """Whether the first row of three columns is as long as gravity, in m/s² or g."""
-    try:
-        length = math.hypot(*(float(column.first) for column in columns))
-    except ValueError:
-        return False
-    return any(abs(length / gravity - 1) < _GRAVITY_TOLERANCE for gravity in (9.80665, 1.0))
 
 
 _ONLY_WITH_UNIT = re.compile("t")  # ArduPilot

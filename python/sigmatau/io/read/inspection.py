@@ -16,8 +16,9 @@ from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.kinds.reading import ColumnsByGravity, Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
-from sigmatau.io.read.names import by_gravity, recognise, unit_of
+from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.options import Options
+from sigmatau.io.read.suggestions import by_gravity
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
 from sigmatau.record.record import Record

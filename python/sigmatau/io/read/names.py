@@ -1,141 +1,70 @@
 """Channel and unit of a column by its name.
 
 Only unambiguous names are recognised: a wrong column gives a wrong result without a warning, while an unrecognised column
-only costs the user an option. To add a name, add it to a table below and to the table in ``tests/io/test_columns.py``.
+only costs the user an option. The names are in the tables of `sigmatau.io.read.name_tables`.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass
 
 from sigmatau import units
-from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import ColumnsByGravity
-from sigmatau.io.read.table import Column, Table
+from sigmatau.errors import OptionError
+from sigmatau.io.read.name_tables import (
+    AFTER_AXIS,
+    BY_MESSAGE,
+    DESCRIPTORS,
+    INCREMENTS,
+    NOT_A_SENSOR,
+    OF_PHONES,
+    OTHER_VECTORS,
+    PREFIXES,
+    PROGRAMS,
+    ROS_IMU,
+    ROS_PATH,
+    ROS_UNITS,
+    ROSTOPIC_STAMP,
+    SECONDS,
+    SENSOR_PREFIXES,
+    STEMS,
+    SUFFIXES,
+    TIMES,
+    UNIT_ENDS,
+    WITH_UNIT,
+    WITHOUT_GRAVITY,
+    Program,
+)
+from sigmatau.io.read.table import Column
 
-# Names are compared in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]`` as ``_x``, and without
-# these prefixes.
-_PREFIX = re.compile(r"^(?:(?:field|data|msgs?|message|imu\d*|imu_data|imu_raw|sensors?|sensor_combined|values?)_)+")
+_KINDS = {"gyro": ("rad/s", "rad"), "accel": ("m/s^2", "m/s"), "time": ("s",)}
 
-# Stems before an axis, with or without an underscore: ``gyro_x``, ``gyrox``.
-_STEMS = {
-    "gyro": (
-        "gyros?",
-        "gyr",
-        "gyr(?:o|oscope)?_?reading",
-        "gyroscope",
-        "gyroskop|giroscopio|giroscópio",  # phyphox in other languages
-        "gyro_fifo",  # PX4
-        "angular_?velocity",
-        "angular_?rate",
-        "ang_?vel",
-        "rotation_?rate",
-        "omega",
-        "rot",
-        "w",
-        "w_rs_s",  # EuRoC
-        "g",  # see _ALONE
-        "d_?theta|delta_?theta|d_?angle|delta_?angle",  # increments, see _INCREMENTS
-    ),
-    "accel": (
-        "accel",
-        "accl?",
-        "acc(?:el|elerometer)?_?reading",
-        "accelerometer",
-        "accel_fifo",  # PX4
-        "acceleration",
-        "beschleunigung|accélération|aceleración|accelerazione|aceleração",
-        "linear_?acceleration",
-        "linear_?accel",
-        "lin_?acc",
-        "specific_?force",
-        "a",  # see _ALONE
-        "a_rs_s",  # EuRoC
-        "f(?=_)",  # specific force, but not ``fx``
-        "d_?vel|delta_?vel|d_?velocity|delta_?velocity|dv|delta_?v",  # increments
-    ),
-}
-
-# Stems after an axis: ``xgyro`` (MAVLink).
-_AFTER_AXIS = {"gyro": "gyro|gyr", "accel": "accel|acc"}
+_PREFIX = re.compile(f"^(?:(?:{PREFIXES})_)+")
+_SENSOR_PREFIX = re.compile(f"^(?:(?:{PREFIXES}|{'|'.join(SENSOR_PREFIXES)})_)+")
+_SUFFIX = re.compile(rf"_(?:{SUFFIXES})$")
 
 # Axes as numbers, ``accl0`` to ``accl2``: recognised only if all three exist, and no fourth.
 _NUMBERED = re.compile(r"(?P<stem>[a-z][a-z_]+?)_?(?P<axis>[0-3])")
 
-# Logs whose columns tell the program that wrote them, with its units.
-_OF_PROGRAMS = (
-    (
-        {"index", "time", "accl0", "accl1", "accl2", "rot0", "rot1", "rot2", "x", "y", "z", "w"},
-        {"accel": "g", "gyro": "rad/s", "time": "s"},
-    ),
-)
-
-# Names of increments.
-_INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|angle|vel|velocity)|dv)_?[xyz]")
-
 # ``gx`` may be gravity and ``az`` an azimuth: recognised only if all three axes exist.
 _ALONE = re.compile(r"^[ag]_?[xyz]$")
 
-# Time columns by priority: the time stamp of the sensor before that of the receiver.
-TIMES = (
-    r"sample_?us|time_?stamp_sample",  # ArduPilot, PX4: when the sensor sampled
-    r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
-    r"timeus",  # before T, which is a temperature in ArduPilot's messages
-    r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
-    r"|time_(?:boot|since_start|since_boot)|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc|utc_?time|date_and_time"
-    r"|zeit|temps|tiempo|tempo",
-    r"log_time",  # of the recorder of an MCAP file or a bag
-)
-_SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
-
-# One half of a time stamp that is split into two columns.
-SPLIT_STAMP = re.compile(r"(?:^|_)(?:n?secs?|nanosec(?:onds)?|usecs?)$")
-
-_KINDS = {"gyro": ("rad/s", "rad"), "accel": ("m/s^2", "m/s"), "time": ("s",)}
-
-# Units as the last part of a name: ``gyro_x_dps``, ``t_ns``.
-_SUFFIXES = {
-    **dict.fromkeys(("dps", "deg_s", "degps", "deg_per_s", "deg_per_sec", "deg_sec"), "deg/s"),
-    **dict.fromkeys(("mdps", "mdeg_s"), "mdeg/s"),
-    **dict.fromkeys(("rad_s", "radps", "rads", "rps", "rad_per_s", "rad_per_sec", "rad_sec"), "rad/s"),
-    **dict.fromkeys(("mrad_s", "mradps"), "mrad/s"),
-    **dict.fromkeys(("dph", "deg_h", "deg_hr", "deg_per_h", "deg_per_hr", "deg_per_hour"), "deg/h"),
-    "g": "g",
-    "mg": "mg",
-    "ug": "ug",
-    **dict.fromkeys(("m_s2", "m_s_2", "m_ss", "m_s_s", "mps2", "ms2", "mss", "m_per_s2", "m_s^2", "m_s²"), "m/s^2"),
-    **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
-    **dict.fromkeys(("ms", "msec", "msecs", "millis", "milliseconds"), "ms"),
-    **dict.fromkeys(("us", "usec", "usecs", "micros", "microseconds"), "us"),
-    **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanoseconds"), "ns"),
-}
-_SUFFIX = re.compile(
-    r"^(?P<stem>.+?)_(?P<unit>"
-    + "|".join(sorted(map(re.escape, _SUFFIXES), key=len, reverse=True))
+_UNIT_END = re.compile(
+    r"^(?P<stem>.+?)(?:_in)?_(?P<unit>"
+    + "|".join(sorted(map(re.escape, UNIT_ENDS), key=len, reverse=True))
     + r")(?P<axis>_[xyz])?$"
 )
 
-# Names whose unit is part of a published format.
-_WITH_UNIT = {
-    r"gyro_rad_([xyz])": ("gyro", "rad/s"),  # PX4, sensor_combined: "in rad/s"
-    r"time_?us(?:ec)?": ("time", "us"),  # ArduPilot TimeUS, MAVLink time_usec
-    r"sample_?us": ("time", "us"),  # ArduPilot SampleUS
-    r"time_?stamp_sample": ("time", "us"),  # PX4
-    r"time_(?:boot_)?ms|timems": ("time", "ms"),  # MAVLink time_boot_ms
-    r"millis": ("time", "ms"),  # Arduino's millis()
-    r"micros": ("time", "us"),
+# A name with an axis and no known stem, ``X (rad/s)``: the unit tells the sensor.
+_AXIS_OF_NAME = re.compile(r"(?:(?P<stem>.+)_)?(?P<axis>[xyz])")
+_BY_KIND = {"rad/s": "gyro", "m/s^2": "accel"}
+_AXIS_WORD = re.compile(r"_?axis(?=_|$)|(?<=^)axis_")
+_SEPARATOR = re.compile(r"[./]")
+_BY_STEM = {
+    sensor: (re.compile(f"(?:{'|'.join(stems)})_?([xyz])"), re.compile(f"([xyz])_?(?:{AFTER_AXIS[sensor]})"))
+    for sensor, stems in STEMS.items()
 }
-
-# ``rostopic echo -p`` writes stamps in nanoseconds; and a message with this covariance is a sensor_msgs/Imu, in SI.
-_ROSTOPIC = re.compile(r"field\.(?:[\w.]+\.)?header\.stamp")
-_ROS_IMU = "field.angular_velocity_covariance0"
-_ROS_UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
 LONGEST_NAME = 200  # Longest column name, with its unit in brackets. [characters]
@@ -154,52 +83,139 @@ def unit_of(column: Column) -> tuple[str, str | None]:
     match = _BRACKETS.match(name) if len(name) <= LONGEST_NAME else None
     if match and match["name"] and not match["unit"].strip().isdigit():
         name = match["name"].strip()
-        unit = unit or match["unit"].strip()
+        unit = unit or DESCRIPTORS.get(match["unit"].strip().lower(), match["unit"].strip())
     return name, unit if unit and _known(unit) else None
 
 
-def recognise(columns: Sequence[Column]) -> list[tuple[str, str | None] | None]:
+Match = tuple[str, str | None]
+"""A channel, and its unit if the name or the program states it."""
+
+
+def recognise(columns: Sequence[Column]) -> list[Match | None]:
     """The channel of each column, with its unit if the name states one; None for a column that is not recognised.
     Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
     """
-    keys = [key_of(unit_of(column)[0]) for column in columns]
-    by_program = next((known for names, known in _OF_PROGRAMS if names == set(keys)), {})
+    keys = [sensor_key(unit_of(column)[0]) for column in columns]
+    names = set(keys)
+    program = next((each for each in PROGRAMS if each.keys == names), None)
     keys = _lettered(keys)
-    together = {
-        key
-        for stem in "ag"
-        for sep in ("", "_")
-        if {f"{stem}{sep}{a}" for a in "xyz"} <= set(keys)
-        for key in (f"{stem}{sep}{a}" for a in "xyz")
-    }
-    found: list[tuple[str, str | None] | None] = []
-    of_ros = any(column.name.strip() == _ROS_IMU for column in columns)
-    for column, key in zip(columns, keys, strict=True):
-        if degrees_of(column):  # T in degrees is a temperature
-            found.append(None)
+    log = _Log(
+        complete=frozenset(stem for stem in ("a", "a_", "g", "g_") if {stem + axis for axis in "xyz"} <= set(keys)),
+        program=program,
+        ros_imu=any(column.name.strip() == ROS_IMU for column in columns),
+        ros_paths=_is_ros_imu(columns),
+        phone=not any(key.startswith("angular_vel") for key in keys),
+    )
+    matches = [_match(column, key, log) for column, key in zip(columns, keys, strict=True)]
+    return _by_unit_of_axes(columns, keys, _without_linear(keys, matches))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Log:
+    """What the other columns of a log tell about one of them."""
+
+    complete: frozenset[str]  # Short stems of which all three axes exist
+    program: Program | None
+    ros_imu: bool  # Whether the columns are those of ``rostopic echo -p``
+    ros_paths: bool  # Whether both vectors of a sensor_msgs/Imu are in it, as paths
+    phone: bool  # Whether a linear acceleration is one without gravity
+
+    def unit(self, column: Column, sensor: str) -> str | None:
+        """The unit of a sensor or of the time by the program or message that wrote the log."""
+        name = column.name.strip()
+        if self.program is not None and sensor in self.program.units:
+            return self.program.units[sensor]
+        if self.ros_imu and name.startswith("field.") and sensor in ROS_UNITS:
+            return ROS_UNITS[sensor]
+        if self.ros_paths and ROS_PATH.fullmatch(name):
+            return ROS_UNITS[sensor]
+        if self.ros_imu and sensor == "time" and name == "time":
+            return "ns"  # the comment mark of %time is removed by the reader
+        return next((units.get(sensor) for pattern, units in BY_MESSAGE.items() if re.fullmatch(pattern, name)), None)
+
+
+def _match(column: Column, key: str, log: _Log) -> Match | None:
+    """The channel of a column by its name, the unit that it states, and the other columns."""
+    name, stated = unit_of(column)
+    if degrees_of(column) or _clock_in_another_unit(column, key) or (log.phone and OF_PHONES.match(name)):
+        return None
+    if log.program is not None and key in log.program.channels:
+        channel = log.program.channels[key]
+        return channel, stated or log.program.units[channel.split("_")[0]]
+    if stated is None and ROSTOPIC_STAMP.fullmatch(name):
+        stated = "ns"
+    for stem, unit_of_stem in (*readings(key, stated), *((end, stated) for end in _ends_of_path(name))):
+        if _ALONE.match(stem) and stem[:-1] not in log.complete and stem == key:
             continue
-        stated = unit_of(column)[1]
-        if stated is None and _ROSTOPIC.fullmatch(column.name.strip()):
-            stated = "ns"
-        match = None
-        if _clock_in_another_unit(column, key):
-            found.append(None)
+        meant, by_format = _channel(stem)
+        if meant is None or (meant == "time" and stem not in _stems(key)):
             continue
-        for stem, unit in readings(key, stated):
-            if _ALONE.match(stem) and stem not in together and stem == key:
-                continue
-            channel, own = _channel(stem)
-            if channel is None:
-                continue
-            unit = unit or own
-            if unit is None and of_ros and column.name.startswith("field."):
-                unit = _ROS_UNITS.get(channel.split("_")[0])
-            unit = unit or by_program.get(channel.split("_")[0])
-            if unit is None or units.find(unit).si in _KINDS[channel.split("_")[0]]:
-                match = (channel, unit)
-                break
-        found.append(match)
-    return found
+        sensor = meant.split("_")[0]
+        unit = unit_of_stem or by_format or log.unit(column, sensor)
+        if unit is None or units.find(unit).si in _KINDS[sensor]:
+            return meant, unit
+    return None
+
+
+def _stems(key: str) -> tuple[str, ...]:
+    """The readings of a key without their units."""
+    return tuple(stem for stem, _ in readings(key, None))
+
+
+def _ends_of_path(name: str) -> tuple[str, ...]:
+    """The last two parts of a path, and the last, as keys: ``/imu/data_raw/gyro/x`` gives ``gyro_x``."""
+    parts = _SEPARATOR.split(name)
+    if len(parts) < 2 or OTHER_VECTORS.search(name):
+        return ()
+    ends = (sensor_key("_".join(parts[-2:])), sensor_key(parts[-1]))
+    return tuple(end for end in ends if not INCREMENTS.match(end))
+
+
+def _is_ros_imu(columns: Sequence[Column]) -> bool:
+    """Whether the columns have both vectors of a sensor_msgs/Imu, as paths with one root."""
+    vectors: dict[str, set[str]] = {}
+    for column in columns:
+        if match := ROS_PATH.fullmatch(column.name.strip()):
+            root = column.name.strip()[: match.start("vector")]
+            vectors.setdefault(root, set()).add(match["vector"] + match["axis"])
+    return any(len(vector) == 6 for vector in vectors.values())  # two vectors of three axes
+
+
+def _without_linear(keys: Sequence[str], matches: list[Match | None]) -> list[Match | None]:
+    """The matches without linear accelerations where a plain accelerometer has the same channel."""
+    linear = [
+        match is not None and WITHOUT_GRAVITY.fullmatch(key) is not None
+        for key, match in zip(keys, matches, strict=True)
+    ]
+    plain = {match[0] for match, drop in zip(matches, linear, strict=True) if match is not None and not drop}
+    return [
+        None if drop and match is not None and match[0] in plain else match
+        for match, drop in zip(matches, linear, strict=True)
+    ]
+
+
+def _by_unit_of_axes(columns: Sequence[Column], keys: Sequence[str], matches: list[Match | None]) -> list[Match | None]:
+    """The matches with three axes that only their unit tells: rad/s makes a gyro, m/s^2 an accelerometer.
+
+    Nothing is added for a sensor that is recognised by name, nor where two triples have such a unit.
+    """
+    triples: dict[str, dict[str, dict[str, int]]] = {"gyro": {}, "accel": {}}
+    for index, (column, key, match) in enumerate(zip(columns, keys, matches, strict=True)):
+        axis = None if match is not None else _AXIS_OF_NAME.fullmatch(key)
+        if axis is None or NOT_A_SENSOR.search(column.name):
+            continue
+        unit = unit_of(column)[1]
+        sensor = None if unit is None else _BY_KIND.get(units.find(unit).si)
+        if sensor is not None:
+            triples[sensor].setdefault(axis["stem"] or "", {})[axis["axis"]] = index
+    completed = list(matches)
+    for sensor, by_stem in triples.items():
+        full = [axes for axes in by_stem.values() if len(axes) == len("xyz")]
+        if len(full) != 1 or any(match is not None and match[0].startswith(sensor) for match in matches):
+            continue
+        for axis_name, index in full[0].items():
+            completed[index] = f"{sensor}_{axis_name}", unit_of(columns[index])[1]
+    return completed
 
 
 def _lettered(keys: Sequence[str]) -> list[str]:
@@ -242,7 +258,7 @@ def _clock_in_another_unit(column: Column, key: str) -> bool:
 
 def holds_increments(column: Column) -> bool:
     """Whether a column has increments, by its name."""
-    return _INCREMENTS.match(key_of(unit_of(column)[0])) is not None
+    return INCREMENTS.match(key_of(unit_of(column)[0])) is not None
 
 
 def bare_name(column: Column) -> str:
@@ -258,26 +274,31 @@ def key_of(name: str) -> str:
     return _PREFIX.sub("", key)
 
 
+def sensor_key(name: str) -> str:
+    """The key of a name without what may surround that of a sensor."""
+    key = _SUFFIX.sub("", _SENSOR_PREFIX.sub("", key_of(name)))
+    return _AXIS_WORD.sub("", key) if "axis" in key else key
+
+
 def readings(key: str, stated: str | None) -> list[tuple[str, str | None]]:
     """The readings of a name, with and without a unit at its end."""
     readings: list[tuple[str, str | None]] = [(key, stated)]
-    match = _SUFFIX.match(key)
+    match = _UNIT_END.match(key)
     if match:
-        readings.append((match["stem"] + (match["axis"] or ""), stated or _SUFFIXES[match["unit"]]))
+        readings.append((match["stem"] + (match["axis"] or ""), stated or UNIT_ENDS[match["unit"]]))
     return readings
 
 
 def _channel(key: str) -> tuple[str | None, str | None]:
-    for pattern, (sensor, unit) in _WITH_UNIT.items():
+    """The channel that a key means, and the unit that its format states."""
+    for pattern, (sensor, unit) in WITH_UNIT.items():
         if match := re.fullmatch(pattern, key):
             return (f"{sensor}_{match[1]}" if match.groups() else sensor), unit
-    for sensor, stems in _STEMS.items():
-        if match := re.fullmatch(f"(?:{'|'.join(stems)})_?([xyz])", key):
-            return f"{sensor}_{match[1]}", None
-        if match := re.fullmatch(f"([xyz])_?(?:{_AFTER_AXIS[sensor]})", key):
+    for sensor, patterns in _BY_STEM.items():
+        if match := next(filter(None, (pattern.fullmatch(key) for pattern in patterns)), None):
             return f"{sensor}_{match[1]}", None
     if any(re.fullmatch(names, key) for names in TIMES):
-        return "time", "s" if _SECONDS.match(key) else None
+        return "time", "s" if SECONDS.match(key) else None
     return None, None
 
 
@@ -287,64 +308,6 @@ def _known(spelling: str) -> bool:
     except OptionError:
         return False
     return True
-
-
-_MIN_ROWS = 100
-_ROWS_TESTED = 100_000
-_GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))  # [g, m/s^2, mg], with room for biases and scale errors
-_SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
-_GYRO_MEAN = 0.2  # largest mean of the other three columns, over the size of gravity
-
-
-def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
-    """Channels of a table without column names, in the form of ``--channels``; None if they are not certain."""
-    count = len(table.columns)
-    if count not in (6, 7) or any(column.name for column in table.columns):
-        return None
-    try:
-        columns = table.load(list(range(count)), None).columns
-    except DataError:  # raised again when the record is read
-        return None
-    rows = np.stack([np.asarray(columns[k][:_ROWS_TESTED], dtype=np.float64) for k in range(count)])
-    rows = rows[:, np.isfinite(rows).all(axis=0)]
-    if rows.shape[1] < _MIN_ROWS or (count == 7 and not (np.all(np.diff(rows[0]) >= 0) and rows[0, -1] > rows[0, 0])):
-        return None
-    triples = rows[count - 6 : count - 3], rows[count - 3 :]
-    found = [_is_gravity(three) for three in triples]
-    sizes = [float(np.linalg.norm(three.mean(axis=1))) for three in triples]
-    which = 0 if found[0] else 1
-    if found[0] == found[1] or sizes[1 - which] > _GYRO_MEAN * sizes[which]:
-        return None
-    places = ((count - 5, count - 3), (count - 2, count))
-    texts = [f"{first}:{last}" for first, last in places]
-    channels: dict[str, str | int] = {"gyro": texts[1 - which], "accel": texts[which]}
-    if count == 7:
-        channels = {"time": 1, **channels}
-    details = ColumnsByGravity(
-        gyro=places[1 - which],
-        accel=places[which],
-        time=1 if count == 7 else None,
-        gravity=sizes[which],
-        other=sizes[1 - which],
-    )
-    return channels, Finding(details=details, severity="info")
-
-
-def gravity_on_gyro(gyro: Sequence[NDArray[Any]], accel: Sequence[NDArray[Any]]) -> tuple[float, float] | None:
-    """Sizes of the means of the two sensors, if gravity is on the gyro and not on the accelerometer; in units of the log."""
-    step = max(len(gyro[0]) // _ROWS_TESTED, 1)
-    with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
-        triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor]) for sensor in (gyro, accel)]
-    finite = [three[:, np.isfinite(three).all(axis=0)] for three in triples]
-    if min(three.shape[1] for three in finite) < _MIN_ROWS or not _is_gravity(finite[0]) or _is_gravity(finite[1]):
-        return None
-    sizes = [float(np.linalg.norm(three.mean(axis=1))) for three in finite]
-    return (sizes[0], sizes[1]) if sizes[1] <= _GYRO_MEAN * sizes[0] else None
-
-
-def _is_gravity(three: NDArray[np.float64]) -> bool:
-    size = float(np.linalg.norm(three.mean(axis=1)))
-    return any(low <= size <= high for low, high in _GRAVITY) and bool(three.std(axis=1).max() < _SCATTER * size)
 
 
 def degrees_of(column: Column) -> str | None:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.columns import Choice, choose
-from sigmatau.io.read.names import by_gravity, holds_increments, recognise, stated_unit, unit_of
+from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.options import Options
+from sigmatau.io.read.suggestions import ask_for_columns, by_gravity
 from sigmatau.io.read.table import Table, is_date
 from sigmatau.record.record import QUANTITIES, stream_name
 from sigmatau.record.streams import InputKind
@@ -30,6 +32,7 @@ def resolve(table: Table, options: Options) -> Resolved:
         table.columns,
         options.channels if by_mean is None else by_mean[0],
         increments=options.input == "increments",
+        ask=partial(ask_for_columns, table),
     )
     if options.sensors:
         read = {channel: i for channel, i in choice.channels.items() if stream_name(channel) in options.sensors}

@@ -1,0 +1,301 @@
+"""Columns by their values: time stamps, gravity on three columns, a gyro; what is not certain is not named.
+
+A column is a time if it grows along a line, and a counter if it grows by 1. Three consecutive columns are an accelerometer
+if their mean has the size of gravity and their noise is small beside it; a gyro if their mean is small beside their noise,
+or they are the only other sensor. Constant and slow columns (attitude, temperature, position), quaternions and unit vectors
+are none of these. All noisy columns must be explained: one triple without an explanation leaves everything open.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.table import Table, all_without_absurd
+
+Kind = Literal["time", "counter", "constant", "slow", "noise", "unknown"]
+Triple = tuple[int, int, int]
+"""Columns of x, y and z, counted from 0."""
+
+MIN_ROWS = 100
+"""Fewest rows whose values are judged."""
+
+ROWS_TESTED = 100_000
+"""Rows from the beginning that are judged."""
+
+_MOST_COLUMNS = 100  # of a table whose values are judged; a wider one is a matrix of other data
+_MOST_TILINGS = 500  # ways to cut the noisy columns into triples that are tried
+
+_LINE = 0.02  # largest deviation of time stamps from a line, over their span: bunched stamps stay within it
+_REPEATED = 0.6  # largest share of equal neighbours of time stamps: whole seconds are no sampling time
+_COUNTED = 0.9  # smallest share of steps of exactly 1 of a counter, which may wrap
+
+# Smallest ratio of the variance of differences to that of samples, in blocks of 256: 1 for white noise, 0.012 for a random
+# walk, 0.05 behind a filter of a twentieth of the rate.
+_WHITE, _BLOCK = 0.02, 256
+
+GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))
+"""Sizes of gravity in g, m/s^2 and mg, with room for biases and scale errors."""
+
+_M_S2 = GRAVITY[1]
+_COUNTS_PER_G = (2048, 4096, 8192, 16384)  # whole numbers of 16 bits at 16, 8, 4 and 2 g: InvenSense, Bosch
+_COUNTS_ROOM = 0.08  # deviation of gravity in counts: bias of 60 mg and 3 % of scale of the MPU-6050's datasheet
+
+_SCATTER = 0.05  # largest standard deviation of an accelerometer's axis, over the size of gravity
+_NOISE_OF_GRAVITY = 0.01  # largest noise of an axis, over the size of gravity; the MPU-6050 has 0.6 % at 260 Hz
+_ALIKE = 6.0  # largest ratio of the noise of two axes of one sensor
+_GYRO_MEAN = 40.0  # largest mean of a gyro over its noise, beside other triples; magnetometers have 50 to 1000
+_ONLY_OTHER_MEAN = 150.0  # the same if a gyro is the only triple beside gravity
+_ALONE_MEAN = (
+    0.5,
+    20.0,
+)  # the same without an accelerometer: a rate without a bias may be an acceleration without gravity
+_ALONE_NOISE = 3e-3  # largest noise of a gyro without an accelerometer: of a consumer one at 100 Hz [rad/s]
+_MAGNETIC = (
+    (0.2, 0.7),
+    (20.0, 70.0),
+    (200.0, 700.0),
+    (2e4, 7e4),
+    (0.8, 1.2),
+)  # the Earth's field in G, uT, mG, nT, and as 1
+_ROUNDING = 2.0  # steps of the last digit that the length of a unit vector is off by, at most
+_UNIT = 1e-4  # what four digits leave of the length of a unit vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identified:
+    """What values tell of the columns of a table. Columns are counted from 0."""
+
+    time: int | None
+    gyro: Triple | None
+    accel: Triple | None
+    gravity: float  # Size of the mean of the accelerometer's columns; 0 without one [unit of the file]
+    gyro_mean: float  # Size of the mean of the gyro's columns; 0 without one [unit of the file]
+    counts_per_g: int | None  # If the accelerometer's columns are whole numbers
+
+
+def load_columns(table: Table) -> dict[int, NDArray[Any]]:
+    """The columns that are numbers, by index; of a table that cannot be loaded as a whole, one by one."""
+    wanted = range(len(table.columns))
+    if len(wanted) > _MOST_COLUMNS:
+        return {}
+    try:
+        return dict(all_without_absurd(table.load(list(wanted), None).columns))
+    except DataError:
+        columns: dict[int, NDArray[Any]] = {}
+    for index in wanted:
+        try:
+            columns |= all_without_absurd(table.load([index], None).columns)
+        except DataError:  # text
+            continue
+    return columns
+
+
+def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded: frozenset[int]) -> Identified | None:
+    """What the values of columns tell; None if they do not tell a sensor.
+
+    Parameters
+    ----------
+    columns : mapping of int to array, shape (n,)
+        By index; columns of text are left out.
+    time : int or None
+        The time column, if it is known by its name.
+    excluded : frozenset of int
+        Columns that are not a sensor by their names, or are recognised.
+    """
+    data = {index: _Column.of(values[:ROWS_TESTED]) for index, values in columns.items() if index not in excluded}
+    if time is None:
+        time = next((index for index, column in sorted(data.items()) if column.kind == "time"), None)
+    vectors = _unit_vectors(data)
+    noisy = [
+        index
+        for index, column in sorted(data.items())
+        if column.kind == "noise" and index != time and index not in vectors
+    ]
+    sensors = {
+        found for tiles in _tilings(noisy) if (found := _sensors([_Tile.of(t, data) for t in tiles])) is not None
+    }
+    if len(sensors) != 1:
+        return None
+    gyro, accel = next(iter(sensors))
+    return Identified(
+        time=time,
+        gyro=None if gyro is None else gyro.columns,
+        accel=None if accel is None else accel.columns,
+        gravity=0.0 if accel is None else accel.size,
+        gyro_mean=0.0 if gyro is None else gyro.size,
+        counts_per_g=None if accel is None else accel.counts_per_g,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class _Column:
+    """A column, with what is told by it alone."""
+
+    values: NDArray[np.float64]  # without those that are missing
+    rows: NDArray[np.bool_]  # rows that have a value
+    kind: Kind
+    mean: float
+    noise: float  # standard deviation of the white part of a sample
+    scatter: float  # standard deviation
+    whole: bool  # whether all values are whole numbers
+
+    @classmethod
+    def of(cls, raw: NDArray[Any]) -> _Column:
+        column = np.asarray(raw, dtype=np.float64)
+        rows = np.isfinite(column)
+        values = column[rows]
+        steps = np.diff(values)
+        return cls(
+            values=values,
+            rows=rows,
+            kind=_kind(values, steps),
+            mean=float(values.mean()) if len(values) else 0.0,
+            noise=float(np.sqrt(np.mean(steps * steps) / 2)) if len(steps) else 0.0,
+            scatter=float(values.std()) if len(values) else 0.0,
+            whole=bool(np.all(values == np.rint(values))),
+        )
+
+
+def _kind(values: NDArray[np.float64], steps: NDArray[np.float64]) -> Kind:
+    """What a column is by its values alone."""
+    if len(values) < MIN_ROWS:
+        return "unknown"
+    if not steps.any():
+        return "constant"
+    if float(np.mean(steps == 1)) > _COUNTED or float(np.mean(steps == -1)) > _COUNTED:
+        return "counter"
+    if np.all(steps >= 0):
+        line = values[0] + (values[-1] - values[0]) * np.linspace(0, 1, len(values))
+        straight = float(np.abs(values - line).max()) < _LINE * float(values[-1] - values[0])
+        return "time" if straight and float(np.mean(steps == 0)) < _REPEATED else "slow"
+    blocks = values[: len(values) // _BLOCK * _BLOCK].reshape(-1, _BLOCK) if len(values) >= _BLOCK else values[None]
+    variance = float(blocks.var(axis=1).mean())
+    return "noise" if float(np.mean(steps * steps)) / 2 > _WHITE * variance else "slow"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Tile:
+    """Three consecutive columns."""
+
+    columns: Triple
+    size: float  # length of the mean
+    noise: float  # of the noisiest axis
+    scatter: float
+    alike: bool  # whether the axes are equally noisy
+    whole: bool
+
+    @classmethod
+    def of(cls, columns: Triple, data: Mapping[int, _Column]) -> _Tile:
+        axes = [data[index] for index in columns]
+        noises = [axis.noise for axis in axes]
+        return cls(
+            columns=columns,
+            size=float(np.linalg.norm([axis.mean for axis in axes])),
+            noise=max(noises),
+            scatter=max(axis.scatter for axis in axes),
+            alike=max(noises) < _ALIKE * min(noises),
+            whole=all(axis.whole for axis in axes),
+        )
+
+    @property
+    def counts_per_g(self) -> int | None:
+        """Counts of gravity, if the columns are whole numbers of such a size."""
+        if not self.whole:
+            return None
+        return next((counts for counts in _COUNTS_PER_G if abs(self.size / counts - 1) < _COUNTS_ROOM), None)
+
+    @property
+    def is_gravity(self) -> bool:
+        sized = self.counts_per_g is not None or any(low <= self.size <= high for low, high in GRAVITY)
+        return (
+            sized and self.alike and self.scatter < _SCATTER * self.size and self.noise < _NOISE_OF_GRAVITY * self.size
+        )
+
+    @property
+    def is_magnetic(self) -> bool:
+        sized = any(low <= self.size <= high for low, high in _MAGNETIC)
+        return sized and self.alike and self.size > _GYRO_MEAN * self.noise
+
+    def is_gyro(self, largest_mean: float) -> bool:
+        return self.alike and self.size <= largest_mean * self.noise
+
+
+Sensors = tuple[_Tile | None, _Tile | None]
+"""The gyro and the accelerometer."""
+
+
+def _sensors(tiles: Sequence[_Tile]) -> Sensors | None:
+    """The sensors of triples that explain all noisy columns; None if a triple has no explanation, or one has two."""
+    gravity = [tile for tile in tiles if tile.is_gravity]
+    rest = [tile for tile in tiles if not tile.is_gravity]
+    if len(gravity) > 1:
+        return None
+    if gravity and not rest:
+        alone = _M_S2[0] <= gravity[0].size <= _M_S2[1]  # other sensors have a mean of 1 or 1000 too
+        return (None, gravity[0]) if alone else None
+    if gravity and len(rest) == 1:
+        return (rest[0], gravity[0]) if rest[0].is_gyro(_ONLY_OTHER_MEAN) else None
+    gyros = [tile for tile in rest if tile.is_gyro(_GYRO_MEAN)]
+    if len(gyros) != 1 or not all(
+        tile.is_magnetic and tile.size > gyros[0].size for tile in rest if tile is not gyros[0]
+    ):
+        return None
+    if gravity:
+        return gyros[0], gravity[0]
+    low, high = _ALONE_MEAN
+    certain = low * gyros[0].noise < gyros[0].size < high * gyros[0].noise and gyros[0].noise < _ALONE_NOISE
+    return (gyros[0], None) if certain else None
+
+
+def _tilings(noisy: Sequence[int]) -> Iterator[tuple[Triple, ...]]:
+    """All ways to cut runs of consecutive columns into triples, with as few single columns as possible."""
+    starts = [k for k, index in enumerate(noisy) if k == 0 or noisy[k - 1] != index - 1]
+    runs = [list(noisy[a:b]) for a, b in itertools.pairwise([*starts, len(noisy)])]
+    ways = itertools.product(*(list(_tilings_of_run(run)) for run in runs))
+    for tiles in itertools.islice(ways, _MOST_TILINGS):
+        yield tuple(itertools.chain.from_iterable(tiles))
+
+
+def _tilings_of_run(run: Sequence[int]) -> Iterator[tuple[Triple, ...]]:
+    triples, singles = divmod(len(run), 3)
+    for places in itertools.islice(itertools.combinations(range(triples + singles), singles), _MOST_TILINGS):
+        tiles, start = list[Triple](), 0
+        for place in range(triples + singles):
+            if place in places:
+                start += 1
+            else:
+                tiles.append((run[start], run[start + 1], run[start + 2]))
+                start += 3
+        yield tuple(tiles)
+
+
+def _unit_vectors(data: Mapping[int, _Column]) -> frozenset[int]:
+    """Columns of quaternions and unit vectors: four or three neighbours whose length is 1 to the last digit."""
+    members: set[int] = set()
+    for width in (4, 3):
+        for first in data:
+            columns = [data[index] for index in range(first, first + width) if index in data]
+            if len(columns) == width and len({len(column.values) for column in columns}) == 1 and _is_unit(columns):
+                members.update(range(first, first + width))
+    return frozenset(members)
+
+
+def _is_unit(columns: Sequence[_Column]) -> bool:
+    if any(column.kind in ("time", "counter", "unknown") for column in columns):
+        return False
+    if all(column.kind == "constant" for column in columns):
+        return False  # they are no sensor anyway
+    constant = sum(float(column.mean) ** 2 for column in columns if column.kind == "constant")
+    length = np.sqrt(sum(column.values**2 for column in columns))
+    if not 0.9 < length[0] < 1.1 or abs(constant - 1) < _UNIT:
+        return False  # most columns end here; or beside constants of length 1 the others have no part in it
+    steps = [np.abs(np.diff(column.values)) for column in columns]
+    digit = min(float(step[step > 0].min()) for step in steps if step.any())
+    return bool(np.abs(length - 1).max() <= max(_ROUNDING * digit, _UNIT))

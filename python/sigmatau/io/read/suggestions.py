@@ -1,0 +1,201 @@
+"""Columns that no name tells: read if gravity is certain, suggested if their values confirm it, and asked for otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import ColumnsByGravity
+from sigmatau.io.read.column_values import (
+    GRAVITY,
+    MIN_ROWS,
+    ROWS_TESTED,
+    Identified,
+    Triple,
+    identify,
+    load_columns,
+)
+from sigmatau.io.read.columns import as_option, find_time
+from sigmatau.io.read.name_tables import NOT_A_SENSOR
+from sigmatau.io.read.names import bare_name, key_of, recognise, signal_name, stated_unit
+from sigmatau.io.read.table import Column, Table, listing
+
+_EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
+_GYRO_MEAN = 0.2  # largest mean of a gyro beside gravity that is read without a question, over the size of gravity
+_SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
+_ROWS_SHOWN = 3
+_COLUMNS_SHOWN = 12
+_DIGITS_SHOWN = 7
+
+
+def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
+    """Channels of a table of six or seven columns without names, as `read` takes them; None if they are not certain."""
+    count = len(table.columns)
+    if count not in (6, 7) or any(column.name for column in table.columns):
+        return None
+    try:
+        loaded = table.load(list(range(count)), None).columns
+    except DataError:  # raised again when the record is read
+        return None
+    found = identify(loaded, time=None, excluded=frozenset())
+    if found is None or found.gyro is None or found.accel is None or found.counts_per_g is not None:
+        return None
+    first = count - 6
+    if (found.time == 0) != (count == 7) or min(found.gyro[0], found.accel[0]) != first:
+        return None
+    if found.gyro_mean > _GYRO_MEAN * found.gravity:
+        return None
+    details = ColumnsByGravity(
+        gyro=(found.gyro[0] + 1, found.gyro[-1] + 1),
+        accel=(found.accel[0] + 1, found.accel[-1] + 1),
+        time=1 if count == 7 else None,
+        gravity=found.gravity,
+        other=found.gyro_mean,
+    )
+    channels: dict[str, str | int] = {} if found.time is None else {"time": 1}
+    channels |= {name: f"{first + 1}:{last}" for name, (first, *_, last) in _places(found).items()}
+    return channels, Finding(details=details, severity="info")
+
+
+def _places(found: Identified) -> dict[str, tuple[int, int, int]]:
+    """First, second and last column of each sensor; the last counted from 1, as in an option."""
+    sensors = {"gyro": found.gyro, "accel": found.accel}
+    return {name: (axes[0], axes[1], axes[2] + 1) for name, axes in sensors.items() if axes is not None}
+
+
+def ask_for_columns(table: Table) -> OptionError:
+    """The question for the columns of a table, none of which is recognised as a sensor: with the columns that their values
+    confirm, or else with the first rows.
+    """
+    what = (
+        "has no column names" if not any(column.name for column in table.columns) else "has no column with a known name"
+    )
+    if signals := _signals(table.columns):
+        text = f"{what} (columns: {listing(table.columns)}); name them, e.g. by --channels {signals}"
+        return OptionError(text, option="channels")
+    loaded = load_columns(table)
+    suggestion = _suggest(table, loaded)
+    if suggestion is not None:
+        return OptionError(f"{what}; {suggestion.evidence}: run with --channels {suggestion.option}", option="channels")
+    unnamed = not any(column.name for column in table.columns)
+    listed = "" if loaded and unnamed else f" (columns: {listing(table.columns)})"
+    text = f"{what}{listed}, and the values do not tell which sensor is where; name the columns by --channels {_FORM}"
+    return OptionError(text, option="channels", rows=_first_rows(table, loaded) if loaded else "")
+
+
+_FORM = "time=N,gyro=N:N,accel=N:N"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Suggestion:
+    option: str  # Value of the option for channels, with further options
+    evidence: str  # What the values show
+
+
+def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | None:
+    """The columns that values confirm and names do not contradict."""
+    matches = recognise(table.columns)
+    excluded = {
+        index
+        for index, (column, match) in enumerate(zip(table.columns, matches, strict=True))
+        if match is not None or NOT_A_SENSOR.search(column.name)
+    }
+    time, _ = find_time(table.columns, matches, taken=set(), strict=False)
+    found = identify(loaded, time=time, excluded=frozenset(excluded))
+    if found is None:
+        return None
+    channels: dict[str, int] = {}
+    for sensor, axes in (("gyro", found.gyro), ("accel", found.accel)):
+        if axes is None:
+            continue
+        named = _axes_by_name(table.columns, axes, sensor)
+        if named is None:
+            return None
+        channels |= {f"{sensor}_{axis}": index for axis, index in named.items()}
+    if found.time is not None:
+        channels["time"] = found.time
+    first = {
+        channel: min(channels.get(f"{channel[:-1]}{axis}", index) for axis in "xyz")
+        for channel, index in channels.items()
+    }
+    option = as_option(dict(sorted(channels.items(), key=lambda item: (first[item[0]], item[0]))))
+    if found.accel is None:
+        evidence = "columns have the mean and the noise of a gyro, and none has gravity"
+    else:
+        evidence = f"gravity ({found.gravity:.4g}) is in columns {found.accel[0] + 1} to {found.accel[-1] + 1}"
+    if found.counts_per_g is not None:
+        evidence += f", {found.counts_per_g} counts per g"
+        option += f" --unit accel=g --scale accel={1 / found.counts_per_g:.6g}"
+    return _Suggestion(option=option, evidence=evidence)
+
+
+def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[str, int] | None:
+    """The axes of three columns: by the letters of their names, or in their order if they have no names; None if their names
+    contradict.
+    """
+    names = [columns[index].name.strip() for index in axes]
+    if not any(names):
+        return dict(zip("xyz", axes, strict=True))
+    keys = [key_of(bare_name(columns[index])) for index in axes]
+    other = {"gyro": "acc", "accel": "gyr"}[sensor]
+    letters = [key[-1:] for key in keys]
+    stems = {key[:-1] for key in keys}
+    if sorted(letters) != list("xyz") or len(stems) != 1:
+        letters, stems = [key[:1] for key in keys], {key[1:] for key in keys}
+    if sorted(letters) != list("xyz") or len(stems) != 1 or any(other in key for key in keys):
+        return None
+    return dict(sorted(zip(letters, axes, strict=True)))
+
+
+def _signals(columns: Sequence[Column]) -> str:
+    """Columns with names and units that are no sensor's, as an option; nothing if they are many."""
+    known = recognise(columns)
+    signals: dict[str, int] = {}
+    for index, column in enumerate(columns):
+        if known[index] is None and column.name.strip() and stated_unit(column):
+            signals[signal_name(column, taken=signals)] = index
+    if not 0 < len(signals) <= _EXAMPLE_SIGNALS:
+        return ""
+    return ",".join(f"{name}={index + 1}" for name, index in signals.items())
+
+
+def _first_rows(table: Table, loaded: Mapping[int, NDArray[Any]]) -> str:
+    """The first rows as a small table, below the numbers of the columns."""
+    shown = range(min(len(table.columns), _COLUMNS_SHOWN))
+    rows = [[str(index + 1) for index in shown]]
+    rows += [[_cell(table.columns[index], loaded.get(index), row) for index in shown] for row in range(_ROWS_SHOWN)]
+    widths = [max(len(line[k]) for line in rows) for k in range(len(shown))]
+    more = f"  … {len(table.columns)} columns" if len(table.columns) > len(shown) else ""
+    lines = ["  " + "  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)) for line in rows]
+    return "\n".join([lines[0] + more, *lines[1:]])
+
+
+def _cell(column: Column, values: NDArray[Any] | None, row: int) -> str:
+    if row == 0 and column.first:
+        return column.first
+    if values is None:
+        return "text"
+    return f"{values[row]:.{_DIGITS_SHOWN}g}" if row < len(values) else ""
+
+
+def gravity_on_gyro(gyro: Sequence[NDArray[Any]], accel: Sequence[NDArray[Any]]) -> tuple[float, float] | None:
+    """Sizes of the means of the two sensors, if gravity is on the gyro and not on the accelerometer; in units of the log."""
+    step = max(len(gyro[0]) // ROWS_TESTED, 1)
+    with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
+        triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor]) for sensor in (gyro, accel)]
+    finite = [three[:, np.isfinite(three).all(axis=0)] for three in triples]
+    if min(three.shape[1] for three in finite) < MIN_ROWS or not _is_gravity(finite[0]) or _is_gravity(finite[1]):
+        return None
+    sizes = [float(np.linalg.norm(three.mean(axis=1))) for three in finite]
+    return (sizes[0], sizes[1]) if sizes[1] <= _GYRO_MEAN * sizes[0] else None
+
+
+def _is_gravity(three: NDArray[np.float64]) -> bool:
+    size = float(np.linalg.norm(three.mean(axis=1)))
+    return any(low <= size <= high for low, high in GRAVITY) and bool(three.std(axis=1).max() < _SCATTER * size)

@@ -179,10 +179,11 @@ def _told(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
 def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
     """Raise `OptionError` for what is wrong whatever the log, before it is sent to the workers."""
     from sigmatau.fitting.arguments import wanted_terms
-    from sigmatau.io.read.options import Options
+    from sigmatau.io.read.options import Options, check_skip
     from sigmatau.quality.selection.exclusion import causes_to_keep
 
-    Options.check(**{key: value for key, value in how.items() if key not in ("layout", "max_expansion")})
+    check_skip(how["skip"])
+    Options.check(**{key: value for key, value in how.items() if key not in ("layout", "skip", "max_expansion")})
     causes_to_keep(chosen["keep"])
     if chosen["terms"] is not None:
         wanted_terms(chosen["terms"])

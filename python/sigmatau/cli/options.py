@@ -406,6 +406,8 @@ class Reading:
     layout
         Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips 4 bytes.
         Required for raw binary files.
+    skip
+        Lines to skip at the beginning of a text table (default 0; lines of text above a table are found).
     channels
         Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names add further signals.
         time=none ignores the time stamps. Default: columns that are recognised by their names.
@@ -423,6 +425,7 @@ class Reading:
     unit: Annotated[list[str] | None, Parameter(negative=())] = None
     topic: Annotated[list[str] | None, Parameter(negative=())] = None
     layout: str | None = None
+    skip: int = 0
     channels: Annotated[list[str] | None, Parameter(negative=())] = None
     input: Literal["rate", "increments", "accumulated"] = "rate"
     scale: Annotated[list[str] | None, Parameter(negative=())] = None
@@ -436,6 +439,7 @@ class Reading:
             "unit": key_values(self.unit or [], "unit", "gyro=deg/s"),
             "topic": self.topic,
             "layout": self.layout,
+            "skip": self.skip,
             "channels": key_values(self.channels or [], "channels", "gyro_x=wx"),
             "input": self.input,
             "scale": key_numbers(self.scale or [], "scale", "gyro=0.01"),

@@ -24,7 +24,7 @@ from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.kinds.reading import SkippedMessages
 from sigmatau.findings.kinds.stamps import IrregularStamps, RateMismatch
 from sigmatau.io.live import Live, follow
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import Options, check_skip
 from sigmatau.quality.selection.live import LiveStretches
 from sigmatau.quality.selection.time_text import seconds_of
 from sigmatau.record.record import MIN_SAMPLES, Provenance
@@ -46,6 +46,7 @@ def watch_command(
     input: Literal["rate", "increments"] = "rate",  # noqa: A002  the option's name
     scale: Annotated[list[str] | None, Parameter(negative=())] = None,
     offset: Annotated[list[str] | None, Parameter(negative=())] = None,
+    skip: int = 0,
     every: Annotated[str, Parameter(allow_leading_hyphen=True)] = "2s",
     idle: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     at_rest: Annotated[bool, Parameter(negative=())] = False,
@@ -75,6 +76,8 @@ def watch_command(
         Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale. Default: 1.
     offset
         Reading at zero, in counts or volts: gyro=2048. Default: 0.
+    skip
+        Lines to skip at the beginning (default 0; lines of text above the samples are found).
     every
         Time between updates of the screen, in seconds or with its unit.
     idle
@@ -108,7 +111,7 @@ def watch_command(
         scale=key_numbers(scale or [], "scale", "gyro=0.01"),
         offset=key_numbers(offset or [], "offset", "gyro=2048"),
     )
-    watched = _Watched(source, Live(options), at_rest=at_rest)
+    watched = _Watched(source, Live(options, skip=check_skip(skip)), at_rest=at_rest)
     broken: DataError | None = None
     try:
         if threading.current_thread() is threading.main_thread():

@@ -24,7 +24,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import RateChange
 from sigmatau.io.read.columns import Choice
-from sigmatau.io.read.formats.layout import COMMENTS, Layout, find_layout
+from sigmatau.io.read.formats.layout import COMMENTS, Layout, NoRowsError, find_layout
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import ABSURD, HEAD, Loaded, Table
@@ -108,6 +108,7 @@ class Live:
     """Lines into samples."""
 
     options: Options  # What the user said of the columns
+    skip: int = 0  # Lines to skip at the beginning
     rate: float = 0.0  # Sampling rate; 0 until the layout is known. [Hz]
     source_of_rate: str = ""  # How it was found, in words
     unit: dict[str, str] = field(default_factory=dict)  # Unit by channel, as spelled
@@ -150,26 +151,44 @@ class Live:
         says that nothing will come after it. Until there are lines enough to find out the layout, n is 0.
         """
         self._rest += piece
+        while self.skip and b"\n" in self._rest:
+            self._rest = self._rest.partition(b"\n")[2]
+            self.skip -= 1
+        if self.skip and not last:
+            return np.empty((0, 0))
         end = len(self._rest) if last else self._rest.rfind(b"\n") + 1
         if self._layout is None:
             head = self._rest[:end]
             if not last and head.count(b"\n") < _FIRST_LINES and len(self._rest) < HEAD:
                 return np.empty((0, 0))
-            self._rest = self._find_out(head) + self._rest[end:]
+            wait = not last and len(self._rest) < HEAD
+            body = self._find_out(head, wait=wait)
+            if body is None:
+                return np.empty((0, 0))
+            self._rest = body + self._rest[end:]
             end = len(self._rest) if last else self._rest.rfind(b"\n") + 1
         lines, self._rest = self._rest[:end], self._rest[end:]
         if len(self._rest) > _LONGEST_LINE:
             raise DataError("a line is longer than 1 MiB, so this is not a table of numbers")
         return self._numbers(lines)
 
-    def _find_out(self, head: bytes) -> bytes:
-        """Take layout, columns, units and rate from the first lines; what is left of them is data."""
+    def _find_out(self, head: bytes, *, wait: bool) -> bytes | None:
+        """Take layout, columns, units and rate from the first lines; what is left of them is data. `wait`: return None
+        if there are too few rows yet, because a device may print lines of text before its samples.
+        """
         # A bad byte here and there is left out with its line.
         if head.startswith((b"\x93NUMPY", b"\x1f\x8b", b"PK\x03\x04")) or len(
             head.translate(None, _PRINTABLE)
         ) > 0.01 * len(head):
             raise DataError("is binary data, no table of text")
-        layout = find_layout(head, whole=True)
+        try:
+            layout = find_layout(head, whole=True)
+        except NoRowsError:
+            if wait:
+                return None
+            raise
+        if wait and head.count(b"\n") < layout.skip_lines + _FIRST_LINES:
+            return None
         table = Table(
             format="text",
             columns=layout.columns,

@@ -20,8 +20,8 @@ from sigmatau.io.read import assemble
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
-from sigmatau.io.read.options import Options, stated_options
-from sigmatau.io.read.registry import reader_of
+from sigmatau.io.read.options import Options, check_skip, stated_options
+from sigmatau.io.read.registry import reader_of, require_text
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
@@ -40,6 +40,7 @@ def read(
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
     layout: str | None = None,
+    skip: int = 0,
     max_expansion: float | None = None,
 ) -> Record:
     """Read a static record from a file.
@@ -81,6 +82,8 @@ def read(
         brackets. A count of three gives x, y and z. ``<`` (low byte first, the usual order) and ``>`` (high byte first)
         hold for all fields that follow. ``4x`` skips four bytes, and ``header 512`` at the beginning skips 512 bytes
         before the first row.
+    skip : int, optional
+        Lines to skip at the beginning of a text table. Default: 0; lines of text above a table are found.
     max_expansion : float, optional
         Largest ratio of unpacked to compressed size. Default: 100; up to 64 MiB are always unpacked.
 
@@ -126,9 +129,10 @@ def read(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
     stated = stated_options(
-        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic, layout=layout
-    )
-    with opened(path, layout, max_expansion) as (file, tables):
+        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic, layout=layout,
+        skip=skip,
+    )  # fmt: skip
+    with opened(path, layout, max_expansion, skip) as (file, tables):
         record = assemble.assemble(choose_tables(tables, options.topic, options.channels), file, options)
     source = record.provenance if file is not None else replace(record.provenance, path=os.fsdecode(path))
     return replace(record, provenance=replace(source, options=stated))
@@ -136,31 +140,32 @@ def read(
 
 @contextlib.contextmanager
 def opened(
-    path: str | os.PathLike[str], layout: str | None = None, max_expansion: float | None = None
+    path: str | os.PathLike[str], layout: str | None = None, max_expansion: float | None = None, skip: int = 0
 ) -> Iterator[tuple[Path | None, Sequence[Table]]]:
     """A file (None for a URL) and its tables; errors are prefixed with the name of the file."""
     if max_expansion is not None and not (isinstance(max_expansion, int | float) and max_expansion >= 1):
         raise OptionError(f"{{option}} must be a number, 1 or more, not {max_expansion!r}", option="max_expansion")
+    check_skip(skip)
     with expansion_limit(max_expansion):
-        yield from _opened(os.fsdecode(path), layout)
+        yield from _opened(os.fsdecode(path), layout, skip)
 
 
-def _opened(name: str, layout: str | None) -> Iterator[tuple[Path | None, Sequence[Table]]]:
+def _opened(name: str, layout: str | None, skip: int) -> Iterator[tuple[Path | None, Sequence[Table]]]:
     tables: Sequence[Table] = ()
     try:
         if "://" in name:
-            yield None, _of_zarr(name, layout)
+            yield None, _of_zarr(name, layout, skip)
             return
         file = Path(name)
         if "\0" not in name and split.zarr_head(file):
-            yield file, (tables := _of_zarr(name, layout))
+            yield file, (tables := _of_zarr(name, layout, skip))
             return
         files = () if "\0" in name else split.files_of(file)
         if len(files) > 1:
-            tables = split.joined(file, files, _tables)
+            tables = split.joined(file, files, lambda part: _tables(part, skip))
         else:
             file = _regular(os.fsdecode(files[0]) if files else name)
-            tables = _tables(file) if layout is None else _raw(file, layout)
+            tables = _tables(file, skip) if layout is None else _raw(file, layout, skip)
             if beside := split.part_of(file):
                 tables = [replace(table, findings=(*table.findings, *beside)) for table in tables]
         yield file, tables
@@ -179,20 +184,28 @@ def _opened(name: str, layout: str | None) -> Iterator[tuple[Path | None, Sequen
         raise error.about(name).with_traceback(None) from None
 
 
-def _tables(file: Path) -> Sequence[Table]:
+def _tables(file: Path, skip: int) -> Sequence[Table]:
     head = _head(_regular(os.fsdecode(file)))
+    if skip:
+        from sigmatau.io.read.formats import text
+
+        require_text(head, file)
+        return text.read(file, head, skip=skip)
     return reader_of(head, file).read(file, head)
 
 
-def _of_zarr(place: str, layout: str | None) -> Sequence[Table]:
-    if layout is not None:
-        raise OptionError("{option} is for raw binary files, and this is a Zarr store", option="layout")
+def _of_zarr(place: str, layout: str | None, skip: int) -> Sequence[Table]:
+    for option, files in (("layout", "raw binary files"), ("skip", "text tables")):
+        if layout if option == "layout" else skip:
+            raise OptionError(f"{{option}} is for {files}, and this is a Zarr store", option=option)
     from sigmatau.io.read.formats import zarr_store
 
     return zarr_store.read(place)
 
 
-def _raw(file: Path, layout: str) -> Sequence[Table]:
+def _raw(file: Path, layout: str, skip: int) -> Sequence[Table]:
+    if skip:
+        raise OptionError("{option} is for text tables; skip bytes by `header` in the layout", option="skip")
     from sigmatau.io.read.formats import raw
 
     return raw.read(file, _head(file), layout)

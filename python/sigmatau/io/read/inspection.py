@@ -202,6 +202,7 @@ def inspect(
     path: str | os.PathLike[str],
     *,
     layout: str | None = None,
+    skip: int = 0,
     max_expansion: float | None = None,
     **options_of_read: Any,  # noqa: ANN401
 ) -> Inspection:
@@ -209,7 +210,7 @@ def inspect(
     are read. Of other tables only the names are listed.
     """
     options = Options.check(**options_of_read)
-    with opened(path, layout, max_expansion) as (file, tables):
+    with opened(path, layout, max_expansion, skip) as (file, tables):
         wanting = ""
         try:
             chosen = choose_tables(tables, options.topic, options.channels)

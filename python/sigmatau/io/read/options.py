@@ -77,13 +77,20 @@ class Options:
         )
 
 
+def check_skip(skip: object) -> int:
+    """The number of lines to skip; raises `OptionError`."""
+    if not isinstance(skip, int | np.integer) or isinstance(skip, bool) or skip < 0:
+        raise OptionError(f"{{option}} must be a number of lines, 0 or more, not {skip!r}", option="skip")
+    return int(skip)
+
+
 def stated_options(**options: object) -> dict[str, object]:
     """Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values."""
     chosen = {name: value for name, value in options.items() if value and name in _MATTER}
     return plain(None, **{name: value for name, value in chosen.items() if (name, value) != ("input", "rate")})
 
 
-_MATTER = ("rate", "unit", "channels", "input", "scale", "offset", "topic", "layout")
+_MATTER = ("rate", "unit", "channels", "input", "scale", "offset", "topic", "layout", "skip")
 _EXAMPLES = {
     "unit": '{"gyro": "deg/s"}',
     "channels": '{"gyro_x": 2}',

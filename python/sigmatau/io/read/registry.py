@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import cast
 
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.table import FORMATS, Format, Head
 
 NOT_LOGS = (
@@ -31,6 +31,7 @@ class _Format:
     what: str  # Name for errors
     likely: Callable[[bytes], bool]  # Fast test of the first bytes; True for all files that `sniff` accepts
     gzip: bool = False  # Whether files compressed by gzip are read
+    binary: bool = True  # Whether the file is not text
 
 
 def _begins(*marks: bytes) -> Callable[[bytes], bool]:
@@ -49,9 +50,12 @@ _FORMATS = (
     _Format("hdf5", "an HDF5 file", _begins(b"\x89HDF")),
     _Format("arrow", "a Parquet or Arrow file", _begins(b"PAR1", b"ARROW1", b"\xff\xff\xff\xff")),
     _Format("tdms", "a TDMS file", _begins(b"TDSm")),
-    _Format("novatel", "a NovAtel log", lambda head: b"RAWIMU" in head or b"\xaaD" in head or b"A,COM" in head),
-    _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True),
-    _Format("text", "text", lambda _: True, gzip=True),
+    _Format(
+        "novatel", "a NovAtel log", lambda head: b"RAWIMU" in head or b"\xaaD" in head or b"A,COM" in head, binary=False
+    ),
+    _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True, binary=False),
+    _Format("lvm", "a LabVIEW measurement file", _begins(b"LabVIEW", b"\xef\xbb\xbfLabVIEW"), binary=False),
+    _Format("text", "text", lambda _: True, gzip=True, binary=False),
 )
 
 # Texts that are saved in place of a log.
@@ -76,6 +80,13 @@ _COMPRESSED = (
     (re.compile(rb"\x1f\x8b"), "compressed twice", "gzip -d"),
     (re.compile(rb"(?s:.{257})ustar"), "an archive of tar", "tar -xf"),
 )
+
+
+def require_text(head: Head, path: Path) -> None:
+    """Raise `OptionError` if a file of which lines are to be skipped is not text, by its first bytes."""
+    for known in _FORMATS:
+        if known.binary and known.likely(head.data):
+            raise OptionError(f"{{option}} is for text tables, and this is {known.what}", option="skip")
 
 
 def reader_of(head: Head, path: Path) -> Format:

@@ -33,6 +33,7 @@ def unread(
     path: str | os.PathLike[str],
     *,
     layout: str | None = None,
+    skip: int = 0,
     max_expansion: float | None = None,
     **options_of_read: Any,  # noqa: ANN401  of `sigmatau.read`
 ) -> Unread:
@@ -46,7 +47,7 @@ def unread(
         As `sigmatau.read`; also for a log of another format, or with several tables.
     """
     options = Options.check(**options_of_read)
-    with opened(path, layout, max_expansion) as (_, tables):
+    with opened(path, layout, max_expansion, skip) as (_, tables):
         chosen = choose_tables(tables, options.topic, options.channels)
         if len(chosen) > 1:
             raise DataError("has its sensors in several tables; a record in stretches is of one table")

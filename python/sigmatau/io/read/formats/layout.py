@@ -16,14 +16,17 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.formats.preamble import SAMPLE_TIME, StatedRate, counts_per_second, find_rate
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.table import FORMATS, Column
 
 COMMENTS = ("#", "%", "//")
 
 _DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}
-_LINES = 2000  # number of lines that are tested
+LINES = 2000  # number of lines that are tested
 _LONG_LINE = 64  # numbers on one line from which on it is said to be no row of samples
+_MOST_LYING = 16  # rows of a table that has a row for each channel
+_LYING_SAMPLES = 512  # columns that such a table has at least; no sensor's log has as many
 _HEADERS = 20  # lines above the samples that may have numbers
 _LEAST_SAMPLES = 100  # rows that follow one with other numbers
 _FAR = 10  # times the range of a column that a number is outside of it, if it is not one of a sample
@@ -35,6 +38,7 @@ _NUMERIC = str.maketrans("", "", "0123456789+-.eE,")  # fast path: what of most 
 _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _EXCHANGED = str.maketrans(",.", ".,")
+_SEPARATOR = re.compile(r'"?sep=.{1,3}$', re.IGNORECASE)  # for Excel
 _UNIT_GAP = re.compile(r"(?<!\s)\s++(?=[\[(])")
 _IN_BRACKETS = re.compile(r"[\[(][^\])]{0,80}[\])]")
 
@@ -48,6 +52,22 @@ class Layout:
     columns: tuple[Column, ...]
     notes: tuple[str, ...]  # Properties of the table, for the provenance of the record
     decimal_comma: bool = False  # Whether 0,5 is one half
+    rate: StatedRate | None = None  # What a line above the table states
+    last: int = 0  # Number of the last line that was searched
+    counts_per_second: int | None = (
+        None  # Of the column SampleTimeFine, if there is one and the stated rate confirms it
+    )
+
+    def fits(self, line: str) -> bool:
+        """Whether a line has as many fields as a row of this layout, or is blank."""
+        text = line.translate(_EXCHANGED) if self.decimal_comma else line
+        columns = len(self.columns)
+        fields = _Line(0, text.strip() if self.delimiter != "\t" else text, comment=False).split(self.delimiter)
+        return not text.strip() or len(fields) == columns or (len(fields) == columns + 1 and not fields[-1])
+
+    def of_same_rows(self, layout: Layout) -> bool:
+        """Whether another layout has the same delimiter and as many columns."""
+        return (self.delimiter, len(self.columns)) == (layout.delimiter, len(layout.columns))
 
 
 @dataclass(slots=True)
@@ -105,19 +125,35 @@ class _Line:
         return len(parts), sum(map(is_number, parts)), not parts[-1]
 
 
-def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
-    """The layout of the table that begins with `data`. `data`: beginning of the file, decompressed; `whole`: true if
-    the file ends there; else the last line is ignored; `encoding`: encoding of the file, if it differs from that of
-    `data`; for the notes.
+class NoRowsError(DataError):
+    """No line of numbers among the first lines of a text, which may have them further on.
+
+    Attributes
+    ----------
+    last : int
+        Number of the last line that was searched.
+    """
+
+    def __init__(self, message: str, *, last: int) -> None:
+        super().__init__(message)
+        self.last = last
+
+
+def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) -> Layout:
+    """The layout of the table that begins with `data`. `data`: beginning of the file after the skipped lines,
+    decompressed; `whole`: true if the file ends there; else the last line is ignored; `encoding`: encoding of the file,
+    if it differs from that of `data`; for the notes; `skip`: lines before `data`.
     """
     text, read_as = decode(data, whole=whole)
     written = f", {encoding}" if encoding else read_as
-    lines = _lines(text)
+    lines = _lines(text, skip)
     rows = [line for line in lines if not line.comment]
     if not rows:
         what = "comments and blank lines" if lines else "blank lines"
-        raise DataError(
-            f"has only {what}" if whole else f"has only {what} in its first {_kibibytes(data)} KiB; cut them"
+        if whole and text.count("\n") < LINES:
+            raise DataError(f"has only {what}")
+        raise NoRowsError(
+            f"has only {what} in its first {_kibibytes(data)} KiB", last=skip + min(text.count("\n"), LINES)
         )
     if rows[0].text.startswith("{") and '"sigmatau":' in text[:_HEAD_OF_RESULT]:
         raise DataError("is a result of sigmatau, not a log; sigmatau export, compare, plan and predict read it")
@@ -128,8 +164,9 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
         error = _long_line(rows[0].text.encode(), "the only line")
         if "all of it numbers" in error.message:
             raise error
+    _refuse_lying(rows)
     decimal_comma = _exchange_decimal_commas(rows)
-    delimiter, columns = _delimiter(rows)
+    delimiter, columns = _delimiter(rows, lines)
     data_rows = [line for line in rows if line.is_data(delimiter, columns)]
     first, skipped = _first_sample(rows, data_rows, delimiter, columns)
     if delimiter == ",":
@@ -144,10 +181,17 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     notes = [
         f"{kind} text{commas}, {'no header' if header is None else f'header on line {header}'}{written}",
         *layout_notes,
+        *_note_above(rows, header),
         *(f"line {line.number} skipped: its numbers are not those of a sample" for line in skipped),
     ]
+    rate = find_rate([(line.number, line.text) for line in before])
+    fine = [k for k, name in enumerate(names) if name.lower() == SAMPLE_TIME]
+    counts = [row.values(delimiter)[fine[0]] for row in data_rows] if fine and rate else []
     return Layout(
         delimiter=delimiter,
+        rate=rate,
+        last=lines[-1].number,
+        counts_per_second=counts_per_second(counts, rate.rate) if rate else None,
         skip_lines=first.number - 1,
         columns=tuple(
             Column(name=n, unit=u, first=f)
@@ -158,13 +202,41 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "") -> Layout:
     )
 
 
+def _note_above(rows: list[_Line], header: int | None) -> list[str]:
+    """A note of the lines of text above the header; nothing if there are none."""
+    above = [row for row in rows if header is not None and row.number < header and not _SEPARATOR.match(row.text)]
+    if not above:
+        return []
+    count = f"{len(above)} lines" if len(above) > 1 else "1 line"
+    return [f"{count} of text above the header skipped, from line {above[0].number}"]
+
+
+def _refuse_lying(rows: list[_Line]) -> None:
+    """Raise `DataError` for a table with a row of numbers for each channel, and a column for each sample."""
+    if len(rows) > _MOST_LYING:
+        return
+    delimiter = max(_DELIMITERS, key=lambda d: len(rows[-1].split(d)))
+    widths = {len(row.split(delimiter)) for row in rows}
+    if len(widths) == 1 and (samples := widths.pop()) > max(_LYING_SAMPLES, 10 * len(rows)):
+        options = f", delimiter={delimiter!r}" if delimiter else ""
+        if not _is_number(rows[0].split(delimiter)[0]):
+            options += f", usecols=range(1, {samples})"
+        raise DataError(
+            f"has {len(rows)} rows of {samples} fields, so a row is a channel; turn the table with python -c"
+            f" \"import numpy as n; n.savetxt('rows.csv', n.loadtxt('LOG'{options}).T, delimiter=',')\""
+        )
+
+
 def _first_sample(
     rows: list[_Line], data: list[_Line], delimiter: str | None, columns: int
 ) -> tuple[_Line, list[_Line]]:
     """The first row of samples, and the rows of numbers before it: above the header, or with other numbers than all rows
     that follow, as scales or a position.
     """
-    headers = [line for line in rows[:_HEADERS] if names_something(_header_fields(line, delimiter, columns))]
+    numbers = {line.number for line in data}
+    latest = data[min(_HEADERS, len(data) - 1)].number  # a later header is one among the samples
+    words = (line for line in rows if line.number <= latest and line.number not in numbers)
+    headers = [line for line in words if names_something(_header_fields(line, delimiter, columns))]
     above = [line for line in data if headers and line.number < headers[-1].number]
     rest = data[len(above) :] or data
     above = above if data[len(above) :] else []
@@ -218,11 +290,15 @@ def decode(data: bytes, *, whole: bool) -> tuple[str, str]:
 
 
 def _long_line(data: bytes, which: str, ends: str = "") -> DataError:
-    begun = re.split(r"[,;\s]+", data[:1000].decode("latin-1").strip())[:-1]
-    if len(begun) > _LONG_LINE and all(map(is_number, begun)):
+    begun = data[:1000].decode("latin-1").strip()
+    fields = re.split(r"[,;\s]+", begun)[:-1]
+    if len(fields) > _LONG_LINE and all(map(is_number, fields)):
+        marks = "".join(sorted({c for c in begun if c in ",; \t"}, reverse=True)).replace("\t", "\\t")
+        skipped = "tail -n +2 LOG | tr" if which == "the second line" else "tr"
+        command = f"{skipped} -s '{marks}' '\\n'{'' if skipped != 'tr' else ' < LOG'} | paste -d, - - - > rows.csv"
         return DataError(
-            f"{which} is longer than {_kibibytes(data)} KiB, all of it numbers: a sample needs a line of its own; put line"
-            " ends between them, e.g. by tr ',' '\\n'"
+            f"{which} is longer than {_kibibytes(data)} KiB, all of it numbers, and a sample needs a line of its own;"
+            f" for samples of 3 numbers: {command}"
         )
     return DataError(f"{which} is longer than {_kibibytes(data)} KiB, so this is not a text table{ends}")
 
@@ -231,9 +307,9 @@ def _kibibytes(data: bytes) -> int:
     return len(data) // 1024
 
 
-def _lines(text: str) -> list[_Line]:
+def _lines(text: str, skip: int) -> list[_Line]:
     lines = []
-    for number, raw in enumerate(text.split("\n")[:_LINES], 1):
+    for number, raw in enumerate(text.split("\n")[:LINES], skip + 1):
         # As in the reader of the rows: tabs may be empty fields, so only blank lines are skipped.
         line = raw.strip(" \r") if "\t" in raw else raw.strip()
         if line:
@@ -283,7 +359,7 @@ def _is_data(fields: list[str], columns: int | None = None) -> bool:
     return (numbers > 0 or words > 0) and 2 * (numbers + missing) >= len(fields)
 
 
-def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
+def _delimiter(rows: list[_Line], with_comments: list[_Line]) -> tuple[str | None, int]:
     """The delimiter and the number of columns that give the most numbers in rows."""
     best: tuple[int, float] = (0, 0.0)
     choice: tuple[str | None, int] | None = None
@@ -309,13 +385,33 @@ def _delimiter(rows: list[_Line]) -> tuple[str | None, int]:
                 choice = (delimiter, n - 1 if bare else n)
     if choice is None:
         line = rows[0]
-        raise DataError(
+        raise NoRowsError(
             f"has no line of numbers in its first {'line' if len(rows) == 1 else f'{len(rows)} lines'}"
             f" (line {line.number} begins {line.text[:40]!r});"
-            " a table with columns of numbers is needed"
+            " a table with columns of numbers is needed",
+            last=with_comments[-1].number,
         )
     delimiter, columns = choice
+    if delimiter is None and (named := _named_tabs(rows, with_comments, columns)):
+        return "\t", named
     return (None if columns == 1 and all(len(r.split(None)) == 1 for r in rows[-5:]) else delimiter), columns
+
+
+def _named_tabs(rows: list[_Line], lines: list[_Line], filled: int) -> int | None:
+    """The number of columns between tabs, if a header names more of them than the rows fill; None if not."""
+    row = next((r for r in rows if len(r.split(None)) == filled and _is_data(r.split(None))), None)
+    if row is None or "\t\t" not in f"\t{row.text}\t":
+        return None
+    columns = len(row.split("\t"))
+    if columns <= filled or sum(map(bool, row.split("\t"))) != filled or not row.is_data("\t", columns):
+        return None
+    before = [line for line in lines if line.number < row.number]
+    for width in (columns, columns - 1):  # a tab at the end of the rows
+        for line in before[-3:]:
+            fields = _header_fields(line, "\t", width)
+            if width > filled and fields and all(fields) and len(line.text.split("\t")) >= width:
+                return width
+    return None
 
 
 def _names_last(rows: list[_Line], delimiter: str | None, columns: int) -> bool:

@@ -6,24 +6,35 @@ nearest double.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import formats
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place, SkippedLines
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.kind_columns import with_sensor_names
-from sigmatau.io.read.formats.layout import COMMENTS, Layout, bare_fields, decode, find_layout, header_fields
+from sigmatau.io.read.formats.layout import (
+    COMMENTS,
+    LINES,
+    Layout,
+    NoRowsError,
+    bare_fields,
+    decode,
+    find_layout,
+    header_fields,
+)
+from sigmatau.io.read.formats.preamble import SAMPLE_TIME, unwrapped
 from sigmatau.io.read.formats.row_kinds import Kinds, find_kinds, first_values, rows_of_kind
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import Column, Head, Loaded, RowKind, Table, is_date, with_days
+from sigmatau.io.read.table import HEAD, Column, Head, Loaded, RowKind, Table, is_date, with_days
 from sigmatau.record import memory
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
@@ -39,6 +50,8 @@ _SENSOR_LOGGER = {
 _IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
 _EXCHANGED = str.maketrans(",.", ".,")
 _TAIL = 1 << 10  # [bytes]
+_OVERLAP = 50  # lines that are searched twice, since names and units of columns are above the samples
+_MOST_PREAMBLES = 64  # parts of 256 KiB or 2000 lines that are searched for a table, 16 MiB of text above it
 _MIN_LINES = 16  # lines before the first bytes that are not text, to be a damaged table and not a binary file
 
 
@@ -50,6 +63,7 @@ class _Beginning:
     whole: bool
     encoding: str
     called: str  # name of the encoding for the notes; empty if it is ASCII or not known yet
+    skip: int = 0  # lines of the file above it
 
     @classmethod
     def of(cls, head: bytes, *, whole: bool) -> _Beginning:
@@ -80,16 +94,22 @@ def sniff(head: bytes, path: Path) -> bool:
     return True
 
 
-def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The columns of a text table, which are read on demand; a table for each kind of rows, if it has several."""
-    return tables_of(path, head, path.name.split(".")[0])
+def read(path: Path, head: Head, *, skip: int = 0) -> tuple[Table, ...]:
+    """The columns of a text table below `skip` lines, which are read on demand; a table for each kind of rows, if it has
+    several.
+    """
+    return tables_of(path, head, path.name.split(".")[0], skip=skip)
 
 
-def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
+def tables_of(
+    source: Path | bytes, head: Head, name: str, topic: str = "", *, skip: int = 0
+) -> tuple[Table, ...]:
     """The tables of a file, or of text in memory: one, or one for each kind of its rows. `name`: name of the file without
     its suffix; `topic`: name of the only table, or what those of several tables begin with.
     """
     beginning = _Beginning.of(head.data, whole=head.whole)
+    if skip:
+        beginning = _below(source, beginning, skip)
     try:
         lines, _ = decode(beginning.data, whole=beginning.whole)
     except DataError:
@@ -106,7 +126,7 @@ def _tables_of_kinds(
     for label in kinds.labels:
         own = rows_of_kind(lines, kinds, label)
         try:
-            layout = find_layout(own.encode(), whole=beginning.whole, encoding=beginning.called)
+            layout = find_layout(own.encode(), whole=beginning.whole, encoding=beginning.called, skip=beginning.skip)
         except DataError:
             continue  # rows without numbers
         if layout.delimiter != kinds.delimiter or len(layout.columns) <= kinds.column:
@@ -127,9 +147,12 @@ def _table_of(
     kind: RowKind | None = None,
 ) -> Table:
     if layout is None:
-        layout = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called)
+        layout = _first_layout(source, beginning)
+    if beginning.skip:
+        skipped = f"the first {beginning.skip} lines skipped" if beginning.skip > 1 else "the first line skipped"
+        layout = replace(layout, notes=(*layout.notes, skipped))
     dated, days = with_days(layout.columns)
-    text = _Text(
+    text = Text(
         source=source,
         layout=replace(layout, columns=dated),
         encoding=beginning.encoding,
@@ -144,15 +167,73 @@ def _table_of(
         return text.load(tuple(wanted), exact)
 
     columns, named = _of_sensor_logger(dated, name)
+    loaded: Callable[[Sequence[int], int | None], Loaded] = load
+    if layout.counts_per_second is not None:
+        columns, loaded, counted = _of_mt_manager(columns, load, layout.counts_per_second)
+        named = (*named, counted)
     return Table(
         format="text",
         columns=columns,
         notes=(*(("gzip",) if head.gzip else ()), *layout.notes, *named),
-        load=load,
+        load=loaded,
+        rate=None if layout.rate is None else layout.rate.rate,
+        rate_source=layout.rate.source if layout.rate else "",
         where=lambda row: f"line {text.line(row)}",
         topic=topic,
         kind=kind,
     )
+
+
+def _below(source: Path | bytes, beginning: _Beginning, skip: int) -> _Beginning:
+    """The beginning of a text below `skip` lines; raises `OptionError` if there is none."""
+    data = truncation.beginning_below(source, skip, beginning.encoding, HEAD)
+    if not data:
+        raise OptionError(f"has fewer than {skip + 1} lines; {{option}} skips all of them", option="skip")
+    return replace(beginning, data=data[:HEAD], whole=len(data) <= HEAD, skip=skip)
+
+
+def _first_layout(source: Path | bytes, beginning: _Beginning) -> Layout:
+    """The layout of the first table in a text, however many lines are above it; raises `DataError`.
+
+    Lines above a table may look like rows of a table of their own. Thus a layout that does not fit the last line is only
+    taken if the text goes on in it, or if no other is found.
+    """
+    first: Layout | NoRowsError
+    try:
+        first = find_layout(
+            beginning.data, whole=beginning.whole, encoding=beginning.called, skip=beginning.skip
+        )
+    except NoRowsError as error:
+        if beginning.whole and error.last - beginning.skip < LINES:
+            raise DataError(error.message) from None
+        first = error
+    last = truncation.last_line(source, beginning.encoding)
+    if isinstance(first, Layout) and (last is None or first.fits(last)):
+        return first
+    searched, skip = first.last, beginning.skip
+    for _ in range(_MOST_PREAMBLES):
+        if searched - skip <= _OVERLAP:
+            break
+        skip = searched - _OVERLAP
+        data = truncation.beginning_below(source, skip, beginning.encoding, HEAD)
+        if not data or truncation.BREAK.search(data):
+            break
+        try:
+            layout = find_layout(data[:HEAD], whole=len(data) <= HEAD, encoding=beginning.called, skip=skip)
+            if isinstance(first, NoRowsError) or (last is not None and layout.fits(last)):
+                return layout
+            searched = layout.last
+        except NoRowsError as error:
+            searched = error.last
+        except DataError:
+            break
+        if isinstance(first, Layout) and layout.of_same_rows(first) and any(c.name for c in first.columns):
+            break  # one table, whose end is damaged
+        if len(data) <= HEAD and searched - skip < LINES:
+            break
+    if isinstance(first, Layout):
+        return first
+    raise DataError(f"{first}; if the table begins further down, give --skip N for N lines above it") from None
 
 
 def _of_sensor_logger(columns: tuple[Column, ...], name: str) -> tuple[tuple[Column, ...], tuple[str, ...]]:
@@ -164,9 +245,26 @@ def _of_sensor_logger(columns: tuple[Column, ...], name: str) -> tuple[tuple[Col
     return full, (f"x, y, z of the {sensor} by the name of the file, {name}",)
 
 
+def _of_mt_manager(
+    columns: tuple[Column, ...], load: Callable[[Sequence[int], int | None], Loaded], per_second: int
+) -> tuple[tuple[Column, ...], Callable[[Sequence[int], int | None], Loaded], str]:
+    """The columns and their loading with the counter SampleTimeFine as nanoseconds."""
+    fine = next(k for k, column in enumerate(columns) if column.name.lower() == SAMPLE_TIME)
+
+    def load_times(wanted: Sequence[int], exact: int | None) -> Loaded:
+        loaded = load(wanted, exact)
+        counts = loaded.columns.get(fine)
+        if counts is None or counts.dtype != np.int64:
+            return loaded
+        return replace(loaded, columns={**loaded.columns, fine: unwrapped(counts, per_second)})
+
+    timed = tuple(replace(c, unit="ns") if k == fine else c for k, c in enumerate(columns))
+    return timed, load_times, f"SampleTimeFine counts 1/{per_second} s in 32 bits; read as ns"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Text:
-    """A text with a known layout."""
+class Text:
+    """A text whose layout is known, and the reading of its columns."""
 
     source: Path | bytes
     layout: Layout
@@ -217,13 +315,18 @@ class _Text:
                 stream.seek(max(stream.seek(0, 2) - _TAIL, 0))
                 tail = stream.read()
         encoding, point = "latin-1" if self.encoding == "ascii" else self.encoding, ".,"[self.layout.decimal_comma]
-        lines = tail[-_TAIL:].decode(encoding, "replace").rstrip("\0 \t\x1a").split("\n")
+        blanks = "\0 \x1a" if self.layout.delimiter == "\t" else "\0 \t\x1a"
+        lines = tail[-_TAIL:].decode(encoding, "replace").rstrip(blanks).split("\n")
         if self.kind is not None:
             lines = [line for k, line in enumerate(lines) if k + 1 == len(lines) or self._is_of_kind(line)]
             if not self._is_of_kind(lines[-1]):
                 return False
         if not lines[-1].strip() or lines[-1].lstrip().startswith(COMMENTS):
             return False
+        if mark := self.layout.delimiter:
+            trailing = [line.count(mark) == len(self.layout.columns) for line in lines[-2:]]
+            if any(trailing):  # a delimiter also follows the last field
+                return not trailing[-1]
         above, *_, last = 2 * [line.split(self.layout.delimiter)[-1].strip() for line in lines[-2:] if line.strip()]
         return point not in last or len(last.partition(point)[2]) < len(above.partition(point)[2])
 

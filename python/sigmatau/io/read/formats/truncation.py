@@ -19,6 +19,7 @@ from sigmatau.errors import DataError
 # Bytes that text does not have; 0x1a is allowed, because it ends files of old systems
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
 _CHUNK = 1 << 20  # [bytes]
+_TAIL = 1 << 14  # of a text whose last line is looked at [bytes]
 _MIN_NOT_ASCII = 16  # bytes beyond ASCII in a damaged line; they are also at least half of it
 
 
@@ -60,6 +61,38 @@ def _blocks_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
                 yield block if decoder is None else decoder.decode(block).encode("utf-8", "replace")
     except (EOFError, zlib.error, gzip.BadGzipFile):
         return
+
+
+def last_line(source: Path | bytes, encoding: str) -> str | None:
+    """The last line of a text that ends, or the only one; None for compressed text, which would have to be unpacked."""
+    if isinstance(source, Path):
+        with source.open("rb") as stream:
+            if stream.read(2) == b"\x1f\x8b":
+                return None
+            stream.seek(max(stream.seek(0, 2) - _TAIL, 0))
+            source = stream.read()
+    # In UTF-16 the tail begins at an even byte, because the size of the file is even unless it was cut.
+    text = source[-_TAIL:].decode("latin-1" if encoding == "ascii" else encoding, "replace")
+    lines = [line.rstrip("\r") for line in text.split("\n")[:-1] if line.strip()]
+    return lines[-1] if len(lines) > 1 else None
+
+
+def beginning_below(source: Path | bytes, skip: int, encoding: str, size: int) -> bytes:
+    """The text below `skip` lines, in UTF-8: its first `size` bytes, and one byte more if it goes on."""
+    text, lines = b"", skip
+    for block in _blocks_of(source, encoding):
+        rest = block
+        if lines:
+            ends = rest.count(b"\n")
+            if ends < lines:
+                lines -= ends
+                continue
+            rest = rest.split(b"\n", lines)[lines]
+            lines = 0
+        text += rest
+        if len(text) > size:
+            break
+    return text[: size + 1]
 
 
 def line_at(source: Path | bytes, number: int, encoding: str) -> Line:

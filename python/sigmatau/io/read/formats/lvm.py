@@ -1,0 +1,279 @@
+"""LabVIEW measurement files, ``.lvm``: tables of text in segments, each with a header of tags.
+
+Specification: NI, "Specification for the LabVIEW Measurement File (.lvm)", tutorial 4139.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.formats.layout import Layout
+from sigmatau.io.read.formats.text import Text
+from sigmatau.io.read.table import Column, Head, Loaded, Table
+from sigmatau.record import memory
+
+_MARK = b"LabVIEW Measurement"
+_BOM = b"\xef\xbb\xbf"
+_END = b"***End_of_Header***"
+_SPECIAL = re.compile(rb"\*\*\*Start_Special\*\*\*.*?\*\*\*End_Special\*\*\*[^\n]*", re.DOTALL)
+_TAG_LINES = 64  # lines of a segment's header at most; the specification has 13 tags
+_DIGITS = b"0123456789+-.,eE\t\r\n ;"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Segment:
+    """A header of tags and the rows below it."""
+
+    names: tuple[str, ...]  # Of the columns, without that of comments
+    tags: Mapping[str, tuple[str, ...]]  # Values by tag, one for each channel
+    start: int  # First byte of its rows
+    end: int  # Byte after its rows
+    rows: int  # Lines that are not blank
+
+    def number(self, tag: str, point: str) -> float | None:
+        """The value of a tag for the first channel; None if it has none."""
+        values = _numbers(self.tags.get(tag, ()), point)
+        return values[0] if values else None
+
+    def began(self) -> float | None:
+        """Seconds since 1970 of the date and time in the header; None without them."""
+        try:
+            day = dt.date.fromisoformat(self.tags["Date"][0].replace("/", "-"))
+            hours, minutes, seconds = self.tags["Time"][0].replace(",", ".").split(":")
+            return (day.toordinal() - 719_163) * 86_400 + int(hours) * 3600 + int(minutes) * 60 + float(seconds)
+        except (KeyError, IndexError, ValueError):
+            return None
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file begins with the name of the format."""
+    return head.removeprefix(_BOM).startswith(_MARK)
+
+
+def read(path: Path, head: Head) -> tuple[Table, ...]:
+    """The segments of the file; those of the same columns are one table."""
+    data = _bytes_of(path)
+    tags_end = data.find(_END)
+    if tags_end < 0:
+        raise DataError("has no end of its header (***End_of_Header***): it was truncated; record the file again")
+    separator = _separator(data[:tags_end])
+    tags = _tags(data[:tags_end], separator)
+    point = tags.get("Decimal_Separator", (".",))[0] or "."
+    x_columns = tags.get("X_Columns", ("One",))[0].lower()
+    data = _SPECIAL.sub(lambda match: b"\n" * match[0].count(b"\n"), data)
+    segments = _segments(data, _line_end(data, tags_end), separator)
+    by_names: dict[tuple[str, ...], list[_Segment]] = {}
+    for segment in segments:
+        if segment.rows:
+            by_names.setdefault(segment.names, []).append(segment)
+    if not by_names:
+        raise DataError("has headers but no rows")
+    return tuple(
+        _table(
+            data,
+            some,
+            separator,
+            point,
+            x_columns,
+            topic=f"segment {segments.index(some[0]) + 1}" * (len(by_names) > 1),
+        )
+        for some in by_names.values()
+    )
+
+
+def _bytes_of(path: Path) -> bytes:
+    free = memory.available()
+    if free is not None and 3 * path.stat().st_size > free:
+        raise DataError("does not fit in memory; save it in parts, or as TDMS")
+    return path.read_bytes()
+
+
+def _separator(head: bytes) -> bytes:
+    match = re.search(rb"^Separator([\t,;])", head, re.MULTILINE)
+    return match[1] if match else b"\t"
+
+
+def _tags(head: bytes, separator: bytes) -> dict[str, tuple[str, ...]]:
+    """The values of each tag in a header."""
+    tags: dict[str, tuple[str, ...]] = {}
+    for line in head.decode("utf-8", errors="replace").splitlines():
+        name, *values = line.rstrip().split(separator.decode())
+        tags[name.strip()] = tuple(value.strip() for value in values)
+    return tags
+
+
+def _line_end(data: bytes, start: int) -> int:
+    end = data.find(b"\n", start)
+    return len(data) if end < 0 else end + 1
+
+
+def _header_start(data: bytes, mark: int) -> int:
+    """Where the lines of tags above the end of a header begin."""
+    start = mark
+    for _ in range(_TAG_LINES):
+        above = data.rfind(b"\n", 0, max(start - 1, 0)) + 1
+        line = data[above:start].strip()
+        if above == start or (line and not line[:1].isalpha()):
+            break
+        start = above
+    return start
+
+
+def _segments(data: bytes, start: int, separator: bytes) -> list[_Segment]:
+    """The segments below the header of the file; without a header of a segment, all rows are one."""
+    marks = []
+    mark = data.find(_END, start)
+    while mark >= 0:
+        marks.append(mark)
+        mark = data.find(_END, mark + 1)
+    headers = [(max(_header_start(data, mark), start), mark) for mark in marks] or [(start, start)]
+    segments = []
+    for k, (begin, mark) in enumerate(headers):
+        named = _line_end(data, mark) if marks else start
+        first = _line_end(data, named)
+        end = headers[k + 1][0] if k + 1 < len(headers) else len(data)
+        names = _names(data[named:first], separator)
+        rows = sum(1 for line in data[first:end].split(b"\n") if line.strip())
+        tags = _tags(data[begin:mark], separator)
+        segments.append(_Segment(names=names, tags=tags, start=first, end=max(end, first), rows=rows))
+    return segments
+
+
+def _names(line: bytes, separator: bytes) -> tuple[str, ...]:
+    names = [name.strip().strip('"') for name in line.decode("utf-8", errors="replace").split(separator.decode())]
+    while names and (not names[-1] or names[-1].lower() == "comment"):
+        names.pop()
+    if not names:
+        raise DataError("has no names of columns below a header (***End_of_Header***); record the file again")
+    return tuple(names)
+
+
+def _numbers(values: Sequence[str], point: str) -> list[float]:
+    try:
+        return [float(value.replace(point, ".")) for value in values if value]
+    except ValueError:
+        return []
+
+
+def _table(data: bytes, segments: list[_Segment], separator: bytes, point: str, x_columns: str, topic: str) -> Table:
+    first = segments[0]
+    without_x = x_columns == "no"
+    names = first.names if first.names[0].lower() == "x_value" or not without_x else ("X_Value", *first.names)
+    steps = _numbers(first.tags.get("Delta_X", ()), point)
+    if len(set(steps)) > 1:
+        listed = ", ".join(f"{step:g}" for step in sorted(set(steps)))
+        raise DataError(f"has channels of different intervals (Delta_X {listed} s); save a file for each interval")
+    columns = _columns(first, names)
+    rows = _Rows(
+        text=Text(
+            source=_rows_in_place(data, segments, separator, len(names)),
+            layout=Layout(
+                delimiter=separator.decode(),
+                skip_lines=data[: first.start].count(b"\n"),
+                columns=columns,
+                notes=(),
+                decimal_comma=point == ",",
+            ),
+            encoding="ascii",
+            gzip=False,
+            days={},
+        ),
+        segments=tuple(segments),
+        point=point,
+        without_x=without_x,
+    )
+    several = f" in {len(segments)} segments" if len(segments) > 1 else ""
+    notes = [f"LabVIEW measurement file{several}{' with decimal commas' if point == ',' else ''}"]
+    if first.tags.get("Date") and first.tags.get("Time"):
+        notes.append(f"begun {first.tags['Date'][0]} {first.tags['Time'][0][:15]} by its header")
+    by_steps = without_x and len(segments) == 1
+    return Table(
+        format="lvm",
+        columns=columns[1:] if by_steps else columns,
+        notes=tuple(notes),
+        load=rows.load_without_x if by_steps else rows.load,
+        where=lambda row: f"line {rows.text.line(row)}",
+        topic=topic,
+        rate=1 / steps[0] if by_steps and steps and steps[0] > 0 else None,
+        rate_source="Delta_X of the header",
+    )
+
+
+def _columns(segment: _Segment, names: Sequence[str]) -> tuple[Column, ...]:
+    """Names and units; the first column of X is the time, if X is one."""
+    units = list(segment.tags.get("Y_Unit_Label", ()))
+    in_time = segment.tags.get("X_Dimension", ("Time",))[0].lower() in ("time", "")
+    columns = []
+    for k, name in enumerate(names):
+        if name.lower() == "x_value":
+            columns.append(Column(name="time", unit="s") if k == 0 and in_time else Column(name=f"X_Value {k + 1}"))
+        else:
+            columns.append(Column(name=name, unit=(units.pop(0) or None) if units else None))
+    return tuple(columns)
+
+
+def _rows_in_place(data: bytes, segments: list[_Segment], separator: bytes, columns: int) -> bytes:
+    """The file with blank lines for headers and for other segments, so that lines keep their numbers; without comments."""
+    pieces, at = [], segments[0].start
+    pieces.append(b"\n" * data[:at].count(b"\n"))
+    comment = re.compile(rb"^((?:[^%b\r\n]*%b){%d})[^\r\n]*" % (separator, separator, columns), re.MULTILINE)
+    for segment in segments:
+        rows = data[segment.start : segment.end]
+        if rows.translate(None, _DIGITS):
+            rows = comment.sub(rb"\1", rows)
+        pieces += [b"\n" * data[at : segment.start].count(b"\n"), rows]
+        at = segment.end
+    return b"".join(pieces)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Rows:
+    """The rows of segments, with their times."""
+
+    text: Text
+    segments: tuple[_Segment, ...]
+    point: str
+    without_x: bool
+
+    def load_without_x(self, wanted: Sequence[int], exact: int | None) -> Loaded:
+        """Columns of a table whose first column, X, is empty and not one of the table."""
+        loaded = self.text.load(tuple(k + 1 for k in wanted), None if exact is None else exact + 1)
+        return replace(loaded, columns={k - 1: column for k, column in loaded.columns.items()})
+
+    def load(self, wanted: Sequence[int], exact: int | None) -> Loaded:
+        """Columns, the first of which has the times since the beginning of the first segment."""
+        loaded = self.text.load(tuple(wanted), None if self.without_x else exact)
+        if 0 not in loaded.columns or len(self.segments) == 1:
+            return loaded
+        x = np.array(loaded.columns[0], dtype=np.float64)
+        return replace(loaded, columns={**loaded.columns, 0: self._times(x)})
+
+    def _times(self, x: NDArray[np.float64]) -> NDArray[Any]:
+        """Times of the rows of all segments: X, or X after the beginning of its segment if it starts again in each."""
+        ends = np.minimum(np.cumsum([segment.rows for segment in self.segments]), len(x))
+        parts = [slice(a, b) for a, b in zip((0, *ends[:-1].tolist()), ends.tolist(), strict=True) if b > a]
+        if self.without_x:
+            for segment, part in zip(self.segments, parts, strict=False):
+                step = segment.number("Delta_X", self.point)
+                if step is None:
+                    raise DataError(
+                        "a header of a segment has no Delta_X; give the rate by --channels time=none --rate HZ"
+                    )
+                x[part] = (segment.number("X0", self.point) or 0.0) + step * np.arange(part.stop - part.start)
+        again = any(x[b.start] <= x[a.stop - 1] for a, b in pairwise(parts))
+        starts = [segment.began() for segment in self.segments]
+        origin = starts[0]
+        if again and origin is not None:
+            for start, part in zip(starts, parts, strict=False):
+                x[part] += 0.0 if start is None else start - origin
+        return x

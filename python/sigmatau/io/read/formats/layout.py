@@ -219,7 +219,7 @@ def _refuse_lying(rows: list[_Line]) -> None:
     widths = {len(row.split(delimiter)) for row in rows}
     if len(widths) == 1 and (samples := widths.pop()) > max(_LYING_SAMPLES, 10 * len(rows)):
         options = f", delimiter={delimiter!r}" if delimiter else ""
-        if not _is_number(rows[0].split(delimiter)[0]):
+        if not is_number(rows[0].split(delimiter)[0]):
             options += f", usecols=range(1, {samples})"
         raise DataError(
             f"has {len(rows)} rows of {samples} fields, so a row is a channel; turn the table with python -c"

@@ -101,9 +101,7 @@ def read(path: Path, head: Head, *, skip: int = 0) -> tuple[Table, ...]:
     return tables_of(path, head, path.name.split(".")[0], skip=skip)
 
 
-def tables_of(
-    source: Path | bytes, head: Head, name: str, topic: str = "", *, skip: int = 0
-) -> tuple[Table, ...]:
+def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "", *, skip: int = 0) -> tuple[Table, ...]:
     """The tables of a file, or of text in memory: one, or one for each kind of its rows. `name`: name of the file without
     its suffix; `topic`: name of the only table, or what those of several tables begin with.
     """
@@ -200,9 +198,7 @@ def _first_layout(source: Path | bytes, beginning: _Beginning) -> Layout:
     """
     first: Layout | NoRowsError
     try:
-        first = find_layout(
-            beginning.data, whole=beginning.whole, encoding=beginning.called, skip=beginning.skip
-        )
+        first = find_layout(beginning.data, whole=beginning.whole, encoding=beginning.called, skip=beginning.skip)
     except NoRowsError as error:
         if beginning.whole and error.last - beginning.skip < LINES:
             raise DataError(error.message) from None

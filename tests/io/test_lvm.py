@@ -111,7 +111,7 @@ def test_channels_without_a_unit(tmp_path):
 
 
 def test_other_columns_are_another_topic(tmp_path):
-    changed = [line.replace("Gyro", "Wheel") for line in segment(VALUES[:100])]
+    changed = [line.replace("Gyro", "Pressure") for line in segment(VALUES[:100], unit="bar")]
     record = read(save(tmp_path / "log.lvm", changed, segment(VALUES)))
     assert record.provenance.topics == ("segment 2",)
     assert record.streams[0].grid.n == N

@@ -113,7 +113,7 @@ def test_live():
         samples = np.concatenate([piece for piece in taken if piece.size])
         np.testing.assert_array_equal(samples, VALUES)
     above = "\n".join(["1,2"] * 70).encode()
-    for size in (1, 100, 10**6):
+    for size in (100, 10**6):
         live, logged = Live(options, skip=70), above + b"\n" + text
         taken = [live.push(logged[k : k + size]) for k in range(0, len(logged), size)]
         np.testing.assert_array_equal(np.concatenate([piece for piece in taken if piece.size]), VALUES)

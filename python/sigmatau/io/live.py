@@ -117,6 +117,7 @@ class Live:
     lines: int = 0  # Lines of data that were read
     leaps: int = 0  # Intervals between stamps that are negative or longer than 20 sample intervals
     _rest: bytes = b""
+    _lines_needed: int = _FIRST_LINES  # before the layout is looked for
     _layout: Layout | None = None
     _choice: Choice | None = None
     _intervals: tuple[int, float] = (0, 0.0)
@@ -159,7 +160,7 @@ class Live:
         end = len(self._rest) if last else self._rest.rfind(b"\n") + 1
         if self._layout is None:
             head = self._rest[:end]
-            if not last and head.count(b"\n") < _FIRST_LINES and len(self._rest) < HEAD:
+            if not last and head.count(b"\n") < self._lines_needed and len(self._rest) < HEAD:
                 return np.empty((0, 0))
             wait = not last and len(self._rest) < HEAD
             body = self._find_out(head, wait=wait)
@@ -185,9 +186,11 @@ class Live:
             layout = find_layout(head, whole=True)
         except NoRowsError:
             if wait:
+                self._lines_needed = head.count(b"\n") + _FIRST_LINES
                 return None
             raise
         if wait and head.count(b"\n") < layout.skip_lines + _FIRST_LINES:
+            self._lines_needed = layout.skip_lines + _FIRST_LINES
             return None
         table = Table(
             format="text",

@@ -103,6 +103,7 @@ TIMES = (
     r"|time_(?:boot|since_start|since_boot|startup)|timestartup|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc"
     r"|utc_?time|date_and_time|time_?stamp_(?:unix|sync)|(?:motion|gyro|accelerometer)_?timestamp_since_?reboot"
     r"|(?:gps_?)?tow|time_?of_?week|zeit|temps|tiempo|tempo",
+    r"sample_?time_?fine",  # Xsens
     r"log_time",  # of the recorder of an MCAP file or a bag
 )
 SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.arrays import Bools, Floats, Ints
+from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
@@ -203,6 +203,27 @@ def white_level(x: Floats, tau0: float) -> tuple[float, int]:
     ]
     _, level, m = min(levels, default=(math.nan, math.nan, 1))
     return level, m
+
+
+# Runs from which on their tail is judged; the part that is the tail, and its least number of runs.
+_MIN_RUNS, _TAIL_PART, _MIN_TAIL = 40, 10, 20
+
+FEW_STEPS = 32.0
+"""Noise in steps up to which samples may rest on a value by themselves: pulses of up to 16 counts each."""
+
+
+def longest_of_tail(lengths: Ints, *, false_alarm: float) -> float:
+    """The length that the longest of these runs exceeds with probability `false_alarm`, by the others; 0 for too few runs.
+
+    The tail of waiting times is exponential: of the m runs beyond a length u the excess has the median e·ln 2, and the
+    longest is beyond u + e·ln(m/p) with probability p. A median, so that runs that are faults do not make others normal.
+    """
+    if len(lengths) < _MIN_RUNS:
+        return 0.0
+    m = max(len(lengths) // _TAIL_PART, _MIN_TAIL)
+    tail = np.sort(lengths)[-m - 1 :].astype(float)
+    scale = max(median(tail[1:] - tail[0]), 1.0) / math.log(2)
+    return float(tail[0]) + scale * math.log(m / false_alarm)
 
 
 def mask_of_runs(n: int, first: Ints, lengths: Ints) -> Bools:

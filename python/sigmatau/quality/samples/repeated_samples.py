@@ -12,8 +12,8 @@ from sigmatau.arrays import Bools, Floats, Ints, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import RepeatedSamples
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
-from sigmatau.quality.samples.resolution import equal_by_chance, step_of
+from sigmatau.quality.samples.common import FEW_STEPS, block_rms, full_ends, growing_step
+from sigmatau.quality.samples.resolution import equal_by_chance, resolution, step_of
 from sigmatau.record.streams import Stream
 
 # Least part of the record that is repeated, standard errors of it beyond chance, and number of equal neighbours.
@@ -26,6 +26,8 @@ _MAX_CHANCE, _MIN_STEPS = 0.5, 3.0
 # Copies are counted in stretches with about so many. With fewer stretches they count as regular. So large a part of the
 # spread that chance makes is regular at most.
 _COPIES_IN_STRETCH, _MIN_STRETCHES, _MAX_SPREAD = 20, 20, 0.5
+
+_ALIKE = 0.9  # least part of the share of copies that values other than the most frequent one have
 
 _PARTS = 8  # parts of the record, of which more than half must have copies
 
@@ -191,6 +193,7 @@ def _evenly(equal: Bools, share: float) -> bool:
 
 
 def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
+    equal_all = equal
     if inside is not None:
         equal = equal[inside]
         if not len(equal):
@@ -210,7 +213,17 @@ def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: 
     quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]
     spread_out = sorted(quarters)[2] > chance + (1 - chance) * share / 3
     surely = share > _MIN_SHARE + chance + _SIGMAS * math.sqrt(chance / n)
-    return share if surely and spread_out else 0.0
+    return share if surely and spread_out and _repeats_beside_mode(stream, channel, x, equal_all, share) else 0.0
+
+
+def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, share: float) -> bool:
+    """Whether values other than the most frequent one repeat as often: a counter rests on one value between its pulses."""
+    found = resolution(stream, channel)
+    if found is None or found.ratio >= FEW_STEPS:
+        return True
+    values, counts = np.unique(x[: 1 << 16], return_counts=True)
+    moving = x[:-1] != values[np.argmax(counts)]
+    return int(np.count_nonzero(equal & moving)) > _ALIKE * share * int(np.count_nonzero(moving))
 
 
 def _share_together(shares: list[float], all_at_once: float, n: int) -> float:

@@ -8,10 +8,10 @@ from typing import cast
 
 import numpy as np
 
-from sigmatau.arrays import Floats, Ints
+from sigmatau.arrays import Floats, Ints, median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Saturation
-from sigmatau.quality.samples.common import growing_step, longest_spans, merged_axes, present
+from sigmatau.quality.samples.common import block_rms, growing_step, longest_spans, merged_axes, present
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import Resolution, resolution
@@ -23,6 +23,11 @@ from sigmatau.record.streams import Stream
 _LEVELS = 4
 _FALSE_ALARM = 1e-8  # probability that noise visits an end so often
 _MIN_NOISE_STEPS = 0.5  # least noise, in steps. Coarser channels have no tail: all their values are extremes
+
+# A counter of pulses that come at a rate has few values, and each of them is an end of its range as often as its rounding of
+# the angle has it: not noise that a range clips. Sums of 8 increments of such rounding vary by less than this part of what
+# independent ones do, white noise by all of it; more steps between the ends have no pulse that is spread over neighbours.
+_SUMMED, _LEAST_OF_SUMS, _PULSE_STEPS = 8, 0.5, 40.0
 
 # Clipped samples are spread over the record if each tenth of it has so large a part of the mean number in a tenth, and they
 # are no larger a part of all.
@@ -51,7 +56,11 @@ def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Fou
         found = resolution(stream, channel)
         step = 0.0 if found is None else found.step
         # With few values, and noise that is seldom seen, the outermost value is not an end of a range.
-        judged = found is None or (found.ratio >= _MIN_NOISE_STEPS and high - low >= _LEVELS * step)
+        judged = found is None or (
+            found.ratio >= _MIN_NOISE_STEPS
+            and high - low >= _LEVELS * step
+            and not (high - low < _PULSE_STEPS * step and _is_rounded_angle(x))
+        )
         runs, lengths = stuck_runs(stream, channel)
         clipped = []
         for end, at in ((low, ends[0]), (high, ends[1])):
@@ -76,16 +85,25 @@ def _too_often(x: Floats, end: float, step: float, false_alarm: float) -> bool:
     edges = np.flatnonzero(np.diff(values) > step / 2)  # values closer than that differ by rounding
     firsts, lasts = values[np.append(0, edges + 1)], values[np.append(edges, -1)]
     tail = slice(None, -_LEVELS - 1, -1) if end == values[-1] else slice(_LEVELS)
-    outer = zip(firsts[tail], lasts[tail], strict=True)
+    outer = tuple(zip(firsts[tail], lasts[tail], strict=True))
     visits = [_visits(np.flatnonzero((x >= first) & (x <= last))) for first, last in outer]
+    samples = [int(np.count_nonzero((x >= first) & (x <= last))) for first, last in outer]
     total = sum(visits)
-    part = visits[0] / total
+    # A long stay is one visit; but where others stay, as pulses that fall between two samples do, all samples count.
+    part = min(visits[0] / total, samples[0] / sum(samples))
     if part <= 1 / _LEVELS:
         return False
     distance = part * math.log(part * _LEVELS)
     if part < 1:
         distance += (1 - part) * math.log((1 - part) / (1 - 1 / _LEVELS))
     return total * distance > -math.log(false_alarm)
+
+
+def _is_rounded_angle(x: Floats) -> bool:
+    """Whether samples are for the most part the changes of a rounded angle: what one has more, its neighbours have less."""
+    sums = present(x[: len(x) // _SUMMED * _SUMMED].reshape(-1, _SUMMED).sum(axis=1))
+    independent = 2 * _SUMMED * block_rms(present(x) - median(present(x))) ** 2
+    return block_rms(np.diff(sums)) ** 2 < _LEAST_OF_SUMS * independent
 
 
 def _visits(at: Ints) -> int:

@@ -9,9 +9,9 @@ import numpy as np
 
 from sigmatau.arrays import Floats, Ints, Runs
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import block_rms, pieces, sample_of
+from sigmatau.quality.samples.common import FEW_STEPS, block_rms, longest_of_tail, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
-from sigmatau.quality.samples.resolution import step_of
+from sigmatau.quality.samples.resolution import resolution, step_of
 from sigmatau.record.streams import Stream
 
 # Rounding of a second difference by double precision, as a part of the samples; and the part of the usual second difference
@@ -24,6 +24,8 @@ _FALSE_ALARM = 1e-4  # probability that a record of noise alone has an outage th
 
 # Single samples are reported from this part of the record on, beyond so many times chance and so many standard errors of it.
 _MIN_SHARE, _TIMES_CHANCE, _SIGMAS = 0.004, 3.0, 6.0
+
+_IN_TAIL = 4  # shortest line by which the tail of the others is judged [samples]
 
 _MIN_DIFFERENCES, _LOOKED_AT = 64, 1 << 16
 _MAX_SHARE = 0.9  # beyond it too little noise is left to compare lines with
@@ -127,6 +129,9 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     if share > _MAX_SHARE:
         return None
     longest = math.log(n / _FALSE_ALARM) / -math.log(max(share, parts.chance)) * max(1.0, 1 / max(parts.smooth, 1e-3))
+    steps = resolution(stream, channel)
+    if steps is not None and steps.ratio < FEW_STEPS:
+        longest = max(longest, longest_of_tail(lengths[lengths >= _IN_TAIL], false_alarm=_FALSE_ALARM))
     long = lengths >= max(MIN_STRETCH, longest)
     single = lengths < MIN_STRETCH
     chance = parts.chance

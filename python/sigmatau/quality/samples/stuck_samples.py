@@ -11,7 +11,15 @@ from sigmatau.arrays import Bools, Floats, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import Dropout, StuckSamples
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import block_rms, growing_step, longest_spans, mask_of_runs, present
+from sigmatau.quality.samples.common import (
+    FEW_STEPS,
+    block_rms,
+    growing_step,
+    longest_of_tail,
+    longest_spans,
+    mask_of_runs,
+    present,
+)
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, runs_of_places
 from sigmatau.quality.samples.resolution import resolution, usual_value
@@ -48,6 +56,9 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         return first[:0], lengths[:0]
     found, usual = resolution(stream, channel), usual_value(stream, channel)
 
+    def longest_by_chance(stay: float) -> float:
+        return math.log(len(x) / _FALSE_ALARM) / -math.log(min(max(stay, 1e-12), 1 - 1e-12))
+
     def limit(times: float) -> float:
         stay = 0.0
         if found is not None:
@@ -56,8 +67,7 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
             # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
             variance = (found.noise**2 * times - found.step**2 / 12) / 1.5
             stay = 2 * NormalDist().cdf(found.step / (2 * math.sqrt(variance))) - 1
-        stay = min(max(stay, usual, 1e-12), 1 - 1e-12)
-        longest = math.log(len(x) / _FALSE_ALARM) / -math.log(stay)
+        longest = longest_by_chance(max(stay, usual))
         # Irregular repetition has runs of twice its mean, and rarely more.
         return max(_MIN_RUN, longest) * (1 if times <= 1 else 2 * times)
 
@@ -66,6 +76,12 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         held = repeats(stream)
         if held is not None and channel in held.channels:
             kept = lengths > limit(max(held.times, held.longest / 2))
+    if kept.any() and found is not None and found.ratio < FEW_STEPS:
+        for value in np.unique(x[first[kept]]):  # on which a counter rests between its pulses
+            runs, (_, visits) = x[first] == value, runs_of_places(np.flatnonzero(x == value))
+            usual = int(visits.sum() - lengths[runs & kept].sum()) / len(x)
+            tails = (longest_of_tail(of, false_alarm=_FALSE_ALARM) for of in (visits, lengths[runs]))
+            kept[runs] &= lengths[runs] > max(longest_by_chance(usual), *tails)
     if kept.any() and found is not None and _is_smooth(x):
         edges = np.concatenate(([np.nan], x, [np.nan]))
         changes = np.abs(np.stack([edges[first], edges[first + lengths + 1]]) - x[first])

@@ -116,8 +116,8 @@ def quiet(rng: Generator, grade: Grade, duration: float, rate: float) -> Floats:
     t = np.arange(n) / rate
     sigma = truth_of(grade) * math.sqrt(rate)
     for _ in range(int(rng.integers(0, 8))):
-        f = 10 ** rng.uniform(-1, math.log10(0.45 * rate))
-        x = x + sigma * rng.uniform(0.02, 0.3) * np.sin(2 * np.pi * f * t + rng.uniform(0, 6))
+        line = 10 ** rng.uniform(-1, math.log10(0.45 * rate))
+        x = x + sigma * rng.uniform(0.02, 0.3) * np.sin(2 * np.pi * line * t + rng.uniform(0, 6))
     return np.asarray(x)
 
 

@@ -190,9 +190,9 @@ def is_right(described: Layout, answer: Answer) -> bool:
 
 
 def first_line(answer: Answer) -> str:
-    """Return the exit code and the first line of the message, without the name of the program."""
-    lines = [line for line in answer.message.splitlines() if line.strip()]
-    text = lines[0].removeprefix("sigmatau: ") if lines else ""
+    """Return the exit code and the first line of the message, or the last line of a traceback."""
+    lines = [line for line in answer.message.splitlines() if line.strip()] or [""]
+    text = lines[-1] if lines[0].startswith("Traceback") else lines[0].removeprefix("sigmatau: ")
     return f"exit {answer.code}: {text if len(text) <= LONGEST_MESSAGE else text[:LONGEST_MESSAGE] + '…'}"
 
 
@@ -219,6 +219,8 @@ def judge(described: Layout, path: Path, program: list[str]) -> Verdict:
     followed = options != described.options
     if answer.code == 0 and (reason := check_result(described, answer)):
         return Verdict("WRONG", f"obeyed: {reason}" if followed else reason, options)
+    if "Traceback" in answer.message:
+        return Verdict("refused", first_line(answer), options)
     if not described.readable:
         return Verdict("asked", first_line(question))
     if is_right(described, answer):
@@ -227,7 +229,7 @@ def judge(described: Layout, path: Path, program: list[str]) -> Verdict:
         return Verdict("asked", first_line(question))
     attempts = [(True, reply) for reply in vary_answers(described.answers, options)] if followed else []
     attempts += [(False, reply) for reply in vary_answers(described.answers, described.options)]
-    last = answer
+    texts = [first_line(question)]
     for obeying, reply in attempts:
         command = merge_options(options if obeying else described.options, reply)
         command, last = follow_suggestions(command, analyze(program, path, command), path, program, fixed=reply)
@@ -240,10 +242,8 @@ def judge(described: Layout, path: Path, program: list[str]) -> Verdict:
             if described.asks and question.code == 2:
                 return Verdict("asked", described.asks, command)
             return Verdict("refused", f"states all, but {first_line(question)}", command)
-    texts = [first_line(question)]
-    if last is not question:
         texts.append(first_line(last))
-    return Verdict("refused", " | then ".join(texts), options)
+    return Verdict("refused", " | then ".join(texts[:2]), options)
 
 
 def main() -> None:

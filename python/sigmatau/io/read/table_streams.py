@@ -15,6 +15,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import GravityOnGyro, NeverWritten
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice, Thermometer
+from sigmatau.io.read.interleaving import find_interleaving
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
@@ -91,6 +92,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             f"has rows of its own for {next(iter(own))}, without time stamps; name them with --channels time=…, or give"
             f" the rate of each sensor, --rate {','.join(f'{sensor}=HZ' for sensor in by_stream)}"
         )
+    if not own and options.input != "accumulated":
+        _refuse_interleaved(table, choice, raw)
     mostly = {
         channel: index
         for channel, index in choice.channels.items()
@@ -184,6 +187,14 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         ),
         rates=rates,
     )
+
+
+def _refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]]) -> None:
+    """Raise `DataError` if the rows of several sensors take turns."""
+    axes = {channel: raw[index] for channel, index in choice.channels.items() if stream_name(channel) in SI}
+    found = find_interleaving(axes, None if choice.time is None else raw[choice.time])
+    if found is not None:
+        raise found.error(table.label(choice.channels[found.channel]))
 
 
 def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:

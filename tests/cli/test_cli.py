@@ -576,7 +576,7 @@ class TestSimulate:
 def test_times_are_seconds_or_have_a_unit(text, seconds):
     arguments = Settings(tau_min=text, taus=f"0.1,{text}").arguments()
     assert (arguments["tau_min"], arguments["taus"]) == (seconds, [0.1, seconds])
-    assert Choosing(step=text).choices(None).step == seconds
+    assert Choosing(step=text).choices().step == seconds
 
 
 @pytest.mark.parametrize(

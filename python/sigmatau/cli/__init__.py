@@ -62,6 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     from sigmatau.cli.app import app
     from sigmatau.cli.earlier import settled
     from sigmatau.cli.symbols import plain_streams
+    from sigmatau.cli.words import repeat_options
     from sigmatau.errors import DataError, OptionError
 
     plain_streams()
@@ -69,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with _termination(), settled():
             result = app(
-                [*words[1:], "--help"] if words[:1] == ["help"] else words,
+                [*words[1:], "--help"] if words[:1] == ["help"] else repeat_options(app, words),
                 exit_on_error=False,
                 print_error=False,
                 result_action="return_value",

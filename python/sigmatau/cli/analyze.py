@@ -30,6 +30,7 @@ from sigmatau.cli.options import (
     finding_lines,
     matched,
     read_log,
+    readings_of,
     refuse_same,
     say,
     screen,
@@ -164,6 +165,7 @@ def analyze_command(
     if len(logs) == 1 and not meant_as_several:
         if overlay is not None:
             raise OptionError("--overlay takes several logs; for one log: --plot", option="overlay")
+        reading = readings_of(reading, logs, logs)[logs[0]]
         return _one(logs[0], reading, chosen, outputs, exports, verbose=verbose, quiet=quiet)
     if exports.files:
         raise OptionError(
@@ -309,8 +311,8 @@ def _many(
 ) -> int:
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
-    (reading or Reading()).options()  # a wrong option is one error, not one for each log
     logs, left_out = batch.gather(places)
+    readings = readings_of(reading, logs, places)
     for option, folder in (
         ("report", outputs.report),
         ("plot", outputs.plot),
@@ -336,7 +338,7 @@ def _many(
         reports = [] if outputs.report is None else [outputs.report / f"{name}.html"]
         expect(*pictures, *reports, csv=None if outputs.csv is None else outputs.csv / f"{name}.csv")
     work = partial(
-        _in_a_process, names=names, reading=reading, settings=settings,
+        _in_a_process, names=names, readings=readings, settings=settings,
         outputs=outputs,
     )  # fmt: skip
     outcomes: dict[Path, batch.Outcome] = {}
@@ -370,9 +372,9 @@ def _curves(log: Path, analysis: Analysis) -> Curves:
 
 
 def _in_a_process(
-    log: Path, *, names: dict[Path, str], reading: Reading | None, settings: dict[str, Any], outputs: Outputs
+    log: Path, *, names: dict[Path, str], readings: Mapping[Path, Reading], settings: dict[str, Any], outputs: Outputs
 ) -> Analysis:
-    record = read_log(log, reading, quiet=True)
+    record = read_log(log, readings[log], quiet=True)
     analysis = analyze(record, **settings)
     if outputs.report is not None:
         file = outputs.report / f"{names[log]}.html"

@@ -18,6 +18,7 @@ from sigmatau.cli.options import (
     drawing,
     finding_lines,
     read_log,
+    readings_of,
     refuse_same,
     say,
     working,
@@ -80,6 +81,7 @@ def joint_command(
 ) -> int:
     """Analyse logs one by one, fit them jointly, and write one result."""
     logs, left_out = batch.gather(places)
+    readings = readings_of(reading, logs, places)
     if len(logs) < _SEVERAL and over == "runs":
         raise OptionError("--joint needs two or more logs. For the axes of one log, use --joint-axes", option="joint")
     for option, path in outputs.files.items():
@@ -93,7 +95,7 @@ def joint_command(
     expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
     if others := [str(file) for file in left_out if not is_result(file)]:
         say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
-    records, codes = _analysed(logs, reading, settings, verbose=verbose, quiet=quiet)
+    records, codes = _analysed(logs, readings, settings, verbose=verbose, quiet=quiet)
     if not records or (len(records) < _SEVERAL and over == "runs"):
         raise DataError(
             f"--joint needs two or more logs that can be used: {len(records)} of {len(logs)} can; correct or add logs"
@@ -114,7 +116,7 @@ def joint_command(
 
 
 def _analysed(
-    logs: Sequence[Path], reading: Reading | None, settings: dict[str, Any], *, verbose: bool, quiet: bool
+    logs: Sequence[Path], readings: Mapping[Path, Reading], settings: dict[str, Any], *, verbose: bool, quiet: bool
 ) -> tuple[list[AnalysedRun], set[int]]:
     """What each log contributes, and the exit codes of all; a log that cannot be used is named."""
     records: list[AnalysedRun] = []
@@ -125,7 +127,7 @@ def _analysed(
         for k, log in enumerate(logs, 1):
             code = 1  # of an error
             try:
-                record = read_log(log, reading, quiet=True)
+                record = read_log(log, readings[log], quiet=True)
                 analysis = analyze(record, **settings)
                 code = exit_code(analysis.findings) or 1
                 codes.add(exit_code(analysis.findings))

@@ -27,6 +27,7 @@ from sigmatau.cli.options import (
     json_text,
     matched,
     read_log,
+    readings_of,
     refuse_same,
     say,
     working,
@@ -149,7 +150,8 @@ def lot_command(
         found = _stored(store, serial or [], temperature, sheet, options)
         order = [*found]
     else:
-        logs, files = _gather(matched(units), expecting=expected is not None, quiet=quiet)
+        places = matched(units)
+        logs, files = _gather(places, expecting=expected is not None, quiet=quiet)
         for path in outputs:
             for place in (*logs, *files):
                 refuse_same(place, output=path)
@@ -160,7 +162,8 @@ def lot_command(
             names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
         if results is not None:
             _prepare(results, {names[log] for log in logs}, quiet=quiet)
-        found = _analysed(logs, names, reading, sheet, options, results, jobs=jobs, quiet=quiet)
+        readings = readings_of(reading, logs, [place for place in places if place in logs])
+        found = _analysed(logs, names, readings, sheet, options, results, jobs=jobs, quiet=quiet)
         for file in files:
             found[names[file]] = examine(file, sheet, name=names[file], **options)
         order = [names[place] for place in (*logs, *files)]
@@ -311,7 +314,7 @@ def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
 def _analysed(
     logs: Sequence[Path],
     names: Mapping[Path, str],
-    reading: Reading | None,
+    readings: Mapping[Path, Reading],
     sheet: Datasheet | None,
     options: Mapping[str, Any],
     results: Path | None,
@@ -326,7 +329,7 @@ def _analysed(
         return {}
     parallel = min(jobs or min(os.cpu_count() or 1, _MOST_JOBS), len(logs))
     threads = max((os.cpu_count() or 1) // parallel, 1)
-    work = partial(_work, reading=reading, threads=threads)
+    work = partial(_work, readings=readings, threads=threads)
     keep = partial(_keep, names=dict(names), sheet=sheet, options=dict(options), results=results)
     outcomes: dict[Path, batch.Outcome] = {}
     with working(f"analysing {len(logs)} units", quiet=quiet) as done:
@@ -358,8 +361,8 @@ def _examined(outcome: batch.Outcome) -> Examined:
     return outcome.kept
 
 
-def _work(log: Path, *, reading: Reading | None, threads: int) -> Analysis:
-    return analyze(read_log(log, reading, quiet=True), threads=threads)
+def _work(log: Path, *, readings: Mapping[Path, Reading], threads: int) -> Analysis:
+    return analyze(read_log(log, readings[log], quiet=True), threads=threads)
 
 
 def _keep(

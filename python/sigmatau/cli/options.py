@@ -12,7 +12,7 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
@@ -22,6 +22,8 @@ from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from sigmatau.cli.earlier import curves_beside, expect
+from sigmatau.cli.rates import assign_rates, parse_rate
+from sigmatau.cli.words import is_number
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding
@@ -81,6 +83,7 @@ def matched(places: Sequence[Path]) -> tuple[Path, ...]:
     """The places, with patterns such as ``shift/*.csv`` expanded, because not every shell does it."""
     found: list[Path] = []
     for place in places:
+        _check_place(place)
         if not glob.has_magic(str(place)) or os.path.exists(place):  # noqa: PTH110  False for a name that is too long
             found.append(place)
             continue
@@ -89,6 +92,21 @@ def matched(places: Sequence[Path]) -> tuple[Path, ...]:
             raise DataError(f"{place}: no file matches this pattern")
         found += map(Path, files)
     return tuple(found)
+
+
+def _check_place(place: Path) -> None:
+    """Raise `OptionError` for the value of an option that stands apart from its option, and is no file."""
+    word = str(place)
+    if os.path.lexists(place):
+        return
+    if "=" in word and "/" not in word.partition("=")[0]:
+        raise OptionError(
+            f"{word!r} is not a file. Write it directly behind its option, e.g. --unit {word}", option="log"
+        )
+    if is_number(word):
+        raise OptionError(
+            f"{word!r} is not a file. Write a rate directly behind --rate, e.g. --rate {word}", option="log"
+        )
 
 
 def check_output(path: Path | None, endings: Sequence[str], option: str) -> None:
@@ -397,7 +415,8 @@ class Reading:
     Parameters
     ----------
     rate
-        Sampling rate in Hz. Default: computed from the time stamps of the log.
+        Sampling rate in Hz: 100 for all sensors, gyro=400,accel=200 for each; of several logs 10 50 in their order, or
+        day1.csv=10. Default: computed from the time stamps of the log.
     unit
         Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the log does not state it.
     topic
@@ -421,7 +440,7 @@ class Reading:
         Largest ratio of unpacked to compressed size (default 100; 64 MiB are always unpacked).
     """
 
-    rate: float | None = None
+    rate: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None
     unit: Annotated[list[str] | None, Parameter(negative=())] = None
     topic: Annotated[list[str] | None, Parameter(negative=())] = None
     layout: str | None = None
@@ -435,7 +454,7 @@ class Reading:
     def options(self) -> dict[str, Any]:
         """Arguments of `sigmatau.read`."""
         return {
-            "rate": self.rate,
+            "rate": parse_rate(self.rate or []),
             "unit": key_values(self.unit or [], "unit", "gyro=deg/s"),
             "topic": self.topic,
             "layout": self.layout,
@@ -446,6 +465,16 @@ class Reading:
             "offset": key_numbers(self.offset or [], "offset", "gyro=2048"),
             "max_expansion": self.max_expansion,
         }
+
+
+def readings_of(reading: Reading | None, logs: Sequence[Path], places: Sequence[Path]) -> dict[Path, Reading]:
+    """The options of reading of each log; raises `OptionError` for a wrong option. `places`: see `assign_rates`."""
+    reading = reading or Reading()
+    rates = assign_rates(reading.rate or [], logs, places)
+    readings = {log: replace(reading, rate=rates[log] or None) for log in logs}
+    for of_log in readings.values():
+        of_log.options()  # a wrong option is one error, not one for each log
+    return readings
 
 
 def read_log(log: Path, how: Reading | None, *, quiet: bool) -> Record:

@@ -18,6 +18,7 @@ from sigmatau.analysed import Analysis
 from sigmatau.analysis import of_curves
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_values, say, write_figure, write_json
+from sigmatau.cli.rates import parse_rate
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, exit_code
@@ -40,7 +41,7 @@ def watch_command(
     source: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-",
     /,
     *,
-    rate: float | None = None,
+    rate: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
     channels: Annotated[list[str] | None, Parameter(negative=())] = None,
     input: Literal["rate", "increments"] = "rate",  # noqa: A002  the option's name
@@ -104,7 +105,7 @@ def watch_command(
     if source == "-" and sys.stdin.isatty():
         raise OptionError("no input is piped in: name a file, or run logger | sigmatau watch", option="source")
     options = Options.check(
-        rate=rate,
+        rate=parse_rate(rate or []),
         unit=key_values(unit or [], "unit", "gyro=deg/s"),
         channels=key_values(channels or [], "channels", "gyro_x=wx"),
         input=input,

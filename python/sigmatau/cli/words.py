@@ -1,0 +1,77 @@
+"""Words of the command line: further values behind an option that takes several, ``--unit gyro=deg/s accel=g``.
+
+The parser takes one word behind an option, because a word that follows may be a log. Here the option is repeated in front of
+each further word that cannot be a log: KEY=VALUE, or a number behind ``--rate``, unless a file has that name.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cyclopts import App
+
+_NUMBERS = "--rate"  # the option whose further values are numbers: one for each log
+
+
+def repeat_options(app: App, words: Sequence[str]) -> list[str]:
+    """The words with each option repeated in front of its second and further values."""
+    if not _has_values_in_a_row(words):
+        return list(words)
+    several = _options_of_several(app, words)
+    result: list[str] = []
+    option, waits = "", False
+    for k, word in enumerate(words):
+        if word == "--":
+            return result + list(words[k:])
+        if waits:
+            waits = False
+        elif word.startswith("--"):
+            name, equals, _ = word.partition("=")
+            option, waits = (name, not equals) if name in several else ("", False)
+        elif option and _is_value(word, option):
+            result.append(option)
+        else:
+            option = ""
+        result.append(word)
+    return result
+
+
+def is_number(word: str) -> bool:
+    """Whether a word is a number."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _has_values_in_a_row(words: Sequence[str]) -> bool:
+    """Whether a word that may be a further value follows another word without a dash."""
+    pairs = pairwise(words)
+    return any(not before.startswith("-") or "=" in before for before, word in pairs if "=" in word or is_number(word))
+
+
+def _is_value(word: str, option: str) -> bool:
+    if "=" not in word and not (option == _NUMBERS and is_number(word)):
+        return False
+    return not os.path.lexists(word)
+
+
+def _options_of_several(app: App, words: Sequence[str]) -> set[str]:
+    """The options of a command that may be repeated, by their long names."""
+    _, apps, _ = app.parse_commands(list(words))
+    command = apps[-1]
+    if command.default_command is None:
+        return set()
+    arguments = command.assemble_argument_collection()
+    return {
+        name
+        for argument in arguments
+        if argument.token_count() == (1, True)
+        for name in argument.names
+        if name.startswith("--")
+    }

@@ -39,7 +39,7 @@ OPTION = re.compile(
 )
 EXAMPLE = re.compile(r"(?:e\.g\.|for example|such as)(?: by| with)?\s*$")
 ALTERNATIVE = re.compile(r"\bor(?: by| with)?\s*$")
-PLACEHOLDER = re.compile(r"^(?:[A-Z]{2,}|N)$|…|<|\.\.\.|=[A-Z]{2,}\b|=\?")
+PLACEHOLDER = re.compile(r"^(?:[A-Z]{2,}|N)$|…|<|\.\.\.|=(?:[A-Z]{2,}|N)\b|=\?")
 PAIRS = ("channels", "unit", "scale", "offset")  # options whose values are NAME=VALUE
 OF_THE_FILE = (
     "channels",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
+from sigmatau.io.read.instance_tables import separate_instances
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Table
 from sigmatau.record.record import Record
@@ -29,6 +31,7 @@ def from_frame(
     input: InputKind = "rate",  # noqa: A002  as in `read`
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
+    topic: str | Sequence[str] | None = None,
 ) -> Record:
     """A static record from a data frame.
 
@@ -43,6 +46,9 @@ def from_frame(
         from the metadata of fields (pyarrow), and from ``frame.attrs["units"]`` (pandas).
     rate, unit, channels, input, scale, offset
         As in `read`.
+    topic : str or sequence of str, optional
+        Kind of rows to read, if a column tells several: ``"imu0"`` for instance 0, ``"left"`` for rows of that word. By
+        default the only rows of a gyro and the only ones of an accelerometer.
 
     Returns
     -------
@@ -78,10 +84,11 @@ def from_frame(
       gyro: gyro_x [rad/s], 1000 samples at 100 Hz (10 s)
     """
     options = Options.check(
-        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=None
+        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
     )
     try:
-        return assemble.assemble([_table(frame)], None, options)
+        tables = separate_instances([_table(frame)])
+        return assemble.assemble(assemble.choose_tables(tables, options.topic, options.channels), None, options)
     except OptionError as error:
         raise error.about("the frame") from None
     except DataError as error:
@@ -94,7 +101,9 @@ def _table(frame: Any) -> Table:  # noqa: ANN401
         raise DataError("has no columns")
     kind = type(frame).__module__.split(".")[0]
     note = f"{kind} {type(frame).__name__}" if kind != "builtins" else type(frame).__name__
-    return table_of_columns("frame", [column for column, _ in found], [get for _, get in found], (note,))
+    table = table_of_columns("frame", [column for column, _ in found], [get for _, get in found], (note,))
+    words = {column.name: get for column, get in found if column.unit is None and get().dtype.kind in "OUST"}
+    return replace(table, words=words)
 
 
 def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
@@ -72,7 +72,7 @@ class Loaded:
 class RowKind:
     """The kind of the rows of a table, which is a part of a larger one: those with one text in one column."""
 
-    column: int  # counted from 0
+    column: int  # counted from 0; -1 for a column of words that is not one of the table's
     name: str  # of the column, empty if it has none
     label: str  # what the column has in these rows
     labels: tuple[str, ...]  # what it has in all rows
@@ -94,7 +94,8 @@ class RowKind:
         return f"rows with {self.label} in {self._column()}"
 
     def _column(self) -> str:
-        return f"column {self.column + 1}{f' {self.name!r}' if self.name else ''}"
+        number = "" if self.column < 0 else f" {self.column + 1}"
+        return f"column{number}{f' {self.name!r}' if self.name else ''}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,6 +117,7 @@ class Table:
     findings: tuple[Finding, ...] = ()  # Faults of the file that are known before it is loaded
     rate: float | None = None  # Sampling rate that the format states, for a table without a time column. [Hz]
     rate_source: str = ""  # Source of the rate: ``"the waveform increment of the channels"``
+    words: Mapping[str, Callable[[], NDArray[Any]]] = field(default_factory=dict)  # Columns of words, by name
     kind: RowKind | None = None  # The kind of its rows, if the table of the file has rows of several kinds
 
     def __post_init__(self) -> None:

@@ -167,4 +167,12 @@ def table_of(
             joined[index] = held[0] if len(held) == 1 else np.concatenate(held) if held else np.empty(0)
         return Loaded(columns=real_columns(joined, columns, exact), findings=tuple(late))
 
-    return Table(format=kind, columns=columns, notes=notes, load=load, rows=rows)
+    def words(name: str) -> NDArray[Any]:
+        try:
+            held = [item[1].column(name) for item in batches([name]) if not isinstance(item, Finding)]
+            return np.concatenate([np.asarray(column.to_pylist(), dtype=object) for column in held])
+        except Exception as error:
+            raise DataError(f"column {name!r} cannot be read: {first_line(error)}") from None
+
+    texts = {name: lambda name=name: words(name) for name in others if "." not in name}
+    return Table(format=kind, columns=columns, notes=notes, load=load, rows=rows, words=texts)

@@ -1,0 +1,126 @@
+"""Rows of several instances or kinds of a sensor in a table of columns: MATLAB, HDF5, Parquet, NumPy, data frames.
+
+In text the rows of a kind are chosen while the text is read (`sigmatau.io.read.formats.row_kinds`). Here the column that
+tells the kinds is loaded, and the rows of the other columns are chosen by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.io.read.formats.kind_columns import with_sensor_names
+from sigmatau.io.read.instances import SENSORS, cycles_with_rows, has_instance_name, may_be_instance, means_differ
+from sigmatau.io.read.names import recognise
+from sigmatau.io.read.table import Loaded, RowKind, Table
+
+_FORMATS = ("npy", "npz", "matlab", "hdf5", "parquet", "arrow", "tdms", "frame")
+_IN_MEMORY = ("npy", "npz", "matlab", "frame")  # a column is at hand without a pass over the file
+_HEAD = 2000  # rows that show whether a column tells kinds
+_MAX_KINDS = 16  # different values of such a column
+_MAX_COLUMNS = 16  # columns without the name of an instance that are tested
+_MAX_LABEL = 9999  # largest number of an instance
+_COVERED = 0.97  # share of all rows that have the values of the head
+
+
+def separate_instances(tables: Sequence[Table]) -> Sequence[Table]:
+    """The tables, with one for each kind of rows in place of a single table that has rows of several kinds."""
+    if len(tables) != 1 or tables[0].format not in _FORMATS or tables[0].kind is not None:
+        return tables
+    table = tables[0]
+    for name, column, load in _candidates(table):
+        try:
+            values = load()
+        except DataError:
+            continue  # raised again if it is wanted
+        labels = _labels(values[:_HEAD])
+        if labels and _tells_kinds(table, name, column, values[:_HEAD], labels):
+            texts = np.asarray(values[:]).astype(str) if column < 0 else np.asarray(values[:])
+            masks = {label: texts == value for label, value in labels.items()}
+            if sum(float(np.mean(mask)) for mask in masks.values()) >= _COVERED:
+                kinds = {
+                    label: RowKind(column=column, name=name, label=label, labels=tuple(labels)) for label in labels
+                }
+                return [_of_kind(table, kinds[label], mask) for label, mask in masks.items()]
+    return tables
+
+
+def _candidates(table: Table) -> Iterator[tuple[str, int, Callable[[], NDArray[np.generic]]]]:
+    """Name, place and values of the columns that may tell kinds; columns of words have the place -1."""
+    for name, words in table.words.items():
+        yield name, -1, words
+    used = recognise(table.columns)
+    spare = [k for k, match in enumerate(used) if match is None]
+    named = [k for k in spare if has_instance_name(table.columns[k].name)]
+    others = [k for k in spare if k not in named and may_be_instance(table.columns[k].name)]
+    for k in (*named, *(others[:_MAX_COLUMNS] if table.format in _IN_MEMORY else ())):
+        yield table.columns[k].name, k, lambda k=k: table.load([k], None).columns[k]  # type: ignore[misc]
+
+
+def _labels(head: NDArray[np.generic]) -> dict[str, object]:
+    """The values of a column by their texts, if they are few words or small whole numbers; none otherwise."""
+    values = np.asarray(head)
+    if values.dtype.kind not in "iuf":
+        texts = list(dict.fromkeys(values.astype(str).tolist()))
+        return {text: text for text in texts} if 2 <= len(texts) <= _MAX_KINDS and "" not in texts else {}
+    numbers = np.unique(values)
+    if not 2 <= len(numbers) <= _MAX_KINDS or not np.isfinite(numbers).all():
+        return {}
+    if numbers[0] < 0 or numbers[-1] > _MAX_LABEL or (numbers != np.round(numbers)).any():
+        return {}
+    return {str(int(number)): number for number in numbers}
+
+
+def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic], labels: dict[str, object]) -> bool:
+    order = np.asarray(head).astype(str).tolist() if column < 0 else [str(int(value)) for value in head]
+    if column < 0 and any(pattern.search(label) for label in labels for pattern in SENSORS.values()):
+        return sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
+    if not cycles_with_rows(order):
+        return False
+    if has_instance_name(name):
+        return True
+    if not may_be_instance(name):
+        return False
+    codes = {label: k for k, label in enumerate(labels)}
+    return means_differ(_head(table), np.array([codes[label] for label in order]))
+
+
+def _head(table: Table) -> NDArray[np.float64]:
+    """The first rows of all columns of numbers: shape (n, columns)."""
+    rows = []
+    for k in range(len(table.columns)):
+        try:
+            rows.append(np.asarray(table.load([k], None).columns[k][:_HEAD], dtype=np.float64))
+        except (DataError, ValueError):  # words
+            rows.append(np.full(_HEAD, np.nan))
+    least = min(map(len, rows))
+    return np.stack([column[:least] for column in rows], axis=1)
+
+
+def _of_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
+    """The rows of a table where `mask` is true."""
+    rows = np.flatnonzero(mask)
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        loaded = table.load(wanted, exact)
+        size = min((len(column) for column in loaded.columns.values()), default=0)
+        chosen = rows[rows < size]  # rows may be missing in a damaged file
+        return replace(loaded, columns={k: np.asarray(column)[chosen] for k, column in loaded.columns.items()})
+
+    columns, notes = table.columns, tuple[str, ...]()
+    if kind.column < 0:
+        columns, notes = with_sensor_names(columns, kind.label, _head(table)[rows[rows < _HEAD]])
+    return replace(
+        table,
+        columns=columns,
+        notes=(*table.notes, kind.rows_of(), *notes),
+        load=load,
+        where=lambda row: table.where(int(rows[row])),
+        topic=f"{table.topic}/{kind.topic}" if table.topic else kind.topic,
+        rows=len(rows),
+        kind=kind,
+    )

@@ -38,6 +38,16 @@ def _begins(*marks: bytes) -> Callable[[bytes], bool]:
     return lambda head: head.startswith(marks)
 
 
+_PAIR = re.compile(rb"[A-Za-z_][ \t]*[:=][ \t]*[-+.]?\d")
+
+
+def _has_pairs(head: bytes) -> bool:
+    """Whether names with numbers stand on two lines of the head, after a colon or an equals sign."""
+    found = _PAIR.finditer(head)
+    first = next(found, None)
+    return first is not None and any(b"\n" in head[first.end() : more.start()] for more in found)
+
+
 # The more specific format first: zip archives of arrays before zip archives of tables. Text has no signature and is last.
 _FORMATS = (
     _Format("npy", "a NumPy file", _begins(b"\x93NUMPY", b"PK\x03\x04")),
@@ -55,6 +65,8 @@ _FORMATS = (
     ),
     _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True, binary=False),
     _Format("lvm", "a LabVIEW measurement file", _begins(b"LabVIEW", b"\xef\xbb\xbfLabVIEW"), binary=False),
+    _Format("json_rows", "JSON", lambda head: b"{" in head or b"[" in head[:64], binary=False),
+    _Format("keyed", "text of names and values", _has_pairs, binary=False),
     _Format("text", "text", lambda _: True, gzip=True, binary=False),
 )
 

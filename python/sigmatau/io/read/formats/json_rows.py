@@ -1,0 +1,315 @@
+"""JSON: an object for each row, line by line or in an array; or one object of arrays. Nested fields are columns."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime as dt
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import Damaged, Place
+from sigmatau.io.read.formats import truncation
+from sigmatau.io.read.formats.damage import fault
+from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
+from sigmatau.record import memory
+
+_BOM = b"\xef\xbb\xbf"
+_BLANK = re.compile(r"[\s,]*")
+_OBJECT_LINE = re.compile(rb"^[ \t]*\{[ \t]*(?:\"|\})", re.MULTILINE)
+_FIRST_ROWS = 100  # whose fields are the columns
+_COPIES = 12  # of the file in memory: a number of 8 characters is an object of 24 bytes with its place in a list
+_CHUNK = 1 << 16  # rows that are held as objects
+_DEEPEST = 8  # fields within fields
+_LONGEST_ARRAY = 64  # numbers in an array that is a field of a row
+_RESULT = b'"sigmatau":'
+_MISSING = np.iinfo(np.int64).min
+
+_Path = tuple[str | int, ...]
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file has rows as JSON, or one object of arrays, and is not a result of this package."""
+    start = head.removeprefix(_BOM).lstrip()
+    if _RESULT in start[:200] or truncation.BREAK.search(head[:200]):
+        return False
+    if start.startswith((b"{", b"[")):
+        return re.match(rb"[{\[]\s*(?:[\"{\[}]|-?\d)", start) is not None
+    return len(_OBJECT_LINE.findall(head)) >= 2
+
+
+def read(path: Path, head: Head) -> tuple[Table]:
+    """The rows as a table, whose columns are the fields of the first rows."""
+    free = memory.available()
+    if free is not None and _COPIES * path.stat().st_size > free:
+        raise DataError("does not fit in memory as JSON; save it as CSV, or cut it")
+    text = path.read_bytes().removeprefix(_BOM).decode("utf-8", errors="replace")
+    whole = _whole(text)
+    findings: tuple[Finding, ...] = ()
+    if isinstance(whole, Mapping) and (arrays := dict(_columns_of_arrays(whole))):
+        columns, form = arrays, "an object of arrays"
+    else:
+        form = "an array of rows" if text.lstrip().startswith("[") else "an object for each row"
+        columns, findings = _columns_of_rows(text) if whole is None else (_of_rows(_rows_of(whole)), findings)
+    if not columns:
+        raise DataError("is JSON without rows of numbers: an object for each row, or an object of arrays, is needed")
+    fields = list(columns.values())
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        return Loaded(columns={k: fields[k].numbers(exact=k == exact) for k in wanted}, findings=findings)
+
+    return (
+        Table(
+            format="json",
+            columns=tuple(field.column() for field in fields),
+            notes=(f"JSON, {form}",),
+            load=load,
+            rows=len(fields[0].values),
+        ),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Field:
+    """A field of all rows."""
+
+    name: str
+    values: NDArray[Any]  # float64 or int64 if all are numbers; else objects: None, numbers and words
+
+    def column(self) -> Column:
+        """Its name, and its first value."""
+        first = str(self.values[0])[:40] if len(self.values) and self.values[0] is not None else ""
+        return Column(name=self.name, unit="ns" if is_date(first) else None, first=first)
+
+    def numbers(self, *, exact: bool) -> NDArray[Any]:
+        """Its values as numbers, NaN where a row has none; dates as nanoseconds since 1970."""
+        if self.values.dtype.kind == "i":
+            return self.values if exact else self.values.astype(np.float64)
+        if self.values.dtype.kind == "f":
+            return self.values
+        if isinstance(self.values[0], str) and is_date(self.values[0]):
+            times = np.array([_nanoseconds(value) for value in self.values], dtype=np.int64)
+            return times if exact else np.where(times == _MISSING, np.nan, times.astype(np.float64))
+        try:
+            return np.array([np.nan if value is None else value for value in self.values], dtype=np.float64)
+        except (ValueError, TypeError, OverflowError):
+            row = next(k for k, value in enumerate(self.values) if not _is_number(value))
+            raise DataError(
+                f", row {row} (counted from 0): field {self.name} has {str(self.values[row])[:40]!r}, which is not a"
+                " number; correct or delete the row"
+            ) from None
+
+
+def _nanoseconds(value: object) -> int:
+    """A date in nanoseconds since 1970, as UTC without an offset; the mark of a missing one for anything else."""
+    try:
+        moment = dt.datetime.fromisoformat(str(value).replace("/", "-"))
+    except ValueError:
+        return int(_MISSING)
+    moment = moment if moment.tzinfo else moment.replace(tzinfo=dt.UTC)
+    since = moment - dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
+    return (since.days * 86_400 + since.seconds) * 1_000_000_000 + since.microseconds * 1000
+
+
+def _packed(values: list[Any]) -> NDArray[Any]:
+    """Values of a field as an array of integers, of floats, or of objects."""
+    kinds = set(map(type, values))
+    if kinds == {int} and max(map(abs, values)) < 1 << 62:
+        return np.array(values, dtype=np.int64)
+    if kinds <= {int, float}:
+        with contextlib.suppress(OverflowError):
+            return np.array(values, dtype=np.float64)
+    packed = np.empty(len(values), dtype=object)
+    packed[:] = values
+    return packed
+
+
+def _of_rows(rows: Sequence[Any]) -> dict[_Path, _Field]:
+    """The fields of rows."""
+    return _joined([_parts(rows, _paths(rows))])
+
+
+def _paths(rows: Sequence[Any]) -> list[_Path]:
+    """Where the fields of the first rows are, in their order."""
+    return list(dict.fromkeys(at for row in rows[:_FIRST_ROWS] for at, _ in _fields(row)))
+
+
+def _parts(rows: Sequence[Any], paths: Sequence[_Path]) -> dict[_Path, NDArray[Any]]:
+    return {at: _packed([_value(row, at) for row in rows]) for at in paths}
+
+
+def _joined(parts: Sequence[Mapping[_Path, NDArray[Any]]]) -> dict[_Path, _Field]:
+    """The fields from their parts, as integers only if all parts are."""
+    fields = {}
+    for at in parts[0] if parts else ():
+        arrays = [part[at] for part in parts]
+        kinds = {array.dtype.kind for array in arrays}
+        common = object if "O" in kinds else np.float64 if "f" in kinds else np.int64
+        fields[at] = _Field(_name(at), np.concatenate([array.astype(common) for array in arrays]))
+    return fields
+
+
+def _fields(row: object, at: _Path = ()) -> Iterator[tuple[_Path, Any]]:
+    """The numbers and words of a row, with the names that lead to them."""
+    if isinstance(row, Mapping) and len(at) < _DEEPEST:
+        for name, value in row.items():
+            yield from _fields(value, (*at, name))
+    elif isinstance(row, list) and len(at) < _DEEPEST:
+        if len(row) <= _LONGEST_ARRAY:
+            for index, value in enumerate(row):
+                yield from _fields(value, (*at, index))
+    elif row is None or isinstance(row, int | float | str):
+        yield at, row
+
+
+def _name(at: _Path) -> str:
+    """``imu.gyro.x``; elements of an array of three are x, y and z by ``[0]`` in `sigmatau.io.read.names`."""
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in at).removeprefix(".")
+
+
+def _whole(text: str) -> Any:  # noqa: ANN401
+    """The only object or array of a text; None if it has several, or is truncated."""
+    start = _BLANK.match(text)
+    first = text[start.end() if start else 0 :][:1]
+    end = text.rstrip()[-1:]
+    if first not in "{[" or not first or end != {"{": "}", "[": "]"}[first]:
+        return None
+    if first == "{" and re.search(r"\}\s*\{", text[: 1 << 16]):
+        return None  # an object for each row
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _rows_of(whole: object) -> list[Any]:
+    """The rows of an array, or of the only array of objects in an object."""
+    if isinstance(whole, list):
+        return whole
+    nested = [v for v in whole.values() if _has_objects(v)] if isinstance(whole, Mapping) else []
+    return nested[0] if len(nested) == 1 else []
+
+
+def _has_objects(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
+
+
+def _arrays(whole: Mapping[str, Any], at: _Path = ()) -> Iterator[tuple[_Path, list[Any]]]:
+    for name, value in whole.items():
+        if isinstance(value, list):
+            yield (*at, name), value
+        elif isinstance(value, Mapping) and len(at) < _DEEPEST:
+            yield from _arrays(value, (*at, name))
+
+
+def _columns_of_arrays(whole: Mapping[str, Any]) -> Iterator[tuple[_Path, _Field]]:
+    """The fields of an object of arrays of one length; of rows of numbers, each place in a row is a field."""
+    arrays = dict(_arrays(whole))
+    lengths = [len(array) for array in arrays.values() if not _has_objects(array)]
+    rows = _rows_of(whole)
+    if rows and len(rows) >= max(lengths, default=0):
+        yield from _of_rows(rows).items()
+        return
+    if not lengths:
+        return
+    count = max(set(lengths), key=lambda length: (lengths.count(length), length))
+    for at, array in arrays.items():
+        if len(array) != count or _has_objects(array):
+            continue
+        if isinstance(array[0], list):
+            width = min(len(array[0]), _LONGEST_ARRAY)
+            for k in range(width):
+                yield (*at, k), _Field(_name((*at, k)), _packed([_value(row, (k,)) for row in array]))
+        else:
+            yield at, _Field(_name(at), _packed(array))
+
+
+def _first_object(text: str) -> int:
+    """Where the first row begins, after the bracket of an array or after lines of text."""
+    match = re.search(r"^[ \t]*\[?\s*(?=[\[{])|^[ \t]*(?=\{)", text, re.MULTILINE)
+    return match.end() if match else len(text)
+
+
+def _columns_of_rows(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...]]:
+    """The fields of rows up to the end, or up to the damage, which is a finding if it ends the file or is not text."""
+    rows: list[Any] = []
+    parts: list[dict[_Path, NDArray[Any]]] = []
+    paths: list[_Path] = []
+    at = _first_object(text)
+    decode, blank = json.JSONDecoder().raw_decode, _BLANK.match
+    size, count = len(text), 0
+    findings: tuple[Finding, ...] = ()
+    try:
+        while at < size:
+            row, end = decode(text, at)
+            rows.append(row)
+            count += 1
+            if len(rows) == _CHUNK:
+                paths = paths or _paths(rows)
+                parts.append(_parts(rows, paths))
+                rows = []
+            gap = blank(text, end)
+            at = gap.end() if gap else end
+            if text[at : at + 1] == "]":
+                findings = _trailing(text, at + 1, count)
+                break
+    except (ValueError, RecursionError):
+        line = text.count("\n", 0, at) + 1
+        after = text.find("\n", at)
+        last = after < 0 or not text[after:].strip()
+        damaged = "�" in text[at : at + 4096] or truncation.BREAK.search(text[at : at + 4096].encode()) is not None
+        if not count:
+            raise DataError(f", line {line}: is not JSON; correct or delete the line") from None
+        if not last and not damaged and not _is_cut(text, at):
+            raise DataError(
+                f", line {line}: {text[at : at + 40].strip()!r} is not JSON; correct or delete the line"
+            ) from None
+        reason = "bytes that are not text" if damaged else ""
+        place = Place("line", line)
+        details = Damaged(truncated=not damaged, place=place, reason=reason, kept=count)
+        findings = (Finding(details=details, severity="error"),)
+    if rows:
+        parts.append(_parts(rows, paths or _paths(rows)))
+    return _joined(parts), findings
+
+
+def _is_cut(text: str, at: int) -> bool:
+    """Whether the object that begins here does not end: no line below it begins another."""
+    return re.search(r"\n[ \t]*\{", text[at + 1 :]) is None
+
+
+def _trailing(text: str, at: int, rows: int) -> tuple[Finding, ...]:
+    """A finding of text after the end of an array."""
+    if not text[at:].strip(" \t\r\n\0"):
+        return ()
+    return (
+        fault(place=Place("line", text.count("\n", 0, at) + 1), reason="text after the end of the array", kept=rows),
+    )
+
+
+def _value(row: object, at: _Path) -> Any:  # noqa: ANN401
+    value: Any = row
+    try:
+        for part in at:
+            value = value[part]
+    except (KeyError, IndexError, TypeError):
+        return None
+    return value
+
+
+def _is_number(value: object) -> bool:
+    if value is None:
+        return True
+    try:
+        float(value)  # type: ignore[arg-type]
+    except (ValueError, TypeError, OverflowError):
+        return False
+    return True

@@ -13,7 +13,7 @@ from sigmatau.io.read import read
 N = 900
 STEP = 0.300 / 60 * np.sqrt(100.0)  # deg/s: 0.300 deg/√h at 100 Hz
 RNG = np.random.default_rng(known.seed_of("json"))
-GYRO, ACCEL = RNG.normal(0, STEP, (N, 3)), RNG.normal(0, 0.01, (N, 3)) + [0, 0, 9.81]
+GYRO, ACCEL = RNG.normal(0, STEP, (N, 3)), RNG.normal(0, 0.01, (N, 3)) + np.array([0, 0, 9.81])
 START = 1_700_000_000_123_456_789
 STAMPS = [START + 10_000_000 * k for k in range(N)]
 UNIT = {"gyro": "deg/s", "accel": "m/s^2", "time": "ns"}
@@ -27,7 +27,13 @@ def named(values):
 ROWS = {
     "arrays": lambda t, g, a: {"t": t, "gyro": g, "accel": a},
     "nested": lambda t, g, a: {"imu": {"gyro": named(g), "accel": named(a)}, "timestamp": t, "id": "imu 7", "ok": True},
-    "flat": lambda t, g, a: {"time": t, **{f"g{k}": v for k, v in named(g).items()}, **dict(ax=a[0], ay=a[1], az=a[2])},
+    "flat": lambda t, g, a: {
+        "time": t,
+        **{f"g{k}": v for k, v in named(g).items()},
+        "ax": a[0],
+        "ay": a[1],
+        "az": a[2],
+    },
     "ros": lambda t, g, a: {
         "header": {"stamp": t, "frame_id": "x"},
         "angular_velocity": named(g),

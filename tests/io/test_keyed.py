@@ -14,7 +14,7 @@ N, RATE = 900, 100.0
 STEP = 0.300 / 60 * np.sqrt(RATE)  # deg/s: 0.300 deg/√h at 100 Hz
 RNG = np.random.default_rng(known.seed_of("keyed"))
 GYRO = RNG.normal(0, STEP, (N, 3)).round(6)
-ACCEL = (RNG.normal(0, 0.01, (N, 3)) + [0, 0, 9.81]).round(5)
+ACCEL = (RNG.normal(0, 0.01, (N, 3)) + np.array([0, 0, 9.81])).round(5)
 UNIT = {"gyro": "deg/s", "accel": "m/s^2"}
 
 # How sketches print a sample: `a` and `g` are the numbers of the accelerometer and the gyro, `t` milliseconds.

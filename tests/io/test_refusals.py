@@ -79,7 +79,7 @@ DATA = {
         b'{\n "schema": 2,\n "sigmatau": "0.1.0"\n}\n',
         ["is a result of sigmatau, not a log", "sigmatau export"],
     ),
-    "JSON": (b'{"a": [1, 2, 3],\n1, 2, 3, 4}\n', ["JSON", "MCAP, ROS bags"]),
+    "JSON": (b'{"a": [1, 2, 3],\n1, 2, 3, 4}\n', ["line 1", "is not JSON"]),
     "huge first line": (b"1," * 200_000, ["first line is longer than 256 KiB"]),
     "PDF": (b"%PDF-1.7\n1 2 3\n", ["binary data", "not a format that is read: text tables"]),
     "PNG": (b"\x89PNG\r\n\x1a\n\0\0", ["binary data"]),

@@ -38,6 +38,7 @@ def _begins(*marks: bytes) -> Callable[[bytes], bool]:
     return lambda head: head.startswith(marks)
 
 
+_OBJECT = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*[{\[]|\n[ \t]*\{")
 _PAIR = re.compile(rb"[A-Za-z_][ \t]*[:=][ \t]*[-+.]?\d")
 
 
@@ -65,7 +66,7 @@ _FORMATS = (
     ),
     _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True, binary=False),
     _Format("lvm", "a LabVIEW measurement file", _begins(b"LabVIEW", b"\xef\xbb\xbfLabVIEW"), binary=False),
-    _Format("json_rows", "JSON", lambda head: b"{" in head or b"[" in head[:64], binary=False),
+    _Format("json_rows", "JSON", lambda head: _OBJECT.search(head) is not None, binary=False),
     _Format("keyed", "text of names and values", _has_pairs, binary=False),
     _Format("text", "text", lambda _: True, gzip=True, binary=False),
 )

@@ -171,3 +171,15 @@ def test_degrees_of_freedom_are_those_of_the_pairs(lost):
     few = curve.m <= N // 8
     stated = np.sqrt(2 / curve.edf)
     assert stated[few] == pytest.approx(scatter[few], rel=0.1 + 3 * 0.04)
+
+
+@pytest.mark.parametrize("method", ["likelihood", "gls"])
+def test_a_short_record_with_gaps_is_not_sent_to_the_likelihood(method):
+    """Too few samples for it: neither method is advised in place of the other."""
+    values = np.random.default_rng(seed_of("short with gaps")).standard_normal(300)
+    values[100:103] = np.nan
+    record = Record.from_arrays(rate=100, gyro_x=1e-3 * values)
+    (found,) = [one for one in analyze(record, method=method).findings if one.code == "too_short"]
+    assert not found.details.reasons[0].suits_likelihood
+    assert "likelihood" not in str(found)
+    assert found.action.startswith("Record longer")

@@ -38,6 +38,7 @@ EXAMPLES = [
     of_gyro(TooShort(reasons=(FEW,), missing=0.9996), size=0.9996),
     of_gyro(TooShort(reasons=(ZeroVariance(),))),
     of_gyro(TooShort(reasons=(IncompleteRecord(missing=12, samples=5000),))),
+    of_gyro(TooShort(reasons=(IncompleteRecord(missing=12, samples=300, suits_likelihood=False),))),
     *(
         of_gyro(NoAdequateModel(reasons=(reason,)))
         for reason in (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve, channel_curve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
+from sigmatau.findings.kinds.fit import IncompleteRecord
 from sigmatau.fitting import likelihood
 from sigmatau.fitting.block_temperature import temperature_of
 from sigmatau.fitting.fit import fit
@@ -184,6 +186,9 @@ def _by_curve(
     if curve is None or curve.overlap != "full" or not _on_half_octaves(curve):
         curve = channel_curve(record, channel, taus="half", counting=counting, threads=threads)
     fitted = fit(curve, tau_min=tau_min, terms=terms, level=level)
+    reason = fitted.reasons[0] if fitted.reasons else None
+    if isinstance(reason, IncompleteRecord) and not usable(record.stream_of(channel), channel):
+        return replace(fitted, reasons=(replace(reason, suits_likelihood=False),))
     noise = fitted.observed.get("quantization")
     if noise is None or len(fitted.observed) < _LEAST_TERMS:
         return fitted

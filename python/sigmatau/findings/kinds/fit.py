@@ -90,11 +90,14 @@ class IncompleteRecord:
         Samples that are missing.
     samples : int
         Samples in the record.
+    suits_likelihood : bool
+        Whether the other samples are enough for the likelihood, which allows for missing ones.
     """
 
     kind: str = field(default="incomplete_record", init=False)
     missing: int
     samples: int
+    suits_likelihood: bool = True
 
 
 @frozen

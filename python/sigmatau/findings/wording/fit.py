@@ -24,7 +24,10 @@ _REASONS: dict[type, Callable[[Any], str]] = {
         f"σ at {r.cluster_size} sample{'s' if r.cluster_size > 1 else ''} is {_off(r.ratio)} the model,"
         f" {'as after a low-pass filter' if r.ratio < 1 else 'because of other noise or a disturbance'}"
     ),
-    kinds.IncompleteRecord: lambda r: f"{r.missing} of {r.samples} samples are missing, and least squares needs all",
+    kinds.IncompleteRecord: lambda r: (
+        f"{r.missing} of {r.samples} samples are missing, and "
+        + ("least squares needs all" if r.suits_likelihood else "the others are too few for a fit")
+    ),
     kinds.CoarseValues: lambda r: "the resolution is too coarse for the noise, so the rounding error is unknown",
     kinds.BandLeftOut: lambda r: f"the spectrum from {r.highest:.3g} Hz on fits no model and is left out",
     kinds.BandsOff: lambda r: f"the density near {r.frequency:.2g} Hz is {_off(r.ratio)} the best model",
@@ -103,8 +106,12 @@ def _too_short(finding: Finding, details: kinds.TooShort) -> Words:
             f"{text}; {percent(details.missing)} of the samples are missing",
             "Find the cause of the loss; a longer record with the same losses helps little",
         )
-    if isinstance(details.reasons[0], kinds.IncompleteRecord):
-        return Words(text, "Use --method likelihood, which allows for missing samples")
+    reason = details.reasons[0]
+    if isinstance(reason, kinds.IncompleteRecord):
+        allowed = "Use --method likelihood, which allows for missing samples"
+        return Words(
+            text, allowed if reason.suits_likelihood else "Record longer, or use a part without missing samples"
+        )
     return Words(text, "Record longer" if isinstance(details.reasons[0], kinds.TooFewTimes) else "")
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import vio
 from known import seed_of
-from sigmatau import NoiseModel, OptionError, Record, analyze, simulate
+from sigmatau import DataError, NoiseModel, OptionError, Record, analyze, simulate
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
@@ -320,7 +320,7 @@ class TestAnalyze:
         assert message in err
 
     def test_an_option_needs_a_place_in_one_target_only(self, log, tmp_path, capsys):
-        """And no file is written if one of them cannot be."""
+        """And each file is written that can be."""
         files = {name: tmp_path / name for name in ("kalibr", "kf-gins")}
         exports = [text for name, path in files.items() for text in ("--export", f"{name}={path}")]
         more = ("--rate-random-walk", "gyro=upper-limit,accel=upper-limit", "--strict")
@@ -333,7 +333,50 @@ class TestAnalyze:
         code, _, err = run("analyze", log, *exports, *more, capsys=capsys)
         assert code == 2
         assert "--export kf-gins: " in err
-        assert not any(path.exists() for path in files.values())
+        assert {name: path.exists() for name, path in files.items()} == {"kalibr": True, "kf-gins": False}
+
+    @pytest.mark.parametrize(
+        ("channels", "target_name", "message"),
+        [
+            ("gyro_x", "kalibr", "kalibr: the log has no accelerometers"),
+            ("accel_x", "vins", "vins: the log has no gyros"),
+            ("gyro_x accel_x", "vins", "vins: the channels have several sampling rates (gyro 100 Hz, accel 50 Hz)"),
+            ("gyro_x accel_x", "state-space", "state-space: the step of the filter is needed"),
+        ],
+    )
+    def test_what_the_log_lacks_is_said_before_the_analysis(
+        self, channels, target_name, message, tmp_path, monkeypatch, capsys
+    ):
+        monkeypatch.setattr("sigmatau.cli.analyze.analyze", None)
+        arrays = {name: np.arange(100.0) for name in channels.split()}
+        rates = {"gyro": 100.0, "accel": 50.0}
+        record = Record.from_arrays(rate={name.split("_")[0]: rates[name.split("_")[0]] for name in arrays}, **arrays)
+        monkeypatch.setattr("sigmatau.cli.analyze.read_log", lambda *_, **__: record)
+        code, out, err = run(
+            "analyze", tmp_path / "a.csv", "--export", f"{target_name}={tmp_path / 'x'}", capsys=capsys
+        )
+        assert (code, out) == (2, "")
+        assert message in err
+
+    def test_nothing_computed_is_lost(self, log, tmp_path, monkeypatch, capsys):
+        """A report that fails, and a target: the table, the numbers, the figure and the other target are written."""
+
+        def failing(*_, **__):
+            raise DataError("report: the disk is full")
+
+        monkeypatch.setattr("sigmatau.cli.analyze.write_report", failing)
+        names = {"report": "r.html", "json": "r.json", "csv": "r.csv", "plot": "p.svg"}
+        outputs = [text for option, name in names.items() for text in (f"--{option}", tmp_path / name)]
+        exports = ("--export", f"kf-gins={tmp_path / 'kf'}", "--export", f"kalibr={tmp_path / 'k'}")
+        more = ("--rate-random-walk", "gyro=upper-limit", "accel=upper-limit", "--strict")
+        code, out, err = run("analyze", log, *outputs, *exports, *more, capsys=capsys)
+        assert code == 2  # of the option that kf-gins lacks
+        assert "random walk" in out
+        assert "sigmatau: report: the disk is full\n" in err
+        assert "--export kf-gins: " in err
+        written = {path.name for path in tmp_path.iterdir() if path.name != "log.csv"}
+        assert written >= {"r.json", "r.csv", "r-curves.csv", "p.svg", "k"}
+        assert not written & {"r.html", "kf"}
 
     def test_of_one_log(self, log, tmp_path, capsys):
         code, _, err = run("analyze", log, tmp_path / "b.csv", "--export", "kalibr=a", capsys=capsys)

@@ -202,7 +202,10 @@ class TestAdvice:
     @pytest.mark.parametrize(
         ("more", "message"),
         [
-            (["--rate-random-walk", "gyro=upper-limit", "accel=upper-limit"], "by commas"),
+            (
+                ["--rate-random-walk", "gyro=1e-6 rad/s/sqrt(s)", "accel=upper-limit"],
+                "no upper limit of the acceleration",
+            ),
             (["b.json"], "once for each"),
             (["--rate-random-walk", "gyros=upper-limit"], "--rate-random-walk: unknown sensor 'gyros'"),
             (["--horizon", "3d"], "--horizon does not apply to kalibr without --rate-random-walk gyro=horizon"),

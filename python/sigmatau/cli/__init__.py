@@ -17,7 +17,7 @@ from sigmatau.process import keep_freed
 if TYPE_CHECKING:
     from cyclopts import CycloptsError
 
-_UNUSED_HINT = "Separate several values of one option by commas (gyro=…,accel=…); run the command once for each file."
+_UNUSED_HINT = "Write the values of an option directly behind it (gyro=… accel=…); run the command once for each file."
 _OTHER_NAMES = {
     ("lot", "--datasheet"): "the specification is --spec",
     ("analyze", "--datasheet"): "after analyze --json RESULT.json: sigmatau lot RESULT.json --spec NAME",

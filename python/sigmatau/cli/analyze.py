@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from threading import Thread
@@ -17,6 +17,7 @@ from cyclopts import Parameter
 from sigmatau.analysed import Analysis, failed_result
 from sigmatau.analysis import analyze
 from sigmatau.cli import batch
+from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
 from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.options import (
@@ -49,7 +50,7 @@ from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.quality.clocks import clocks
-from sigmatau.record.record import stream_name
+from sigmatau.record.record import Record, stream_name
 from sigmatau.reporting.report import ENDINGS
 from sigmatau.reporting.report import report as write_report
 
@@ -233,6 +234,7 @@ def _one(
     expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
     with _failures_written(log, outputs.json, outputs.notes):
         record = read_log(log, reading, quiet=quiet)
+        exports.check_record(record)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
         if outputs.json is not None or outputs.report is not None:
             with suppress(RuntimeError):  # without memory for a thread, it is computed when it is written
@@ -241,40 +243,59 @@ def _one(
             analysis = analyze(record, **settings)
         if checksum.ident is not None:
             checksum.join()
-    if outputs.csv is not None:
-        write_csv(analysis, outputs.csv)
-    if outputs.json is not None:
-        write_result("", analysis.to_dict(), outputs.json)
-    if outputs.report is not None:
-        with working(f"writing {outputs.report}", quiet=quiet):
-            write_report(analysis, outputs.report, record=record, notes=outputs.notes, command=command_line())
-    if outputs.plot is not None:
-        with drawing(outputs.plot, outputs.style, quiet=quiet):
-            write_figure(analysis.plot(style=outputs.style), outputs.plot)
-    if outputs.stability is not None and analysis.stability:
-        with drawing(outputs.stability, outputs.style, quiet=quiet):
-            write_figure(analysis.plot_stability(), outputs.stability)
-    with_table = str(outputs.json) != "-"
-    if verbose:
-        _by_sensor(analysis, with_table=with_table, quiet=quiet)
-    else:
-        told = wrapped(causes(analysis.findings, room=_MOST_LINES))
-        if with_table:
-            _table(screen(analysis, below=len(told) + 1, legend=not quiet))
-            by_hand = lines_by_hand(analysis, settings["read_off_at"])
-            if by_hand:
-                _table("\n".join(by_hand))
-        for line in told:
-            say(line, quiet=quiet)
+    attempts = Attempts()
+    with attempts.attempt():
+        _print_result(analysis, outputs, settings, verbose=verbose, quiet=quiet)
+    _write_outputs(attempts, analysis, record, outputs, quiet=quiet)
     code = exit_code(analysis.findings)
     if code == NOT_AT_REST and exports.files:
         say("nothing to export: the sensor is not at rest", quiet=quiet)
     else:
-        exports.write(analysis, result=outputs.files["json"], quiet=quiet)
+        exports.write(attempts, analysis, result=outputs.files["json"], quiet=quiet)
     if not verbose:
         for line in wrapped([_next(outputs, exports, analysis)]):
             say(line, quiet=quiet)
-    return code
+    return attempts.finish(code)
+
+
+def _print_result(
+    analysis: Analysis, outputs: Outputs, settings: Mapping[str, Any], *, verbose: bool, quiet: bool
+) -> None:
+    """Print the coefficients, or the JSON, and the findings."""
+    with_table = str(outputs.json) != "-"
+    if not with_table:
+        write_result("", analysis.to_dict(), outputs.json)
+    if verbose:
+        _by_sensor(analysis, with_table=with_table, quiet=quiet)
+        return
+    told = wrapped(causes(analysis.findings, room=_MOST_LINES))
+    if with_table:
+        _table(screen(analysis, below=len(told) + 1, legend=not quiet))
+        by_hand = lines_by_hand(analysis, settings["read_off_at"])
+        if by_hand:
+            _table("\n".join(by_hand))
+    for line in told:
+        say(line, quiet=quiet)
+
+
+def _write_outputs(attempts: Attempts, analysis: Analysis, record: Record, outputs: Outputs, *, quiet: bool) -> None:
+    """Write the files of one log, the numbers first."""
+    json = outputs.files["json"]
+    if outputs.csv is not None:
+        with attempts.attempt():
+            write_csv(analysis, outputs.csv)
+    if json is not None:
+        with attempts.attempt():
+            write_result("", analysis.to_dict(), json)
+    if outputs.report is not None:
+        with attempts.attempt(), working(f"writing {outputs.report}", quiet=quiet):
+            write_report(analysis, outputs.report, record=record, notes=outputs.notes, command=command_line())
+    if outputs.plot is not None:
+        with attempts.attempt(), drawing(outputs.plot, outputs.style, quiet=quiet):
+            write_figure(analysis.plot(style=outputs.style), outputs.plot)
+    if outputs.stability is not None and analysis.stability:
+        with attempts.attempt(), drawing(outputs.stability, outputs.style, quiet=quiet):
+            write_figure(analysis.plot_stability(), outputs.stability)
 
 
 def _table(text: str) -> None:
@@ -376,19 +397,21 @@ def _in_a_process(
 ) -> Analysis:
     record = read_log(log, readings[log], quiet=True)
     analysis = analyze(record, **settings)
-    if outputs.report is not None:
-        file = outputs.report / f"{names[log]}.html"
-        write_report(analysis, file, record=record, notes=outputs.notes, command=command_line())
-    if outputs.plot is not None:
-        write_figure(analysis.plot(style=outputs.style), outputs.plot / f"{names[log]}.png")
-    if outputs.stability is not None and analysis.stability:
-        file = outputs.stability / f"{names[log]}.png"
-        with drawing(file, outputs.style, quiet=True):
-            write_figure(analysis.plot_stability(), file)
-    if outputs.json is not None:
-        write_json(analysis.to_dict(), outputs.json / f"{names[log]}.json")
-    if outputs.csv is not None:
-        write_csv(analysis, outputs.csv / f"{names[log]}.csv")
+
+    def within(folder: Path | None, ending: str) -> Path | None:
+        return None if folder is None else folder / f"{names[log]}{ending}"
+
+    files = replace(
+        outputs,
+        report=within(outputs.report, ".html"),
+        plot=within(outputs.plot, ".png"),
+        stability=within(outputs.stability, ".png"),
+        json=within(outputs.json, ".json"),
+        csv=within(outputs.csv, ".csv"),
+    )
+    attempts = Attempts()
+    _write_outputs(attempts, analysis, record, files, quiet=True)
+    attempts.raise_first()
     return analysis
 
 

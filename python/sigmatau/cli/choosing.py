@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from cyclopts.completion import CompletionContext
 
     from sigmatau.analysed import Analysis
+    from sigmatau.cli.attempts import Attempts
+    from sigmatau.errors import DataError
     from sigmatau.exporting.choices import Choices
+    from sigmatau.record.record import Record
 
 
 @Parameter(name="*")
@@ -162,18 +165,38 @@ class Exports:
             check_all(files, choices)
         return cls(files=files, choices=choices)
 
-    def write(self, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
-        """Write all files, or none if one fails; raises `OptionError` or `DataError`. `result` is the written JSON,
-        which allows another attempt without a second analysis.
+    def check_record(self, record: Record) -> None:
+        """Raise an error for what the targets need and the record lacks, before the analysis."""
+        if not self.files or self.choices is None:
+            return
+        from sigmatau.exporting.choices import KINDS
+        from sigmatau.exporting.export import check_record
+
+        rates = {
+            stream.name: dict.fromkeys(stream.channels, stream.grid.rate)
+            for stream in record.streams
+            if stream.name in KINDS
+        }
+        with as_typed("--export "):
+            check_record(self.files, self.choices, rates)
+
+    def write(self, attempts: Attempts, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
+        """Write each file that can be written. `result` is the written JSON, which allows another attempt without a second
+        analysis.
         """
         if not self.files:
             return
         from sigmatau.exporting.export import prepare_all
 
         again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
-        with as_typed("--export ", again):
-            files = prepare_all(analysis, self.files, choices=self.choices, named=True)
-        print_findings((finding for file in files for finding in file.findings), quiet=quiet)
-        for file in files:
-            file.write()
-            say(f"{file.path}: written for {file.to}", quiet=quiet)
+        failures: list[OptionError | DataError] = []
+        with attempts.attempt(), as_typed("--export ", again):
+            files = prepare_all(analysis, self.files, choices=self.choices, named=True, failures=failures)
+            print_findings((finding for file in files for finding in file.findings), quiet=quiet)
+            for file in files:
+                with attempts.attempt():
+                    file.write()
+                    say(f"{file.path}: written for {file.to}", quiet=quiet)
+        for failure in failures:
+            with attempts.attempt(), as_typed("--export ", again):
+                raise failure

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from sigmatau.analysis import analyze
 from sigmatau.cli import batch
+from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Exports
 from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.options import (
@@ -102,7 +103,7 @@ def joint_command(
         )
     with working(f"fitting {len(records)} logs jointly", quiet=quiet):
         found = fit_analysed(records, over=over, common=common, terms=settings["terms"])
-    _write(found, outputs, quiet=quiet)
+    attempts = Attempts()
     with_table = str(outputs.json) != "-"
     if with_table:
         width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 80
@@ -111,8 +112,9 @@ def joint_command(
         sys.stdout.flush()
     for line in wrapped(finding_lines(found.analysis.findings)):
         say(line, quiet=quiet)
-    exports.write(found.analysis, result=outputs.files["json"], quiet=quiet)
-    return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)
+    _write(attempts, found, outputs, quiet=quiet)
+    exports.write(attempts, found.analysis, result=outputs.files["json"], quiet=quiet)
+    return attempts.finish(next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0))
 
 
 def _analysed(
@@ -144,11 +146,13 @@ def _analysed(
     return records, codes
 
 
-def _write(found: JointAnalysis, outputs: Outputs, *, quiet: bool) -> None:
+def _write(attempts: Attempts, found: JointAnalysis, outputs: Outputs, *, quiet: bool) -> None:
     if outputs.csv is not None:
-        write_csv(found.analysis, outputs.csv)
+        with attempts.attempt():
+            write_csv(found.analysis, outputs.csv)
     if outputs.json is not None:
-        write_result("", found.to_dict(), outputs.json)
+        with attempts.attempt():
+            write_result("", found.to_dict(), outputs.json)
     if outputs.plot is not None:
-        with drawing(outputs.plot, outputs.style, quiet=quiet):
+        with attempts.attempt(), drawing(outputs.plot, outputs.style, quiet=quiet):
             write_figure(found.analysis.plot(style=outputs.style), outputs.plot)

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from sigmatau._version import __version__
-from sigmatau.errors import OptionError
-from sigmatau.exporting.choices import Choices, NoPlaceError, NotChosenError, given
+from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.choices import KINDS, Choices, NoPlaceError, NotChosenError, given
 from sigmatau.exporting.source import Source, have_several_rates, one_rate, sensor_rates, source_of
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
@@ -82,7 +82,7 @@ def export(
     return prepared.content
 
 
-T = TypeVar("T")
+Failure = TypeVar("Failure", OptionError, DataError, OptionError | DataError)
 
 _SAME_RATE = 1e-3  # relative difference
 # Extensions of binary formats.
@@ -123,10 +123,16 @@ def prepare(model: object, *, to: str, path: str | Path | None = None, choices: 
 
 
 def prepare_all(
-    model: object, files: Mapping[str, Path | None], *, choices: Choices | None = None, named: bool = False
+    model: object,
+    files: Mapping[str, Path | None],
+    *,
+    choices: Choices | None = None,
+    named: bool = False,
+    failures: list[OptionError | DataError] | None = None,
 ) -> list[Prepared]:
     """The same for several targets. A choice that does not apply to one of them is ignored there, with a finding.
-    `named`: whether errors begin with the name of the target.
+    `named`: whether errors begin with the name of the target; `failures`: takes the errors, and the other targets are
+    prepared.
     """
     source, chosen = source_of(model), _chosen(choices)
 
@@ -138,7 +144,34 @@ def prepare_all(
         content, findings = _written(wanted, source, used, path)
         return Prepared(to=to, path=path, content=content, findings=findings)
 
-    return _placed(list(files), chosen, one, named=named)
+    return _placed(list(files), chosen, one, named=named, failures=failures)
+
+
+_CHECKED = {"random_walk": 1e-3, "bias_instability": 1e-4, "rate_random_walk": 1e-5}  # any: the numbers are not used
+
+
+def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str, Mapping[str, float]]) -> None:
+    """Raise an error for what the targets need and a record lacks, before the analysis: a sensor, or the rate of the filter.
+
+    Parameters
+    ----------
+    files : mapping of str to Path
+        Files by target.
+    choices : Choices
+    rates : mapping of str to mapping of str to float
+        Sampling rates by channel, by sensor: ``"gyro"`` and ``"accel"``. [Hz]
+    """
+    channels = {name: rate for of_sensor in rates.values() for name, rate in of_sensor.items()}
+    source = Source(model=NoiseModel(channels=dict.fromkeys(channels, _CHECKED)), rates=channels)
+    failures: list[OptionError | DataError] = []
+    prepare_all(source, files, choices=choices, named=True, failures=failures)
+    for error in failures:
+        if isinstance(error, DataError):
+            lacking = " and no ".join(kind for sensor, kind in KINDS.items() if sensor not in rates)
+            what = f"the log has no {lacking}, which this target requires" if lacking else error.message
+            raise OptionError(what, option="export").about(error.source)
+        if error.option in ("filter_rate", "step"):
+            raise error
 
 
 def check_all(names: Iterable[str], choices: Choices) -> None:
@@ -193,14 +226,20 @@ def _chosen(choices: object) -> Choices:
 
 
 def _placed(
-    names: list[str], choices: Choices, attempt: Callable[[str, Choices], Prepared], *, named: bool
+    names: list[str],
+    choices: Choices,
+    attempt: Callable[[str, Choices], Prepared],
+    *,
+    named: bool,
+    failures: list[OptionError | DataError] | None = None,
 ) -> list[Prepared]:
     """Apply `attempt` to each target, with the choices that apply to it."""
 
-    def of(name: str, error: OptionError) -> OptionError:
+    def of(name: str, error: Failure) -> Failure:
         return error.about(name) if named else error
 
     made: list[Prepared] = []
+    found: Prepared | None
     dropped: list[dict[tuple[str, str | None], NoPlaceError]] = []
     for name in names:
         used, without = choices, dict[tuple[str, str | None], NoPlaceError]()
@@ -211,10 +250,16 @@ def _placed(
             except NoPlaceError as error:
                 without[error.choice, error.key] = error
                 used = used.without(error.choice, error.key)
-            except OptionError as error:
-                if without and len(names) == 1:  # the refused choice is the first error
-                    raise of(name, next(iter(without.values()))) from None
-                raise of(name, error) from None
+            except (OptionError, DataError) as error:
+                # Of one target, the refused choice is the first error.
+                first = next(iter(without.values())) if without and len(names) == 1 else error
+                if failures is None:
+                    raise of(name, first) from None
+                failures.append(of(name, first))
+                found = None
+                break
+        if found is None:
+            continue
         omitted = tuple(
             Finding(
                 severity="info",

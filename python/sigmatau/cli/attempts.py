@@ -1,0 +1,40 @@
+"""Outputs of an analysis: each is written if it can be, whatever happened to the others."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Iterator
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.results import printable
+
+
+class Attempts:
+    """Outputs that are written one after the other; the errors are reported at the end."""
+
+    def __init__(self) -> None:
+        self.errors: list[OptionError | DataError | ImportError | OSError] = []
+
+    @contextlib.contextmanager
+    def attempt(self) -> Iterator[None]:
+        """Write one output; an error does not keep the next one from being written."""
+        try:
+            yield
+        except (OptionError, DataError, ImportError, OSError) as error:
+            self.errors.append(error)
+
+    def raise_first(self) -> None:
+        """Raise the first error, if there is one."""
+        if self.errors:
+            raise self.errors[0]
+
+    def finish(self, code: int) -> int:
+        """Print all errors but the last, which is raised for `main` to print; without errors, return the code."""
+        if not self.errors:
+            return code
+        *others, last = sorted(self.errors, key=lambda error: isinstance(error, OptionError))
+        for error in others:
+            text = error.for_command_line() if isinstance(error, OptionError) else str(error)
+            sys.stderr.write(f"sigmatau: {printable(' '.join(text.split()))}\n")
+        raise last

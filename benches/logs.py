@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-CHANNELS = tuple(f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz")
+from benches import texts
+from benches.texts import CHANNELS as CHANNELS
+
 START = 1_700_000_000_000_000_000
 STEP = 5_000_000  # 200 Hz
 
@@ -286,6 +288,12 @@ KINDS: dict[str, Kind] = {
     "CSV, gzip": Kind(_csv_gz, checked=True),
     "CSV, decimal comma": Kind(_decimal_comma, checked=True),
     "CSV, UTF-16": Kind(_utf16, checked=True),
+    "LVM of LabVIEW": Kind(texts.lvm, streams=False, checked=True),
+    "names with values": Kind(texts.keyed, {"unit": {"gyro": "rad/s", "accel": "m/s^2"}}, streams=False, checked=True),
+    "JSON lines": Kind(texts.json_lines, {"unit": {"gyro": "rad/s", "accel": "m/s^2"}}, streams=False, checked=True),
+    "ros2 topic echo, YAML": Kind(texts.echo, streams=False, checked=True),
+    "ros2 topic echo, CSV": Kind(texts.csv_echo, checked=True),
+    "Excel": Kind(texts.xlsx, streams=False, checked=True),
     "VectorNav ASCII": Kind(_vectornav, {"rate": 200}, checked=True),
     "MCAP, zstd": Kind(_mcap),
     "ROS 2 db3": Kind(_db3),

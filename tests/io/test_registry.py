@@ -19,8 +19,9 @@ NEEDS = {
     "Parquet": "pyarrow",
     "Arrow": "pyarrow",
     "LabVIEW": "nptdms",
+    "Excel": "python_calamine",
 }
-PACKED = {"CSV", "CSV, decimal comma", "CSV, UTF-16", "VectorNav ASCII"}
+PACKED = {"CSV", "CSV, decimal comma", "CSV, UTF-16", "VectorNav ASCII", "ros2 topic echo, CSV"}
 
 
 @pytest.fixture(params=[name for name in KINDS if name not in ("raw binary", "CSV, gzip")])

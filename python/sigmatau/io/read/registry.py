@@ -39,7 +39,7 @@ def _begins(*marks: bytes) -> Callable[[bytes], bool]:
 
 
 _OBJECT = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*[{\[]|\n[ \t]*\{")
-_PAIR = re.compile(rb"[A-Za-z_][ \t]*[:=][ \t]*[-+.]?\d")
+_PAIR = re.compile(rb"(?:[A-Za-z_)\]][ \t]*[:=][ \t]*|\d[ \t]*=[ \t]*|\d:[ \t]+)[-+.]?\d")
 
 
 def _has_pairs(head: bytes) -> bool:
@@ -52,6 +52,7 @@ def _has_pairs(head: bytes) -> bool:
 # The more specific format first: zip archives of arrays before zip archives of tables. Text has no signature and is last.
 _FORMATS = (
     _Format("npy", "a NumPy file", _begins(b"\x93NUMPY", b"PK\x03\x04")),
+    _Format("xlsx", "an Excel workbook", _begins(b"PK\x03\x04")),
     _Format("zipped", "a zip archive", _begins(b"PK\x03\x04")),
     _Format("roslog", "an MCAP file or a ROS bag", _begins(b"\x89MCAP", b"#ROSBAG")),
     _Format("rosbag2", "an SQLite database", _begins(b"SQLite format 3")),

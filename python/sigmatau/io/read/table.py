@@ -19,8 +19,8 @@ from sigmatau.results import printable
 
 HEAD = 1 << 18  # The format, and the layout of a text table, are detected from this many bytes. [bytes]
 FORMATS = (
-    "text tables, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB, HDF5, Zarr, Parquet, Arrow, TDMS, .npy,"
-    " .npz, or raw numbers with --layout"
+    "text tables, names with values, JSON, LabVIEW .lvm, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB, HDF5,"
+    " Zarr, Parquet, Arrow, TDMS, Excel .xlsx, .npy, .npz, or raw numbers with --layout"
 )
 """The formats that are read, for the text of errors."""
 

@@ -26,7 +26,7 @@ from sigmatau.record import memory
 _MARKS = b":=,;|{}[]()\"'<>\t\r"
 _SPACES = bytes.maketrans(_MARKS, b" " * len(_MARKS))
 _NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_PAIR = re.compile(rb"([A-Za-z_\xb0-\xff][^:=,;|\t\r\n]{0,60}?)[ \t]*[:=][ \t]*(" + _NUMBER + rb")(?![\d:])")
+_PAIR = re.compile(rb"([A-Za-z_\xb0-\xff][^:=,;|\t\r\n\"{}]{0,60}?)[ \t]*[:=][ \t]*(" + _NUMBER + rb")(?![\d:])")
 _CLOCK = re.compile(rb"[ \t]*(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)[ \t]*(?:->)?[ \t]*(?=[A-Za-z])")
 _GLUED = re.compile(rb"(?<=[0-9.])(?=(?![eE][-+0-9])[A-Za-z\xb0\xc2\xb5])")
 _ANY_NUMBER = re.compile(rb"(?<![A-Za-z_\d.])" + _NUMBER + rb"(?![\w.])")

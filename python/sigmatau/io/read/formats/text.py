@@ -18,7 +18,7 @@ from sigmatau._native import formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place, SkippedLines
-from sigmatau.io.read.formats import truncation
+from sigmatau.io.read.formats import ros_csv, truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.kind_columns import with_sensor_names
 from sigmatau.io.read.formats.layout import (
@@ -169,6 +169,9 @@ def _table_of(
     if layout.counts_per_second is not None:
         columns, loaded, counted = _of_mt_manager(columns, load, layout.counts_per_second)
         named = (*named, counted)
+    if layout.delimiter == "," and ros_csv.is_imu(columns):
+        columns, loaded = ros_csv.named(columns, loaded)
+        named = (*named, ros_csv.NOTE)
     return Table(
         format="text",
         columns=columns,

@@ -35,7 +35,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         first = min((m.header_offset for m in archive.infolist()), default=0)
         members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
         if any(m.filename == "[Content_Types].xml" for m in members):
-            raise DataError("is an Excel or Word file; save the table as CSV")
+            raise DataError("is a Word or PowerPoint file, or a damaged Excel workbook; save the table as CSV")
         if len(members) > _MAX_MEMBERS:
             raise DataError(f"is a zip archive of {len(members)} files; unpack it and give the file to read")
         for member in members:

@@ -36,6 +36,7 @@ EXAMPLES = [
     warning(ImplausibleRate(rate=2e8), size=2e8, unit="Hz"),
     info(RateNotNominal(rate=99.3, nominal=100.0), size=-0.007),
     warning(RateMismatch(used=120.0, other=100.0), size=0.2, factors=FACTORS),
+    warning(RateMismatch(used=101.0, other=100.0), size=0.01, factors=(("random_walk", 1.01**-0.5),)),
     warning(RateMismatch(used=120.0, other=100.0)),
     warning(RateMismatch(used=100.0, other=50.0, stated=True)),
     warning(ClockOff(factor=0.97, low=0.9694, high=0.9706, marks=9, others=5), size=0.97),

@@ -12,6 +12,7 @@ from sigmatau.results import seconds, two_digits
 
 _SURE = 1e-3  # relative error of a rate that is not worth stating
 _WITHOUT_STAMPS = "--channels time=none --rate HZ"
+_CLOCK_ERROR = 0.05  # relative difference of rates that no clock explains: RC oscillators are within 2 %
 
 
 def _count(finding: Finding) -> int:
@@ -41,10 +42,10 @@ def _rate_mismatch(finding: Finding, found: kinds.RateMismatch) -> Words:
     factor = dict(finding.factors).get("random_walk")
     if factor is None:
         return Words(f"{message}; all times and coefficients are affected")
-    return Words(
-        f"{message}: {factor_text('random_walk', factor)} if the time stamps are right",
-        "Omit --rate unless it is more accurate than the time stamps",
-    )
+    action = "Omit --rate unless it is more accurate than the time stamps"
+    if abs(found.used / found.other - 1) > _CLOCK_ERROR:
+        action = f"Omit --rate; if the time stamps are wrong, use --channels time=none --rate {found.used:.6g}"
+    return Words(f"{message}: {factor_text('random_walk', factor)} if the time stamps are right", action)
 
 
 def _clock_off(_: Finding, found: kinds.ClockOff) -> Words:

@@ -5,9 +5,33 @@ import math
 import pytest
 
 from sigmatau import OptionError
-from sigmatau.units import find, known, to_si, usual
+from sigmatau.units import find, if_known, known, needs_scale, to_si, usual
 
 DEG = math.pi / 180
+
+# Spellings of units in the headers of loggers, by what they mean.
+LOGGED = {
+    "m/s^2": [
+        "m/(s^2)",
+        "m/(s²)",
+        "m.s-2",
+        "m·s⁻²",
+        "m⋅s⁻²",
+        "m s-2",
+        "ms-2",
+        "m/s/s",
+        "m/ss",
+        "m/s*s",
+        "mps2",
+        "m/sec2",
+    ],
+    "rad/s": ["rad.s-1", "rad·s⁻¹", "rad.s^-1", "rads-1", "rad s^-1", "rad/(s)", "rad/second"],
+    "deg/s": ["°/s", "º/s", "dps", "deg.s^-1", "deg⋅s⁻¹", "°·s⁻¹", "°s-1", "deg/(s)", "degree/sec"],
+    "mdeg/s": ["mdps", "milli-dps", "millidegrees per second"],
+    "g": ["gees", "gee", "g's", "G", "g-force", "gn"],
+    "mg": ["mG", "milli-g", "milli g", "milligee", "milli-g's"],
+    "ms": ["mSecs", "msec", "millis", "milliseconds"],
+}
 
 # Spellings of noise densities and random walks as datasheets, papers and manuals have them, by what they mean.
 SPELLED = {
@@ -102,7 +126,10 @@ SPELLED = {
 }
 
 
-@pytest.mark.parametrize(("symbol", "spelling"), [(s, spelling) for s, row in SPELLED.items() for spelling in row])
+@pytest.mark.parametrize(
+    ("symbol", "spelling"),
+    [(s, spelling) for table in (LOGGED, SPELLED) for s, row in table.items() for spelling in row],
+)
 def test_spellings_of_the_field(symbol, spelling):
     assert find(spelling).symbol == symbol
     assert find(f"  {spelling.upper()} ").symbol == symbol
@@ -168,3 +195,14 @@ def test_a_unit_of_another_kind_is_refused():
 
 def test_a_ramp_is_spelled_as_a_square_or_twice():
     assert to_si(470, "deg/h/h") == to_si(470, "deg/h^2") == to_si(470, "deg/h2")
+
+
+@pytest.mark.parametrize("spelling", ["LSB", "counts", "ADC", "digits", "V", "mV", "no units"])
+def test_counts_and_volts_need_a_scale(spelling):
+    assert needs_scale(spelling)
+    assert if_known(spelling) is None
+
+
+@pytest.mark.parametrize("spelling", ["m/s^2", "furlong/s", "rad", "m/s/Hz", "uT", ""])
+def test_other_units_need_none(spelling):
+    assert not needs_scale(spelling)

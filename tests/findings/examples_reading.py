@@ -78,11 +78,22 @@ EXAMPLES = [
     error(kinds.NeverWritten, rows=1000, zeros=400, kept=599),
     error(kinds.NeverWritten, rows=1000, zeros=400, kept=599, column="'time [s]'"),
     info(kinds.ColumnsByGravity, gyro=(2, 4), accel=(5, 7), time=1, gravity=9.8066, other=0.0123),
+    warning(kinds.IncompleteSensor, missing="gyro_z"),
+    warning(kinds.IncompleteSensor, missing="gyro_z", column="gyro_z [rad/s1_000", number=4),
+    info(kinds.UnusedColumns, columns=("alpha_x",)),
+    info(kinds.UnusedColumns, columns=("Microstrain filter status", *(f"field {k}" for k in range(12)))),
+    warning(kinds.MixedUnits, units=(("gyro_x", "deg/s"), ("gyro_y", "deg/s"), ("gyro_z", "rad/s"))),
+    warning(kinds.UnreadArrays, names=("yro_rad_s.npy",)),
     warning(kinds.GravityOnGyro, gyro=9.8066, accel=0.0123),
     error(kinds.Unusable, reason="line 12: column time [s] has 'x', which is not a number; correct or delete the line"),
     warning(kinds.LoggerDropouts, count=2, total=0.17, longest=0.12),
     Finding(details=kinds.UnitOverruled(given="V", stated="Pa"), severity="warning", channels=("p",)),
     Finding(
         details=kinds.UnitOverruled(given="rad/s", stated="V", known=False), severity="warning", channels=("gyro_x",)
+    ),
+    Finding(
+        details=kinds.UnitOverruled(given="rad/s", stated="furlong/s", known=False),
+        severity="warning",
+        channels=("gyro_x",),
     ),
 ]

@@ -9,6 +9,7 @@ from sigmatau.findings.kinds.spectrum import (
     BandLeftOut,
     CorrelatedAxes,
     GaussMarkovProcess,
+    IdenticalAxes,
     Line,
     LowPassFilter,
     Mains,
@@ -67,4 +68,5 @@ EXAMPLES = [
         details=CorrelatedAxes(pairs=(replace(SLOW[0], mean_length=0.0),), only_slow=False),
     ),
     replace(CORRELATED, severity="info"),
+    Finding(details=IdenticalAxes(samples=100_000), severity="warning", channels=("gyro_x", "gyro_y")),
 ]

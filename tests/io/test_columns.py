@@ -3,7 +3,7 @@
 import pytest
 
 from sigmatau.errors import OptionError
-from sigmatau.findings.kinds.reading import UnitOverruled
+from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, UnitOverruled, UnusedColumns
 from sigmatau.io.read import read
 from sigmatau.io.read.columns import choose
 from sigmatau.io.read.names import recognise, unit_of
@@ -98,6 +98,84 @@ RECOGNISED = {
     "Giroscopio x (rad/s)": ("gyro_x", "rad/s"),
     "time (ms)": ("time", "ms"),
 }
+
+# Headers of loggers and programs, and the channel of each column, with its unit; None for a column that is not read.
+HEADERS = {
+    "PlotJuggler": {
+        "__time": ("time", "s"),
+        **{f"/imu/data_raw/angular_velocity/{a}": (f"gyro_{a}", "rad/s") for a in "xyz"},
+        **{f"/imu/data_raw/linear_acceleration/{a}": (f"accel_{a}", "m/s^2") for a in "xyz"},
+        "/imu/data_raw/orientation/x": None,
+    },
+    "Shimmer": {
+        "Shimmer_0000_Timestamp_Unix_CAL": ("time", None),
+        "Shimmer_0000_Accel_LN_X_CAL": ("accel_x", None),
+        "Shimmer_AB1F_Gyro_Y_CAL": ("gyro_y", None),
+        "Shimmer_0000_Mag_X_CAL": None,
+    },
+    "Kalibr": {
+        "timestamp": ("time", "ns"),
+        **{f"omega_{a}": (f"gyro_{a}", "rad/s") for a in "xyz"},
+        **{f"alpha_{a}": (f"accel_{a}", "m/s^2") for a in "xyz"},
+    },
+    "alpha as an angular acceleration": {
+        "t": ("time", None),
+        **{f"omega_{a}": (f"gyro_{a}", None) for a in "xyz"},
+        **{f"alpha_{a}": None for a in "xyz"},
+    },
+    "MAVLink SCALED_IMU": {"SCALED_IMU2.xgyro": ("gyro_x", "mrad/s"), "SCALED_IMU2.zacc": ("accel_z", "mg")},
+    "MAVLink HIGHRES_IMU": {"HIGHRES_IMU.xgyro": ("gyro_x", "rad/s"), "HIGHRES_IMU.zacc": ("accel_z", "m/s^2")},
+    "Betaflight": {
+        "loopIteration": None,
+        "time (us)": ("time", "us"),
+        **{f"gyroADC[{k}] (deg/s)": (f"gyro_{'xyz'[k]}", "deg/s") for k in range(3)},
+        **{f"accSmooth[{k}] (g)": (f"accel_{'xyz'[k]}", "g") for k in range(3)},
+        "motor[0]": None,
+    },
+    "phyphox, axes only": {
+        "Time (s)": ("time", "s"),
+        **{f"{a} (rad/s)": (f"gyro_{a.lower()}", "rad/s") for a in "XYZ"},
+    },
+    "phyphox, without gravity": {f"Linear Acceleration {a} (m/s^2)": None for a in "xyz"},
+    "ROS by hand": {
+        "Angular Velocity X (rad/s)": ("gyro_x", "rad/s"),
+        "Linear Acceleration X (m/s^2)": ("accel_x", "m/s^2"),
+    },
+    "axes by unit": {**{f"rate.{a} [deg/s]": (f"gyro_{a}", "deg/s") for a in "xyz"}, "mag.x [uT]": None},
+    "free acceleration by unit": {f"free_{a} [m/s^2]": None for a in "xyz"},
+    "two triples by unit": {f"{s}_{a} [rad/s]": None for s in ("left", "right") for a in "xyz"},
+    "Xsens": {"PacketCounter": None, "Acc_X": ("accel_x", None), "Gyr_X": ("gyro_x", None), "FreeAcc_X": None},
+    "ST": {
+        "T [ms]": ("time", "ms"),
+        **{f"A_{a} [mg]": (f"accel_{a.lower()}", "mg") for a in "XYZ"},
+        **{f"G_{a} [mdps]": (f"gyro_{a.lower()}", "mdps") for a in "XYZ"},
+    },
+    "iOS": {
+        "motionTimestamp_sinceReboot(s)": ("time", "s"),
+        "motionRotationRateX(rad/s)": ("gyro_x", "rad/s"),
+        "accelerometerAccelerationX(G)": ("accel_x", "G"),
+        "motionUserAccelerationX(G)": None,
+        "motionGravityX(G)": None,
+    },
+    "LPMS": {"AccX (g)": ("accel_x", "g"), "LinAccX (g)": None, "GyroX (deg/s)": ("gyro_x", "deg/s")},
+    "MicroStrain": {"X Accel [x8004]": ("accel_x", "g"), "Z Gyro [x8005]": ("gyro_z", "rad/s"), "Roll [x800C]": None},
+    "Inertial Sense": {**{f"pqr[{k}]": (f"gyro_{'xyz'[k]}", None) for k in range(3)}, "acc[0]": ("accel_x", None)},
+    "Android": {
+        "ACCELEROMETER X (m/s²)": ("accel_x", "m/s²"),
+        "LINEAR ACCELERATION X (m/s²)": None,
+        "GRAVITY X (m/s²)": None,
+        "Time since start in ms": ("time", "ms"),
+    },
+    "part numbers": {"MPU6050_GYRO_X": ("gyro_x", None), "LSM6DSO_ACC_X [mg]": ("accel_x", "mg")},
+    "a bias is no rate": {"/ekf/bias/gyro/x": None, "/imu/gyro/x": ("gyro_x", None)},
+}
+
+
+@pytest.mark.parametrize("program", HEADERS)
+def test_headers(program):
+    header = HEADERS[program]
+    assert dict(zip(header, recognise([Column(name=name) for name in header]), strict=True)) == header
+
 
 NOT_RECOGNISED = [
     "",
@@ -279,7 +357,7 @@ def test_a_unit_of_no_rate_is_said(tmp_path):
     with pytest.raises(OptionError, match=r"the file has gyro_x in 'V', gyro_y in 'LSB': give --scale too"):
         read(path, rate=10)
     record = read(path, rate=10, unit={"gyro": "deg/s"})
-    assert [f.code for f in record.findings] == ["unit_overruled"] * 2
+    assert [f.code for f in record.findings] == [*["unit_overruled"] * 2, "incomplete_sensor"]
     assert record.findings[0].details == UnitOverruled(given="deg/s", stated="V", known=False)
 
 
@@ -326,3 +404,48 @@ def test_wrong_stamps_are_left_out_by_none(tmp_path, stamps):
         assert "no time stamps, as asked" in record.provenance.conversions
     with pytest.raises(OptionError, match="--rate HZ"):
         read(path, channels={"time": "none"})
+
+
+def test_two_accelerometers_are_asked_about_with_a_command():
+    columns = names("t", *(f"Accel_{k}_{a}" for k in ("LN", "WR") for a in "XYZ"), "Gyro_X", "Gyro_Y", "Gyro_Z")
+    with pytest.raises(OptionError, match=r"both look like accel_x; .* --channels time=1,accel=2:4,gyro=8:10$"):
+        choose(columns, None)
+
+
+def test_a_damaged_name_is_told(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s1_000\n" + "1,2,3\n2,1,4\n" * 20)
+    (finding,) = read(path, rate=10).findings
+    assert finding.details == IncompleteSensor(missing="gyro_z", column="gyro_z [rad/s1_000", number=3)
+    path.write_text("gyro_x [rad/s],gyro_y [rad/s],pressure [hPa]\n" + "1,2,3\n2,1,4\n" * 20)
+    incomplete, unused = read(path, rate=10).findings
+    assert incomplete.details == IncompleteSensor(missing="gyro_z")
+    assert unused.details == UnusedColumns(columns=("pressure [hPa]",))
+    path.write_text("gyro_z [rad/s]\n" + "1\n2\n" * 20)  # one axis is a sensor of its own
+    assert read(path, rate=10).findings == ()
+
+
+def test_mixed_units_are_told(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x [deg/s],gyro_y [°/s],gyro_z [rad/s]\n" + "1,2,3\n2,1,4\n" * 20)
+    (finding,) = read(path, rate=10).findings
+    assert finding.details == MixedUnits(units=(("gyro_x", "deg/s"), ("gyro_y", "°/s"), ("gyro_z", "rad/s")))
+    path.write_text("gyro_x [deg/s],gyro_y [°/s],gyro_z [dps]\n" + "1,2,3\n2,1,4\n" * 20)
+    assert read(path, rate=10).findings == ()
+
+
+def test_another_clock_for_stamps_that_are_zero(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{10**18 + k * 10**7},0,{k % 5}\n" for k in range(40))
+    path.write_text(f"time_ns,header.stamp,gyro_z [rad/s]\n{rows}")
+    record = read(path)
+    assert record.streams[0].grid.rate == pytest.approx(100)
+    assert "time from 'time_ns': all stamps in 'header.stamp' are 0" in record.provenance.conversions
+
+
+def test_an_unknown_unit_is_no_reason_for_a_scale(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x [furlong/s]\n" + "2.5\n2.6\n" * 20)
+    with pytest.raises(OptionError, match=r"the file has gyro_x in 'furlong/s'\)") as caught:
+        read(path, rate=10)
+    assert "--scale" not in str(caught.value)

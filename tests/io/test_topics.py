@@ -65,7 +65,7 @@ class TestChoice:
         [
             ([table("/imu0", (*GYRO, *ACCEL)), table("/imu1", (*GYRO, *ACCEL))], "several sensors: /imu0 .*50 rows"),
             ([table("gyro:0", GYRO), table("gyro:1", GYRO), table("accel", ACCEL)], "--topic 'gyro:0' --topic 'accel'"),
-            ([table("a", ["p"]), table("b", ["q"])], "several tables, none with known"),
+            ([table("a", ["p"]), table("b", ["q"])], "has no IMU: none of its 2 topics"),
         ],
     )
     def test_doubt_is_asked_about(self, tables, words):

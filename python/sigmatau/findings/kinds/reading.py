@@ -302,3 +302,61 @@ class UnitOverruled(InFile, code="unit_overruled"):
     stated: str
     known: bool = True
     scaled: bool = False
+
+
+@frozen
+class IncompleteSensor(InFile, code="incomplete_sensor"):
+    """A sensor of which two axes are recognised, and the third is not.
+
+    Attributes
+    ----------
+    missing : str
+        Channel without a column.
+    column : str
+        The column that is not used and has the most similar name; empty if there is none.
+    number : int or None
+        Its number, counted from 1.
+    """
+
+    missing: str
+    column: str = ""
+    number: int | None = None
+
+
+@frozen
+class UnusedColumns(InFile, code="unused_columns"):
+    """Columns of numbers that are not read, because no name tells what they are.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        Their names.
+    """
+
+    columns: tuple[str, ...]
+
+
+@frozen
+class MixedUnits(InFile, code="mixed_units"):
+    """Axes of one sensor whose units the file states differently.
+
+    Attributes
+    ----------
+    units : tuple of (str, str)
+        Column and unit of each axis.
+    """
+
+    units: tuple[tuple[str, str], ...]
+
+
+@frozen
+class UnreadArrays(InFile, code="unread_arrays"):
+    """Members of an archive that are not arrays by their names, which may be damaged.
+
+    Attributes
+    ----------
+    names : tuple of str
+        As the archive spells them.
+    """
+
+    names: tuple[str, ...]

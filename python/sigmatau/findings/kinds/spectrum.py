@@ -185,6 +185,19 @@ class AxisPair:
 
 
 @frozen
+class IdenticalAxes(Details, code="identical_axes"):
+    """Axes whose samples are all equal: one column was read or written twice.
+
+    Attributes
+    ----------
+    samples : int
+        Number of samples.
+    """
+
+    samples: int
+
+
+@frozen
 class CorrelatedAxes(Details, code="correlated_axes"):
     """Axes that share noise; the size is the largest correlation.
 

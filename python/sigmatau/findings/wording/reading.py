@@ -8,6 +8,7 @@ from typing import Any
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds import reading as kinds
 from sigmatau.findings.wording.phrases import Words
+from sigmatau.units import needs_scale
 
 _AGAIN = "Copy or record the file again"
 _LONGEST = 120  # of a message [characters]
@@ -147,10 +148,48 @@ def _dropouts(finding: Finding, it: kinds.LoggerDropouts) -> Words:
 
 def _unit_overruled(finding: Finding, it: kinds.UnitOverruled) -> Words:
     stated = it.stated if it.known else f"{_short(it.stated, 20)!r}, which is not a unit of this quantity"
+    advice = "Give --scale: volts and counts have no size" if needs_scale(it.stated) else "Check the unit of the file"
     return Words(
-        f"the file states {stated}; the given unit {it.given} is used",
-        "" if it.known or it.scaled else "Give --scale if the values are volts or counts",
+        f"the file states {stated}; the given unit {it.given} is used", "" if it.known or it.scaled else advice
     )
+
+
+_NAMES_LISTED = 6
+_NAME = 24  # longest name in a list [characters]
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    shown = ", ".join(_short(name, _NAME) for name in names[:_NAMES_LISTED])
+    while len(shown) > _LONGEST - 40 and "," in shown:
+        shown = shown.rpartition(", ")[0]
+    rest = len(names) - shown.count(", ") - 1
+    return f"{shown} and {rest} more" if rest > 0 else shown
+
+
+def _incomplete_sensor(finding: Finding, it: kinds.IncompleteSensor) -> Words:
+    if not it.column:
+        return Words(f"{it.missing} is missing; no other column has a similar name", "Check the names of the columns")
+    column = _short(it.column, _NAME)
+    return Words(
+        f"{it.missing} is missing; column {it.number} {column!r} has a similar name and is not used",
+        f"Correct the name of the column, or give --channels {it.missing}={it.number} and the other channels",
+    )
+
+
+def _unused_columns(finding: Finding, it: kinds.UnusedColumns) -> Words:
+    return Words(f"{_number(len(it.columns), 'columns')} not used: {_listed(it.columns)}")
+
+
+def _mixed_units(finding: Finding, it: kinds.MixedUnits) -> Words:
+    units = ", ".join(f"{_short(name, _NAME)} {_short(unit, 12)}" for name, unit in it.units)
+    return Words(
+        f"axes of one sensor have different units: {units}", "Correct the header, or give one unit with --unit"
+    )
+
+
+def _unread_arrays(finding: Finding, it: kinds.UnreadArrays) -> Words:
+    what = f"{_number(len(it.names), 'members')} of the archive not read, not an array by name"
+    return Words(f"{what}: {_listed(it.names)}", _AGAIN)
 
 
 def _with_part(function: Callable[[Finding, Any], Words]) -> Callable[[Finding, Any], Words]:
@@ -170,13 +209,17 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
         (kinds.ColumnsByGravity, _columns_by_gravity),
         (kinds.Damaged, _damaged),
         (kinds.GravityOnGyro, _gravity_on_gyro),
+        (kinds.IncompleteSensor, _incomplete_sensor),
         (kinds.LoggerDropouts, _dropouts),
+        (kinds.MixedUnits, _mixed_units),
         (kinds.MissingChunks, _missing_chunks),
         (kinds.NeverWritten, _never_written),
         (kinds.PartMissing, _part_missing),
         (kinds.SkippedLines, _skipped_lines),
         (kinds.SkippedMessages, _skipped_messages),
         (kinds.UnitOverruled, _unit_overruled),
+        (kinds.UnreadArrays, _unread_arrays),
         (kinds.Unusable, _unusable),
+        (kinds.UnusedColumns, _unused_columns),
     )
 }

@@ -11,6 +11,7 @@ from sigmatau.findings.kinds.spectrum import (
     BandLeftOut,
     CorrelatedAxes,
     GaussMarkovProcess,
+    IdenticalAxes,
     Line,
     LowPassFilter,
     Resonance,
@@ -104,11 +105,19 @@ def _correlated_axes(finding: Finding, details: CorrelatedAxes) -> Words:
     )
 
 
+def _identical_axes(finding: Finding, details: IdenticalAxes) -> Words:
+    return Words(
+        f"identical in all {details.samples} samples: one column was read or logged twice",
+        "Check --channels and the logging program",
+    )
+
+
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     Aliasing: _aliasing,
     BandLeftOut: _band_left_out,
     CorrelatedAxes: _correlated_axes,
     GaussMarkovProcess: _gauss_markov,
+    IdenticalAxes: _identical_axes,
     LowPassFilter: _low_pass_filter,
     Resonance: _resonance,
     SpectralLines: _spectral_lines,

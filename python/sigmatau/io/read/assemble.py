@@ -235,14 +235,26 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
         return both
     if not both and len(gyro) <= 1 and len(accel) <= 1 and (gyro or accel):
         return [*gyro, *accel]
-    likely = [*both, *gyro, *accel] or [table for table in tables if table.rows != 0] or list(tables)
-    what = "has several sensors" if both or gyro or accel else "has several tables, none with known column names"
+    likely = [*both, *gyro, *accel]
+    if not likely and not any(map(_sensors, tables)):
+        raise _no_imu(tables)
+    likely = likely or [table for table in tables if table.rows != 0] or list(tables)
+    what = "has several sensors" if both or gyro or accel else "has several tables, none with all axes of a sensor"
     if (kind := tables[0].kind) is not None:
         what = f"{kind.place()}, so the rows are of several sensors"
     examples = [device.tables for device in devices[:_PROPOSED]]
     examples = examples or ([[gyro[0], accel[0]]] if gyro and accel and not both else [likely[:1]])
     example = ", or ".join(" ".join(f"--topic {table.topic!r}" for table in chosen) for chosen in examples)
     raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}", option="topic")
+
+
+def _no_imu(tables: Sequence[Table]) -> OptionError:
+    """The question for a file none of whose tables has a sensor: no table is proposed."""
+    known = f"none of its {len(tables)} topics or tables has a column of a gyro or accelerometer"
+    return OptionError(
+        f"has no IMU: {known}: {_listed(tables)}; record one, or name a topic and its columns by --topic and --channels",
+        option="topic",
+    )
 
 
 def _split(tables: Sequence[Table], spelled: str) -> list[str]:

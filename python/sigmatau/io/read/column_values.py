@@ -119,8 +119,12 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
         if column.kind == "noise" and index != time and index not in vectors
     ]
     sensors = {
-        found for tiles in _tilings(noisy) if (found := _sensors([_Tile.of(t, data) for t in tiles])) is not None
+        found
+        for tiles in _tilings(noisy)
+        if (found := _sensors([_Tile.of(t, data) for t in tiles], singles=len(noisy) - 3 * len(tiles))) is not None
     }
+    both = {found for found in sensors if None not in found}  # gravity explains more than a magnetic field does
+    sensors = both or sensors
     if len(sensors) != 1:
         return None
     gyro, accel = next(iter(sensors))
@@ -231,15 +235,17 @@ Sensors = tuple[_Tile | None, _Tile | None]
 """The gyro and the accelerometer."""
 
 
-def _sensors(tiles: Sequence[_Tile]) -> Sensors | None:
-    """The sensors of triples that explain all noisy columns; None if a triple has no explanation, or one has two."""
+def _sensors(tiles: Sequence[_Tile], *, singles: int) -> Sensors | None:
+    """The sensors of triples that explain all noisy columns, but for some single ones; None if a triple has no explanation,
+    or one has two. One sensor alone is less certain: with an accelerometer one more column may be noisy, with a gyro none.
+    """
     gravity = [tile for tile in tiles if tile.is_gravity]
     rest = [tile for tile in tiles if not tile.is_gravity]
     if len(gravity) > 1:
         return None
     if gravity and not rest:
         alone = _M_S2[0] <= gravity[0].size <= _M_S2[1]  # other sensors have a mean of 1 or 1000 too
-        return (None, gravity[0]) if alone else None
+        return (None, gravity[0]) if alone and singles <= 1 else None
     if gravity and len(rest) == 1:
         return (rest[0], gravity[0]) if rest[0].is_gyro(_ONLY_OTHER_MEAN) else None
     gyros = [tile for tile in rest if tile.is_gyro(_GYRO_MEAN)]
@@ -251,7 +257,7 @@ def _sensors(tiles: Sequence[_Tile]) -> Sensors | None:
         return gyros[0], gravity[0]
     low, high = _ALONE_MEAN
     certain = low * gyros[0].noise < gyros[0].size < high * gyros[0].noise and gyros[0].noise < _ALONE_NOISE
-    return (gyros[0], None) if certain else None
+    return (gyros[0], None) if certain and not singles else None
 
 
 def _tilings(noisy: Sequence[int]) -> Iterator[tuple[Triple, ...]]:

@@ -74,7 +74,7 @@ def choose(
             first = channels[channel]
             raise OptionError(
                 f"columns {first + 1} {columns[first].name!r} and {index + 1} {columns[index].name!r} both look like"
-                f" {channel}; choose one, e.g. --channels {channel}={first + 1}, and name all other channels to read",
+                f" {channel}; choose one and name all channels to read, e.g. --channels {_first_of_each(found, time)}",
                 option="channels",
             )
         channels[channel] = index
@@ -86,6 +86,15 @@ def choose(
     taken = {index for index, match in enumerate(found) if match is not None}
     thermometer = find_thermometer(columns, [key_of(bare_name(column)) for column in columns], taken)
     return Choice(channels=_ordered(channels), time=time, notes=notes, temperature=thermometer)
+
+
+def _first_of_each(found: Sequence[tuple[str, str | None] | None], time: int | None) -> str:
+    """The first column of each channel that is recognised, as an option."""
+    channels = {} if time is None else {"time": time}
+    for index, match in enumerate(found):
+        if match is not None and match[0] != "time":
+            channels.setdefault(match[0], index)
+    return as_option(channels)
 
 
 def _unknown_names(columns: Sequence[Column]) -> OptionError:

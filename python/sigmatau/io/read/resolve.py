@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
@@ -11,7 +10,8 @@ from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import UnitOverruled
-from sigmatau.io.read.columns import Choice, choose
+from sigmatau.io.read.column_findings import column_findings
+from sigmatau.io.read.columns import Choice, choose, find_time
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.suggestions import ask_for_columns, by_gravity
@@ -21,7 +21,6 @@ from sigmatau.record.streams import InputKind
 
 # The columns chosen, the unit of each channel as spelled, and findings
 Resolved = tuple[Choice, dict[str, str], list[Finding]]
-_COUNTS = re.compile(r"(?i)counts?|lsbs?|digits?|raw|adc")
 SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
 
@@ -40,7 +39,9 @@ def resolve(table: Table, options: Options) -> Resolved:
     _check_keys(choice, options)
     _check_kind(table, choice, options)
     choice = _without_text_stamps(table, choice, options)
+    choice = _without_dead_stamps(table, choice, options)
     unit, findings = _units(table, choice, options)
+    findings = [*findings, *column_findings(table, choice, named_by_user=bool(options.channels) or by_mean is not None)]
     return choice, unit, findings if by_mean is None else [by_mean[1], *findings]
 
 
@@ -86,6 +87,30 @@ def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choi
     return choice
 
 
+def _without_dead_stamps(table: Table, choice: Choice, options: Options) -> Choice:
+    """The choice with another time column, if the log has one and all stamps of the chosen one are 0."""
+    if choice.time is None or "time" in options.channels or not _is_zero(table.columns[choice.time].first):
+        return choice
+    matches = recognise(table.columns)
+    matches[choice.time] = None
+    taken = {*choice.channels.values(), choice.time}
+    other, _ = find_time(table.columns, matches, taken=taken, strict=False)
+    if other is None or _is_zero(table.columns[other].first or "0"):
+        return choice
+    if table.load([choice.time], choice.time).columns[choice.time].any():
+        return choice
+    note = f"time from {table.label(other)}: all stamps in {table.label(choice.time)} are 0"
+    return replace(choice, time=other, notes=(*(n for n in choice.notes if not n.startswith("time from ")), note))
+
+
+def _is_zero(text: str) -> bool:
+    """Whether the text of a first row is the number 0."""
+    try:
+        return float(text) == 0
+    except ValueError:
+        return False
+
+
 def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[Finding]]:
     """Unit of each channel, as spelled by the user or the file, with findings."""
     recognised = recognise(table.columns)
@@ -94,6 +119,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
     missing: list[str] = []
     unknown_units: list[str] = []
     counts = False
+    scale_hint = ""
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
     for channel, index in indices.items():
         match = recognised[index]
@@ -122,6 +148,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             if channel != "time":
                 missing.append(channel)
                 unknown_units += [f"{channel} in {unknown[:20]!r}"] if unknown is not None else []
+                if unknown is not None and units.needs_scale(unknown):
+                    scale_hint = f": give --scale too, e.g. --scale {stream_name(missing[0])}=0.01"
                 first = table.columns[index].first
                 counts = counts or (
                     first.lstrip("+-").isdigit() and first.strip("+-0") != ""
@@ -132,8 +160,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         unit[channel] = spelled
     if missing:
         if unknown_units and len(unknown_units) == len(missing):
-            example = f"--scale {stream_name(missing[0])}=0.01"
-            hint = f" (the file has {', '.join(unknown_units)}: give --scale too, e.g. {example})"
+            hint = f" (the file has {', '.join(unknown_units)}{scale_hint})"
         else:
             hint = " (whole numbers may be counts: then give --scale too)" if counts and not options.scale else ""
         lacks = _lacks_rate(table, choice, unit, options) + hint
@@ -155,7 +182,7 @@ def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: 
 
 
 def _check_unit(channel: str, spelled: str, stream: str) -> None:
-    if _COUNTS.fullmatch(spelled.strip()):
+    if units.needs_scale(spelled):
         raise OptionError(
             f"{channel}: {spelled} have no size; give the unit that --scale makes of them, e.g. --unit {stream}=deg/s"
             f" --scale {stream}=0.01",

@@ -31,7 +31,9 @@ _GYRO_MEAN = 0.2  # largest mean of a gyro beside gravity that is read without a
 _SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
 _ROWS_SHOWN = 3
 _COLUMNS_SHOWN = 12
-_DIGITS_SHOWN = 7
+_DIGITS_SHOWN = 6
+_WHOLE_SHOWN = 1e19  # numbers below have their last digit shown if they are whole
+_WORD_SHOWN = 12  # characters of a text
 
 
 def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
@@ -177,11 +179,13 @@ def _first_rows(table: Table, loaded: Mapping[int, NDArray[Any]]) -> str:
 
 
 def _cell(column: Column, values: NDArray[Any] | None, row: int) -> str:
-    if row == 0 and column.first:
-        return column.first
+    """A number of the first rows, whole ones with all digits; a text as it is, in the first row only."""
     if values is None:
-        return "text"
-    return f"{values[row]:.{_DIGITS_SHOWN}g}" if row < len(values) else ""
+        return column.first[:_WORD_SHOWN] if row == 0 and column.first else "text"
+    if row >= len(values):
+        return ""
+    value = float(values[row])
+    return f"{value:.0f}" if value.is_integer() and abs(value) < _WHOLE_SHOWN else f"{value:.{_DIGITS_SHOWN}g}"
 
 
 def gravity_on_gyro(gyro: Sequence[NDArray[Any]], accel: Sequence[NDArray[Any]]) -> tuple[float, float] | None:

@@ -14,8 +14,8 @@ import numpy as np
 
 from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import Floats
-from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes
+from sigmatau.findings.finding import Finding, Severity
+from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes, IdenticalAxes
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
@@ -43,7 +43,8 @@ _MOST_SAMPLES = 1 << 22
 
 def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float = CORRELATION_WARNED) -> list[Finding]:
     """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``, from `told` on a finding, from
-    `warned` on a warning. Of more than 4.2·10⁶ samples, 32 evenly spread stretches are used for neighbouring samples.
+    `warned` on a warning. Identical axes are a finding of their own. Of more than 4.2·10⁶ samples, 32 evenly spread parts
+    are used for neighbouring samples.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
         return []
@@ -54,7 +55,12 @@ def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float 
     fast = {channel: _differences(column) for channel, column in columns.items()}
     slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
     found: list[AxisPair] = []
+    identical: list[Finding] = []
     for first, second in pairs:
+        if _are_identical(columns[first], columns[second]):
+            copies = IdenticalAxes(samples=len(columns[first]))
+            identical.append(Finding(details=copies, severity="warning", channels=(first, second)))
+            continue
         # Squares of extreme values overflow or vanish; a channel in the wrong unit is for another check.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
             r, of_length = _by_stretches(fast[first], fast[second], level), 0
@@ -65,16 +71,22 @@ def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float 
         if told <= abs(r) <= 1 + 1e-9:
             found.append(AxisPair(first=first, second=second, coefficient=r, mean_length=of_length * stream.grid.tau0))
     if not found:
-        return []
+        return identical
     found.sort(key=lambda pair: -abs(pair.coefficient))
     largest = abs(found[0].coefficient)
     stretches = 1 if stream.grid.n <= _MOST_SAMPLES else _STRETCHES
     only_slow = all(pair.mean_length for pair in found)
     details = CorrelatedAxes(pairs=tuple(found), only_slow=only_slow, stretches=stretches)
     channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found))
-    return [
-        Finding(details=details, severity="warning" if largest >= warned else "info", channels=channels, size=largest)
-    ]
+    severity: Severity = "warning" if largest >= warned else "info"
+    return [*identical, Finding(details=details, severity=severity, channels=channels, size=largest)]
+
+
+def _are_identical(first: Floats, second: Floats) -> bool:
+    """Whether two columns have the same samples, and the same are missing; most differ in the first of them."""
+    return np.array_equal(first[:_STRETCHES], second[:_STRETCHES], equal_nan=True) and np.array_equal(
+        first, second, equal_nan=True
+    )
 
 
 def _lengths(stream: Stream) -> list[int]:

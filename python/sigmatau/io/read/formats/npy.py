@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import UnreadArrays
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
 from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, fault, library_faults, refuse_expansion
 from sigmatau.io.read.table import Column, Head, Table
 from sigmatau.record.on_disk import FileRows
 from sigmatau.record.record import MIN_SAMPLES
+from sigmatau.results import printable
 
 _NPY = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
@@ -157,6 +159,11 @@ def _npz(path: Path) -> Table:
         with zipfile.ZipFile(path) as archive:
             first = min((m.header_offset for m in archive.infolist()), default=0)
             names = [n for n in archive.namelist() if n.endswith(".npy")]
+            others = tuple(
+                printable(member.orig_filename.replace("\0", ""))
+                for member in archive.infolist()
+                if not (member.filename.endswith(".npy") or member.filename.endswith("/"))
+            )
             for name in names:
                 with archive.open(name) as member:
                     shape, _, dtype = _header(member)
@@ -177,7 +184,10 @@ def _npz(path: Path) -> Table:
         columns,
         loaders,
         (f"archive of {', '.join(n.removesuffix('.npy') for n in names)}",),
-        archive_ends(path, first),
+        (
+            *archive_ends(path, first),
+            *((Finding(details=UnreadArrays(names=others), severity="warning"),) if others else ()),
+        ),
     )
 
 

@@ -1,0 +1,95 @@
+"""Findings about the columns of a table: a sensor without one axis, mixed units, columns that are not used."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from difflib import SequenceMatcher
+
+from sigmatau import units
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, UnusedColumns
+from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.name_tables import TIMES
+from sigmatau.io.read.names import bare_name, key_of, unit_of
+from sigmatau.io.read.table import Column, Table
+
+_SENSORS = ("gyro", "accel")
+_SIMILAR = 0.7  # smallest similarity of a damaged name with those of the other axes, of 1
+
+# Formats whose columns are the fields of declared messages: their further fields are known to those who read them.
+_OF_MESSAGES = frozenset({"mcap", "rosbag1", "rosbag2", "ulog", "dataflash", "novatel", "vectornav"})
+
+# Columns beside the samples whose meaning is clear: no message names them.
+_BESIDE_SAMPLES = re.compile(
+    r"(?:.*_)?(?:index|seq|sequence|frame_?id|row|count|counter|packet_?counter|sample|number|line)(?:_.*)?|.*covariance.*|"
+    r".*(?:n?secs?|nanosec)|" + "|".join(TIMES)
+)
+
+
+def column_findings(table: Table, choice: Choice, *, named_by_user: bool) -> list[Finding]:
+    """Findings about the columns that are read by their names, and about those that are left over."""
+    used = {*choice.channels.values(), choice.time, None if choice.temperature is None else choice.temperature.index}
+    found = _mixed_units(table.columns, choice.channels)
+    if named_by_user:
+        return found
+    spare = [
+        index
+        for index, column in enumerate(table.columns)
+        if index not in used and column.name.strip() and _is_numeric(column)
+    ]
+    found += _incomplete(table.columns, choice.channels, spare)
+    if table.format in _OF_MESSAGES:
+        return found
+    unnamed = {finding.details.number for finding in found if isinstance(finding.details, IncompleteSensor)}
+    names = tuple(
+        table.columns[index].name
+        for index in spare
+        if index + 1 not in unnamed and not _BESIDE_SAMPLES.fullmatch(key_of(bare_name(table.columns[index])))
+    )
+    return [*found, Finding(details=UnusedColumns(columns=names), severity="info")] if names else found
+
+
+def _is_numeric(column: Column) -> bool:
+    """Whether the first row of a column is a number, or not known."""
+    try:
+        float(column.first or 0)
+    except ValueError:
+        return False
+    return True
+
+
+def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: Sequence[int]) -> list[Finding]:
+    """Sensors of which exactly two axes are read."""
+    found = []
+    for sensor in _SENSORS:
+        axes = {axis: channels[f"{sensor}_{axis}"] for axis in "xyz" if f"{sensor}_{axis}" in channels}
+        if len(axes) != 2:
+            continue
+        missing = next(axis for axis in "xyz" if axis not in axes)
+        names = [columns[index].name for index in axes.values()]
+        likeness = {i: min(SequenceMatcher(None, columns[i].name, name).ratio() for name in names) for i in spare}
+        best = max(likeness, key=likeness.__getitem__, default=None)
+        if best is not None and likeness[best] < _SIMILAR:
+            best = None
+        details = IncompleteSensor(
+            missing=f"{sensor}_{missing}",
+            column="" if best is None else columns[best].name,
+            number=None if best is None else best + 1,
+        )
+        found.append(Finding(details=details, severity="warning", channels=tuple(f"{sensor}_{axis}" for axis in axes)))
+    return found
+
+
+def _mixed_units(columns: Sequence[Column], channels: Mapping[str, int]) -> list[Finding]:
+    """Sensors whose axes have different units in the file."""
+    found = []
+    for sensor in _SENSORS:
+        axes = {channel: index for channel, index in channels.items() if channel.startswith(f"{sensor}_")}
+        stated = {channel: unit for channel, index in axes.items() if (unit := unit_of(columns[index])[1]) is not None}
+        if len({units.find(unit) for unit in stated.values()}) > 1:
+            details = MixedUnits(
+                units=tuple((unit_of(columns[axes[channel]])[0], unit) for channel, unit in stated.items())
+            )
+            found.append(Finding(details=details, severity="warning", channels=tuple(stated)))
+    return found

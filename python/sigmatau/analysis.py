@@ -17,7 +17,7 @@ from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap,
 from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.kinds.fit import ConstantChannel, NoMap
-from sigmatau.findings.kinds.values import CoarseResolution
+from sigmatau.findings.kinds.values import CoarseResolution, ImplausibleUnit
 from sigmatau.findings.wording import words
 from sigmatau.fitting.arguments import wanted_terms
 from sigmatau.fitting.channel import fit_channel
@@ -214,7 +214,7 @@ def analyze(
             record, bandwidth=bandwidth, looked_at=looked_at, keep=kept, untouched=bounded, threads=threads
         )
         record = record if moving else cleaned
-        findings += [finding for finding in checks if not moving or finding.code == "implausible_unit"]
+        findings += [finding for finding in checks if not moving or _doubts_unit(finding)]
     curves, fitted_on, without_curve = curves_of(
         record, taus=taus, overlap=overlap, counting=counting, long=long, bounded=bounded, threads=threads
     )
@@ -339,6 +339,11 @@ def of_curves(
         read_off={channel: ReadOffAt(None).read(curve, fits.get(channel)) for channel, curve in kept.items()},
         grids=dict(grids or {}),
     )
+
+
+def _doubts_unit(finding: Finding) -> bool:
+    """Whether a finding says that a unit is wrong, and not that the file states it."""
+    return isinstance(finding.details, ImplausibleUnit) and not finding.details.by_file
 
 
 def _with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:

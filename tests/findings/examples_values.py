@@ -167,6 +167,7 @@ EXAMPLES = [
     unit(replace(GYRO_UNIT, evidence="step", step=1 / 131, sensitivity=131.0), GYRO, 180 / math.pi),
     unit(GYRO_UNIT, GYRO, 180 / math.pi),
     unit(replace(GYRO_UNIT, stated="", likely="", option=""), GYRO, 1.0),
+    unit(replace(GYRO_UNIT, likely="", option="", by_file=True), GYRO, 1.0),
     unit(
         replace(
             GYRO_UNIT,

@@ -214,3 +214,12 @@ def test_a_cut_archive_of_several_arrays(tmp_path, share):
         path.write_bytes(whole[:length])
         with pytest.raises(DataError, match=r"damaged or truncated|zip archive"):
             read(path, rate=1, unit={"gyro": "rad/s"})
+
+
+def test_an_array_with_a_damaged_name_is_told(tmp_path):
+    """The first letter of its name is lost: NumPy passes over it in silence."""
+    path = tmp_path / "log.npz"
+    np.savez(path, time_s=np.arange(100) / 100, gyro_rad_s=np.ones((100, 3)), accel_m_s2=np.eye(100)[:, :3])
+    path.write_bytes(path.read_bytes().replace(b"gyro_rad_s.npy", b"\0yro_rad_s.npy"))
+    (finding,) = (f for f in read(path).findings if f.code == "unread_arrays")
+    assert (finding.severity, finding.details.names) == ("warning", ("yro_rad_s.npy",))

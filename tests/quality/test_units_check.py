@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, allan, analyze, simulate
+from sigmatau import NoiseModel, Record, allan, analyze, check, read, simulate
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.samples.units import gravity, implausible_unit
 
@@ -123,3 +123,28 @@ def test_a_rate_that_no_sensor_has_says_nothing_of_the_unit(kind):
         assert [f for s in record.streams for f in (*implausible_unit(s), *gravity(s))] == []
     in_g = Record.from_arrays(rate=1e-4, accel=accel / G).streams[0]
     assert implausible_unit(in_g)[0].details.option == "--unit accel=g"  # a mean is what it is at any rate
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_unit_that_the_file_states_outranks_a_guess(tmp_path, stated):
+    """Noise of 19 times the noisiest gyros: the unit is doubted only if the user gave it."""
+    rng = np.random.default_rng(seed_of("unit by the file"))
+    log = tmp_path / "log.csv"
+    header = "gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]" if stated else "gyro_x,gyro_y,gyro_z"
+    np.savetxt(log, 3.3 * rng.standard_normal((6000, 3)), delimiter=",", header=header, comments="", fmt="%.9g")
+    record = read(log, rate=100, unit={} if stated else {"gyro": "rad/s"})
+    (finding,) = (f for f in check(record) if f.code == "implausible_unit")
+    assert finding.details.by_file == stated
+    assert finding.details.likely == ("" if stated else "deg/s")
+    assert ("the file states rad/s" in finding.message) == stated
+    assert bool(finding.factors) != stated
+
+
+def test_identical_axes_are_not_called_correlated():
+    rates = 1e-3 * np.random.default_rng(seed_of("read twice")).standard_normal((20_000, 3))
+    rates[:, 1] = rates[:, 0]
+    findings = check(Record.from_arrays(rate=100, gyro=rates))
+    (finding,) = (f for f in findings if f.code in ("identical_axes", "correlated_axes"))
+    assert (finding.code, finding.severity, finding.channels) == ("identical_axes", "warning", ("gyro_x", "gyro_y"))
+    rates[7, 1] += 1e-9
+    assert "identical_axes" not in {f.code for f in check(Record.from_arrays(rate=100, gyro=rates))}

@@ -14,6 +14,7 @@ from sigmatau.arrays import Bools, runs
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.kinds.fit import CheckedInPart
+from sigmatau.findings.kinds.values import ImplausibleUnit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
@@ -127,10 +128,20 @@ def examine(
         if stream.name not in untouched:
             stream = _with_missing(stream, left)
         streams.append(stream)
-        found += [*told, *of_streams[stream.name]]
+        found += [*told, *(_trusting_file(finding, record) for finding in of_streams[stream.name])]
         if part.grid.n < stream.grid.n:
             found.append(_checked_in_part(stream, part))
     return replace(record, streams=tuple(streams)), tuple(found)
+
+
+def _trusting_file(finding: Finding, record: Record) -> Finding:
+    """The finding, without a guess at the unit of a gyro whose unit the file states: its size and its source remain."""
+    details = finding.details
+    if not isinstance(details, ImplausibleUnit) or details.evidence == "gravity":
+        return finding
+    if not set(finding.channels) <= set(record.provenance.units_stated):
+        return finding
+    return replace(finding, details=replace(details, likely="", option="", by_file=True), factors=())
 
 
 _OF_ALL = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once

@@ -90,6 +90,8 @@ class Provenance:
         Descriptions of conversions and choices.
     ignored : tuple of str
         Columns of the file that are not in the record.
+    units_stated : tuple of str
+        Channels whose unit the file states and no option overrules.
     options : mapping
         Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values.
     checksum : Checksum or None
@@ -102,6 +104,7 @@ class Provenance:
     rows: int = 0
     conversions: tuple[str, ...] = ()
     ignored: tuple[str, ...] = ()
+    units_stated: tuple[str, ...] = ()
     options: Mapping[str, Any] = field(default_factory=dict, compare=False)
     checksum: Checksum | None = field(default=None, repr=False, compare=False)
 

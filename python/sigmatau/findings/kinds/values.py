@@ -250,6 +250,8 @@ class ImplausibleUnit(Details, code="implausible_unit"):
         The known sensitivity that the step agrees with. [LSB per deg/s]
     times : float or None
         White noise over that of the noisiest gyros. [1]
+    by_file : bool
+        Whether the file states the unit. A gyro's is not doubted then, and `likely` is empty.
     """
 
     evidence: Literal["gravity", "step", "noise", "bias"]
@@ -262,6 +264,7 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     step: float | None = None
     sensitivity: float | None = None
     times: float | None = None
+    by_file: bool = False
 
 
 @frozen

@@ -141,6 +141,9 @@ def _implausible_unit(finding: Finding, details: ImplausibleUnit) -> Words:
         said = f"the noise is that of an optical gyro, but the mean is {_degrees_per_hour(details.mean or 0)} deg/h"
     else:
         said = f"white noise of {noise}, {two_digits(details.times or 1.0)} times that of the noisiest gyros"
+    if details.by_file:
+        stated = f" {details.stated}" if details.stated else " the unit"
+        return Words(f"{said}; the file states{stated}", "Check that the sensor was at rest, and the unit in the file")
     looks = f"the unit is probably {details.likely}" if details.likely else "the values may be raw counts"
     if not details.likely:
         return Words(f"{said}; {looks}", "Run with --scale for raw counts")

@@ -96,6 +96,7 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
             topics=tuple(table.topic for table in tables if table.topic),
             rows=max(each.rows for each in parts),
             conversions=tuple(f"{each.topic}: {c}" if several else c for each in parts for c in each.conversions),
+            units_stated=tuple(channel for each in parts for channel in each.units_stated),
             ignored=tuple(f"{each.topic}: {c}" if several else c for each in parts for c in each.ignored),
             checksum=checksum,
         ),

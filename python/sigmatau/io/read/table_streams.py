@@ -44,6 +44,7 @@ class Part:
     rows: int
     conversions: tuple[str, ...]
     ignored: tuple[str, ...]
+    units_stated: tuple[str, ...]  # channels whose unit the file states and no option overrules
     findings: tuple[Finding, ...]
     rates: Mapping[str, float]  # By stream, of the time stamps or stated by the file. [Hz]
 
@@ -178,6 +179,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *dict.fromkeys(note for timing in times for note in timing.notes),
         ),
         ignored=tuple(c.name or f"column {i + 1}" for i, c in enumerate(table.columns) if i not in used),
+        units_stated=tuple(c for c in choice.channels if not {c, stream_name(c)} & options.unit.keys()),
         findings=(
             *table.findings,
             *loaded.findings,

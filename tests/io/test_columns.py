@@ -357,7 +357,7 @@ def test_a_unit_of_no_rate_is_said(tmp_path):
     with pytest.raises(OptionError, match=r"the file has gyro_x in 'V', gyro_y in 'LSB': give --scale too"):
         read(path, rate=10)
     record = read(path, rate=10, unit={"gyro": "deg/s"})
-    assert [f.code for f in record.findings] == [*["unit_overruled"] * 2, "incomplete_sensor"]
+    assert [f.code for f in record.findings] == ["unit_overruled"] * 2
     assert record.findings[0].details == UnitOverruled(given="deg/s", stated="V", known=False)
 
 
@@ -417,12 +417,19 @@ def test_a_damaged_name_is_told(tmp_path):
     path.write_text("gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s1_000\n" + "1,2,3\n2,1,4\n" * 20)
     (finding,) = read(path, rate=10).findings
     assert finding.details == IncompleteSensor(missing="gyro_z", column="gyro_z [rad/s1_000", number=3)
-    path.write_text("gyro_x [rad/s],gyro_y [rad/s],pressure [hPa]\n" + "1,2,3\n2,1,4\n" * 20)
-    incomplete, unused = read(path, rate=10).findings
-    assert incomplete.details == IncompleteSensor(missing="gyro_z")
+    path.write_text("gyro_x [rad/s],gyro_y [rad/s],pressure [hPa]\n" + "1,2,3\n2,1,4\n" * 20)  # a sensor of two axes
+    (unused,) = read(path, rate=10).findings
     assert unused.details == UnusedColumns(columns=("pressure [hPa]",))
     path.write_text("gyro_z [rad/s]\n" + "1\n2\n" * 20)  # one axis is a sensor of its own
     assert read(path, rate=10).findings == ()
+
+
+def test_an_axis_that_is_lost_beside_a_complete_sensor_is_told(tmp_path):
+    path = tmp_path / "log.csv"
+    header = ",".join([*(f"accel_{a} [g]" for a in "xyz"), "gyro_x [rad/s]", "gyro_z [rad/s]"])
+    path.write_text(f"{header}\n" + "1,2,3,4,5\n2,1,4,3,2\n" * 20)
+    (finding,) = read(path, rate=10).findings
+    assert (finding.severity, finding.details) == ("warning", IncompleteSensor(missing="gyro_y"))
 
 
 def test_mixed_units_are_told(tmp_path):

@@ -158,7 +158,9 @@ def test_an_array_without_its_metadata_is_told(tmp_path, version, group):
     (place / group / "gyro_x" / (".zarray" if version == 2 else "zarr.json")).unlink()
     record = sigmatau.read(place)  # without a warning of the library, which would be an error
     assert record.channels == tuple(AXES[1:])
-    ((code, severity, what),) = [(one.code, one.severity, one.details.what) for one in record.findings]
+    ((code, severity, what),) = [
+        (one.code, one.severity, one.details.what) for one in record.findings if one.code != "incomplete_sensor"
+    ]
     assert (code, severity, what) == ("damaged", "error", f"array {group}/gyro_x".replace(" /", " "))
 
 

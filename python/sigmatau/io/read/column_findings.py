@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from difflib import SequenceMatcher
@@ -12,7 +13,9 @@ from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, Unused
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.name_tables import TIMES
 from sigmatau.io.read.names import bare_name, key_of, unit_of
+from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Table
+from sigmatau.record.record import stream_name
 
 _SENSORS = ("gyro", "accel")
 _SIMILAR = 0.7  # smallest similarity of a damaged name with those of the other axes, of 1
@@ -22,16 +25,21 @@ _OF_MESSAGES = frozenset({"mcap", "rosbag1", "rosbag2", "ulog", "dataflash", "no
 
 # Columns beside the samples whose meaning is clear: no message names them.
 _BESIDE_SAMPLES = re.compile(
-    r"(?:.*_)?(?:index|seq|sequence|frame_?id|row|count|counter|packet_?counter|sample|number|line)(?:_.*)?|.*covariance.*|"
+    r"(?:.*_)?(?:index|n|id|seq|sequence|frame_?id|row|count|counter|packet_?counter|sample|number|line)(?:_.*)?|.*covariance.*|"
     r".*(?:n?secs?|nanosec)|" + "|".join(TIMES)
 )
 
 
-def column_findings(table: Table, choice: Choice, *, named_by_user: bool) -> list[Finding]:
-    """Findings about the columns that are read by their names, and about those that are left over."""
+def column_findings(table: Table, choice: Choice, options: Options, *, by_name: bool) -> list[Finding]:
+    """Findings about the columns that are read, and about those that are left over if names tell which are read."""
     used = {*choice.channels.values(), choice.time, None if choice.temperature is None else choice.temperature.index}
-    found = _mixed_units(table.columns, choice.channels)
-    if named_by_user:
+    by_file = {
+        channel: i
+        for channel, i in choice.channels.items()
+        if not {channel, stream_name(channel)} & options.unit.keys()
+    }
+    found = _mixed_units(table.columns, by_file)
+    if not by_name:
         return found
     spare = [
         index
@@ -53,14 +61,13 @@ def column_findings(table: Table, choice: Choice, *, named_by_user: bool) -> lis
 def _is_numeric(column: Column) -> bool:
     """Whether the first row of a column is a number, or not known."""
     try:
-        float(column.first or 0)
+        return math.isfinite(float(column.first or 0))
     except ValueError:
         return False
-    return True
 
 
 def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: Sequence[int]) -> list[Finding]:
-    """Sensors of which exactly two axes are read."""
+    """Sensors of which exactly two axes are read, though another column has a similar name or the other sensor has three."""
     found = []
     for sensor in _SENSORS:
         axes = {axis: channels[f"{sensor}_{axis}"] for axis in "xyz" if f"{sensor}_{axis}" in channels}
@@ -72,6 +79,8 @@ def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: S
         best = max(likeness, key=likeness.__getitem__, default=None)
         if best is not None and likeness[best] < _SIMILAR:
             best = None
+        if best is None and not _is_complete(channels, next(other for other in _SENSORS if other != sensor)):
+            continue  # some sensors have two axes
         details = IncompleteSensor(
             missing=f"{sensor}_{missing}",
             column="" if best is None else columns[best].name,
@@ -79,6 +88,11 @@ def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: S
         )
         found.append(Finding(details=details, severity="warning", channels=tuple(f"{sensor}_{axis}" for axis in axes)))
     return found
+
+
+def _is_complete(channels: Mapping[str, int], sensor: str) -> bool:
+    """Whether all three axes of a sensor are read."""
+    return all(f"{sensor}_{axis}" in channels for axis in "xyz")
 
 
 def _mixed_units(columns: Sequence[Column], channels: Mapping[str, int]) -> list[Finding]:

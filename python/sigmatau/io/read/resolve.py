@@ -41,7 +41,7 @@ def resolve(table: Table, options: Options) -> Resolved:
     choice = _without_text_stamps(table, choice, options)
     choice = _without_dead_stamps(table, choice, options)
     unit, findings = _units(table, choice, options)
-    findings = [*findings, *column_findings(table, choice, named_by_user=bool(options.channels) or by_mean is not None)]
+    findings = [*findings, *column_findings(table, choice, options, by_name=not options.channels and by_mean is None)]
     return choice, unit, findings if by_mean is None else [by_mean[1], *findings]
 
 

@@ -202,6 +202,16 @@ BY_WORD = {
     "quoted words": (merged(renamed('"Gyro"', '"Accel"'), first()), PAIR, TIME),
     "temperatures with fewer fields": (merged([*PAIR, TEMPERATURES], first()), PAIR, TIME),
     "GNSSLogger": ([*ANDROID_HEADERS, *merged(ANDROID, android)], ANDROID, {}),
+    "words with values of unknown names": (
+        ["timestamp_ms;type;v0;v1;v2", *merged(PAIR, lambda kind, i, t, v: ";".join([f"{1e3 * t:.3f}", kind, *v]))],
+        PAIR, UNITS,
+    ),
+    "a block of each": (merged(PAIR[:1], first()) + merged(PAIR[1:], first()), PAIR, TIME),
+    "one word": (merged(PAIR[:1], first()), PAIR[:1], {"time": "s", "gyro": "rad/s"}),
+    "messages among the rows": (
+[t for k, line in enumerate(merged(PAIR, first())) for t in [line] + [f"INFO,started task {k}"] * (k % 500 == 7)],
+        PAIR, TIME,
+    ),
     "one sensor and temperatures": (merged([PAIR[0], TEMPERATURES], first()), PAIR[:1], {"time": "s", "gyro": "rad/s"}),
 }  # fmt: skip
 
@@ -244,6 +254,20 @@ def test_several_sensors_of_one_kind_are_asked_for(tmp_path):
     assert refused.value.option == "topic"
     record = read(path, unit=TIME, topic=["Gyro", "Accel"])
     assert_equal(record, "accel", PAIR[1].values, 62.5)
+
+
+def test_two_columns_that_tell_kinds_are_refused(tmp_path):
+    rows = [f"{device},{line}" for line in merged(PAIR, first()) for device in ("left", "right")]
+    with pytest.raises(
+        DataError, match="column 1 'device' has left and right, and column 2 'sensor' has Gyro and Accel"
+    ):
+        read(saved(tmp_path, ["device,sensor,time [s],x,y,z", *rows]), unit=UNITS)
+
+
+def test_a_table_of_results_by_axis_is_one_table(tmp_path):
+    rows = [f"Gyro {axis},{0.01 * 2**k:.2f},{0.1 / 2**k:.6f}" for axis in "xyz" for k in range(12)]
+    shown = inspect(saved(tmp_path, ["axis,tau,adev", *rows]))
+    assert [table.topic for table in shown.tables] == [""]
 
 
 def test_a_line_of_a_kind_is_named_by_its_line_in_the_file(tmp_path):

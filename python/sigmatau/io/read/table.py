@@ -86,7 +86,11 @@ class RowKind:
     def place(self) -> str:
         """The column and what it has, for messages."""
         *labels, last = self.labels[:_LISTED]
-        shown = f"{', '.join(labels)}, {last} …" if len(self.labels) > _LISTED else f"{', '.join(labels)} and {last}"
+        shown = ", ".join(labels)
+        if len(self.labels) > _LISTED:
+            shown += f", {last} …"
+        else:
+            shown += f" and {last}" if labels else last
         return f"{self._column()} has {shown}"
 
     def rows_of(self) -> str:

@@ -31,9 +31,8 @@ def with_sensor_names(
     snake = [replace(column, name=_snake(column.name)) for column in columns]
     if _has_axes(snake, sensor):
         return tuple(snake), ()
-    if any(column.name for column in columns):
-        first, named = _axes_by_name(snake, sensor)
-    else:
+    first, named = _axes_by_name(snake, sensor)
+    if first is None:
         first, named = _axes_by_values(snake, sensor, values)
     if first is None or not _has_axes(named, sensor):
         return tuple(columns), ()
@@ -95,7 +94,11 @@ def _axes_by_values(
         return None, named
     for k, axis in zip(signals, "xyz", strict=True):
         named[k] = replace(columns[k], name=f"{sensor}_{axis}")
-    if clocks and all(_is_same_clock(values[:, clocks[0]], values[:, k]) for k in clocks[1:]):
+    if (
+        clocks
+        and not columns[clocks[0]].name
+        and all(_is_same_clock(values[:, clocks[0]], values[:, k]) for k in clocks[1:])
+    ):
         named[clocks[0]] = replace(columns[clocks[0]], name="time")
     return signals[0], named
 

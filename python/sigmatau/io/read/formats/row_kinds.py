@@ -17,7 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.io.read.formats.layout import COMMENTS, bare_fields, is_number, names_something
-from sigmatau.io.read.instances import SENSORS, cycles_with_rows, has_instance_name, may_be_instance, means_differ
+from sigmatau.io.read.instances import (
+    cycles_with_rows,
+    has_instance_name,
+    may_be_instance,
+    means_differ,
+    sensor_of,
+)
 from sigmatau.io.read.table import RowKind
 
 _LINES = 2000  # lines of the head that are tested
@@ -49,54 +55,78 @@ class Kinds:
         return RowKind(column=self.column, name=self.name, label=label, labels=self.labels)
 
 
-def find_kinds(text: str) -> Kinds | None:
-    """The kinds of the rows of a text that begins so; None if all its rows are of one kind.
+def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
+    """The kinds of the rows of a text that begins so, by any column but `without`; None if all its rows are of one kind and
+    no word names its sensor.
 
     A column of words tells kinds if the rows of each word have a number of fields of their own, or if a word names a gyro or
     an accelerometer. Any other column of few words or whole numbers must cycle with the rows, and either have the name of
     an instance (``I``, ``imu``, ``sensor_id``, ``frame_id``) or divide the rows into groups whose means differ.
     """
-    lines = [line for raw in text.split("\n")[:_LINES] if (line := raw.strip()) and not line.startswith(COMMENTS)]
+    lines = _row_lines(text.split("\n", _FIRST_LINES + _HEADERS)[:-1]) or _row_lines(text.split("\n", _LINES)[:_LINES])
     delimiter = _delimiter(lines[:_FIRST_LINES])
     if delimiter is _NO_DELIMITER:
         return None
     split = [bare_fields(line, delimiter) for line in lines[:_FIRST_LINES]]
     first = [fields for fields in split if _is_row(fields)]
-    columns = [c for c in range(min(map(len, first), default=0))[:_FIRST_COLUMNS] if _may_tell_kinds(first, c)]
+    width = min(map(len, first), default=0)
+    columns = [c for c in range(min(width, _FIRST_COLUMNS)) if c != without and _may_tell_kinds(first, c)]
     if not columns:
         return None
+    late = any(not is_number(first[0][column]) for column in columns)  # rows of another word may begin late
+    lines = _row_lines(text.split("\n") if late else text.split("\n", _LINES)[:_LINES])
     split += [bare_fields(line, delimiter) for line in lines[_FIRST_LINES:]]
     rows = [fields for fields in split if _is_row(fields)]
     names = _names(split, text, delimiter)
     for column in columns:
         labels = _labels(rows, column)
-        if len(labels) > 1 and _tells_kinds(rows, column, labels, names):
+        if _is_sensor(labels) or (len(labels) > 1 and _tells_kinds(rows, column, labels, names)):
             name = names[column] if column < len(names) else ""
             return Kinds(column=column, name=name, labels=labels, delimiter=delimiter)
     return None
 
 
-def rows_of_kind(text: str, kinds: Kinds, label: str) -> str:
-    """The text with the lines of other kinds blank, so that lines keep their numbers."""
-    kept = []
+def _row_lines(lines: Sequence[str]) -> list[str]:
+    """The lines without blank ones and comments."""
+    return [line for raw in lines if (line := raw.strip()) and not line.startswith(COMMENTS)]
+
+
+def _is_sensor(labels: Sequence[str]) -> bool:
+    """Whether all rows have one word, which names a sensor: rows of another one may follow."""
+    return len(labels) == 1 and sensor_of(labels[0]) is not None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KindText:
+    """The lines of a text without the rows of other kinds."""
+
+    text: str
+    numbers: tuple[int, ...]  # of each line in the whole text, counted from 1
+
+
+def rows_of_kind(text: str, kinds: Kinds, label: str) -> KindText:
+    """The text without the rows of other kinds; other lines that are not of this kind are blank."""
+    chosen, numbers = [], []
     before = True  # no row yet
-    for line in text.split("\n"):
+    for number, line in enumerate(text.split("\n"), 1):
         stripped = line.strip()
         comment = stripped.startswith(COMMENTS)
         fields = bare_fields(stripped.lstrip("#%/ ") if comment else stripped, kinds.delimiter)
         text_of_kind = fields[kinds.column] if len(fields) > kinds.column else ""
         is_row = not comment and _is_row(fields)
-        if text_of_kind == label or (text_of_kind not in kinds.labels and (comment or (before and not is_row))):
-            kept.append(line)
-        else:
-            kept.append("")
+        is_header = text_of_kind not in kinds.labels and (comment or (before and not is_row))
+        if text_of_kind == label or is_header or not is_row:
+            chosen.append(line if text_of_kind == label or is_header else "")
+            numbers.append(number)
         before = before and not is_row
-    return "\n".join(kept)
+    return KindText(text="\n".join(chosen), numbers=tuple(numbers))
 
 
 def first_values(text: str, kinds: Kinds, label: str) -> NDArray[np.float64]:
-    """The first rows of a kind as numbers, NaN where there is none: shape (n, columns). `text`: of `rows_of_kind`."""
-    lines = [line for raw in text.split("\n") if (line := raw.strip()) and not line.startswith(COMMENTS)][:_LINES]
+    """The first rows of a kind as numbers, NaN where there is none: shape (n, columns). `text`: of
+    `rows_of_kind`.
+    """
+    lines = _row_lines(text.split("\n"))[:_LINES]
     rows = [fields for fields in (bare_fields(line, kinds.delimiter) for line in lines) if _is_row(fields)]
     width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
     return np.array(
@@ -181,8 +211,9 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
         return words or cycles_with_rows([row[column] for row in rows if len(row) > column and row[column] in labels])
     of_kinds = [row for row in rows if len(row) in usual and row[column] in labels]
     order = [row[column] for row in of_kinds]
-    if words and any(pattern.search(label) for label in labels for pattern in SENSORS.values()):
-        return sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)  # not a table of results, axis after axis
+    sensors = [sensor for label in labels if words and (sensor := sensor_of(label)) is not None]
+    if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
+        return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
     if not cycles_with_rows(order):
         return False
     if len(names) in usual and has_instance_name(names[column]):

@@ -122,16 +122,26 @@ def _tables_of_kinds(
 ) -> Iterator[Table]:
     """The tables of the kinds of rows that have a layout."""
     for label in kinds.labels:
-        own = rows_of_kind(lines, kinds, label)
+        rows = rows_of_kind(lines, kinds, label)
+        own, skip = rows.text, beginning.skip
         try:
-            layout = find_layout(own.encode(), whole=beginning.whole, encoding=beginning.called, skip=beginning.skip)
+            layout = find_layout(own.encode(), whole=beginning.whole, encoding=beginning.called, skip=skip)
         except DataError:
             continue  # rows without numbers
         if layout.delimiter != kinds.delimiter or len(layout.columns) <= kinds.column:
             continue
         kind = kinds.kind_of(label)
+        further = find_kinds(own, without=kinds.column)
+        if further is not None and len(further.labels) > 1:
+            both = f"{kind.place()}, and {further.kind_of(label).place()}"
+            raise DataError(f"{both}: rows of several sensors by both; save the rows of each to a file of its own")
         columns, notes = with_sensor_names(layout.columns, label, first_values(own, kinds, label))
-        named = replace(layout, columns=columns, notes=(*layout.notes, kind.rows_of(), *notes))
+        named = replace(
+            layout,
+            columns=columns,
+            notes=(*layout.notes, kind.rows_of(), *notes),
+            skip_lines=skip + rows.numbers[layout.skip_lines - skip] - 1,
+        )
         yield _table_of(source, head, beginning, "", f"{topic}/{kind.topic}" if topic else kind.topic, named, kind)
 
 

@@ -8,7 +8,9 @@ import pytest
 import known
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.live import Live
 from sigmatau.io.read import read
+from sigmatau.io.read.options import Options
 
 N, RATE = 900, 100.0
 STEP = 0.300 / 60 * np.sqrt(RATE)  # deg/s: 0.300 deg/√h at 100 Hz
@@ -26,12 +28,17 @@ LINES = {
     "axes alone": "Accel X: {a[0]}, Y: {a[1]}, Z: {a[2]}, Gyro X: {g[0]}, Y: {g[1]}, Z: {g[2]}",
     "semicolons": "acc_x={a[0]}; acc_y={a[1]}; acc_z={a[2]}; gyr_x={g[0]}; gyr_y={g[1]}; gyr_z={g[2]}",
     "bars": "ax: {a[0]} | ay: {a[1]} | az: {a[2]} | gx: {g[0]} | gy: {g[1]} | gz: {g[2]}",
+    "three values of a name": "Accel: {a[0]}, {a[1]}, {a[2]} Gyro: {g[0]}, {g[1]}, {g[2]}",
+    "three values, tabs": "acc:\t{a[0]}\t{a[1]}\t{a[2]}\tgyr:\t{g[0]}\t{g[1]}\t{g[2]}",
+    "sensors, then axes": "Gyro: x={g[0]} y={g[1]} z={g[2]} | Accel: x={a[0]} y={a[1]} z={a[2]}",
     "other values": "id:7 temp:25.25 gx:{g[0]} gy:{g[1]} gz:{g[2]} ax:{a[0]} ay:{a[1]} az:{a[2]} ok:true",
 }
 WITH_UNITS = {
     "behind the values": "gx: {g[0]} deg/s, gy: {g[1]} deg/s, gz: {g[2]} deg/s, ax: {a[0]} m/s^2, ay: {a[1]} m/s^2,"
     " az: {a[2]} m/s^2",
     "without a space": "gx:{g[0]}dps gy:{g[1]}dps gz:{g[2]}dps ax:{a[0]}m/s^2 ay:{a[1]}m/s^2 az:{a[2]}m/s^2",
+    "in brackets": "Gyro (deg/s): X={g[0]}, Y={g[1]}, Z={g[2]}; Accel (m/s^2): X={a[0]}, Y={a[1]}, Z={a[2]}",
+    "in brackets, three values": "gyro [deg/s]: {g[0]} {g[1]} {g[2]} acc [m/s^2]: {a[0]} {a[1]} {a[2]}",
     "behind the last axis": "Acceleration X: {a[0]}, Y: {a[1]}, Z: {a[2]} m/s^2\n"
     "Rotation X: {g[0]}, Y: {g[1]}, Z: {g[2]} deg/s\nTemperature: 36.53 degC\n",
     "lines without a blank one": "Accel X: {a[0]}, Y: {a[1]}, Z: {a[2]} m/s^2\nGyro X: {g[0]}, Y: {g[1]}, Z: {g[2]} deg/s",
@@ -100,6 +107,16 @@ def test_a_line_of_another_form_is_named(tmp_path, form):
     path.write_text("\n".join([*lines, ""]))
     with pytest.raises(DataError, match=rf"line {500 * per + 1}: "):
         read(path, rate=100, unit=UNIT)
+
+
+def test_live(tmp_path):
+    text = save(tmp_path / "log.txt", LINES["colons"], ABOVE["words"]).read_bytes()
+    for size in (50, 10**6):
+        live = Live(Options.check(rate=100, unit=UNIT))
+        taken = [live.push(text[k : k + size]) for k in range(0, len(text), size)]
+        samples = np.concatenate([piece for piece in taken if piece.size])
+        assert live.channels == tuple(f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz")
+        np.testing.assert_array_equal(samples, np.hstack([GYRO, ACCEL]))
 
 
 @pytest.mark.parametrize("share", [0.3, 0.77, 0.999])

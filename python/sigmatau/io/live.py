@@ -24,6 +24,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import RateChange
 from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.formats.keyed import find_records, in_words
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, NoRowsError, find_layout
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
@@ -117,6 +118,7 @@ class Live:
     lines: int = 0  # Lines of data that were read
     leaps: int = 0  # Intervals between stamps that are negative or longer than 20 sample intervals
     _rest: bytes = b""
+    _marks: bool = False  # Whether the values have names, with marks between
     _lines_needed: int = _FIRST_LINES  # before the layout is looked for
     _layout: Layout | None = None
     _choice: Choice | None = None
@@ -169,6 +171,7 @@ class Live:
             self._rest = body + self._rest[end:]
             end = len(self._rest) if last else self._rest.rfind(b"\n") + 1
         lines, self._rest = self._rest[:end], self._rest[end:]
+        lines = in_words(lines) if self._marks else lines
         if len(self._rest) > _LONGEST_LINE:
             raise DataError("a line is longer than 1 MiB, so this is not a table of numbers")
         return self._numbers(lines)
@@ -182,8 +185,12 @@ class Live:
             head.translate(None, _PRINTABLE)
         ) > 0.01 * len(head):
             raise DataError("is binary data, no table of text")
+        named = _named_words(head)
+        if named is not None:
+            self._marks = True
+            head = in_words(head)
         try:
-            layout = find_layout(head, whole=True)
+            layout = find_layout(head, whole=True) if named is None else named
         except NoRowsError:
             if wait:
                 self._lines_needed = head.count(b"\n") + _FIRST_LINES
@@ -313,6 +320,16 @@ class Live:
                 self._pending = np.concatenate((np.full(self._block, self._blocks.pop()), self._pending))
             self._blocks = np.array(self._blocks).reshape(-1, 2).mean(axis=1).tolist()
             self._block *= 2
+
+
+def _named_words(head: bytes) -> Layout | None:
+    """The layout of lines of names and values, with spaces for the marks between them; None for other lines."""
+    if b":" not in head and b"=" not in head:
+        return None
+    records = find_records(head)
+    if records is None or records.lines > 1 or records.glued:
+        return None
+    return records.layout()
 
 
 def _lines(piece: bytes) -> list[bytes]:

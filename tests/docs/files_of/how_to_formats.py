@@ -1,6 +1,5 @@
 """Files of docs/how-to/formats.md."""
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ from page_records import index_model, simulated
 _ROWS = 520
 _MADE = (
     *("CSV", "CSV, decimal comma", "VectorNav ASCII", "ROS 2 db3", "ROS 1 bag, lz4", "PX4 ULog", "ArduPilot DataFlash"),
+    *("LVM of LabVIEW", "names with values", "JSON lines", "ros2 topic echo, YAML", "ros2 topic echo, CSV", "Excel"),
     *("MATLAB 5", "HDF5, fletcher32", "Parquet, page checksums", "LabVIEW TDMS", "NumPy .npy", "raw binary"),
 )
 
@@ -30,9 +30,8 @@ def make(folder: Path) -> None:
     rows = np.column_stack([(stamps - START) * 1e-9, np.degrees(values[:, :3]), values[:, 3:] / 9.80665])
     np.savetxt(folder / "imu.txt", rows, fmt="%.9g")
     np.savetxt(folder / "names.csv", values, fmt="%.9g", delimiter=",", header="wx,wy,wz,ax,ay,az", comments="")
-    with zipfile.ZipFile(folder / "table.xlsx", "w") as archive:
-        archive.writestr("[Content_Types].xml", "")
-        archive.writestr("xl/workbook.xml", "")
+    text = (folder / "log.csv").read_text()
+    (folder / "lab.txt").write_text("".join(f"{k},{k}\n" for k in range(3)) + text)
     root = zarr.open_group(str(folder / "log.zarr"), mode="w", attributes={"rate": 200.0})
     for k, name in enumerate(CHANNELS):
         unit = {"unit": "rad/s" if k < 3 else "m/s^2"}

@@ -27,6 +27,8 @@ _MARKS = b":=,;|{}[]()\"'<>\t\r"
 _SPACES = bytes.maketrans(_MARKS, b" " * len(_MARKS))
 _NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _PAIR = re.compile(rb"([A-Za-z_\xb0-\xff][^:=,;|\t\r\n\"{}]{0,60}?)[ \t]*[:=][ \t]*(" + _NUMBER + rb")(?![\d:])")
+_MORE = re.compile(rb"(?:[ \t]*[,; \t][ \t]*" + _NUMBER + rb"(?![\w.:=]))+")
+_IN_BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]")
 _CLOCK = re.compile(rb"[ \t]*(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)[ \t]*(?:->)?[ \t]*(?=[A-Za-z])")
 _GLUED = re.compile(rb"(?<=[0-9.])(?=(?![eE][-+0-9])[A-Za-z\xb0\xc2\xb5])")
 _ANY_NUMBER = re.compile(rb"(?<![A-Za-z_\d.])" + _NUMBER + rb"(?![\w.])")
@@ -69,6 +71,22 @@ class _Records:
     yaml: bool = False
     glued: bool = False  # Whether units follow their numbers without a space
     firsts: Mapping[int, str] = field(default_factory=dict)  # Word of the first record by place
+
+    def layout(self) -> Layout:
+        """The records as a table of words, each a column: that of a value has its name and unit."""
+        alone = {value.words[0]: value for value in self.values if len(value.words) == 1}
+        columns = tuple(
+            Column(name=alone[k].name, unit=alone[k].unit, first=self.firsts.get(k, ""))
+            if k in alone
+            else Column(name=f"word {k + 1}")
+            for k in range(self.words)
+        )
+        return Layout(delimiter=None, skip_lines=self.first_line - 1, columns=columns, notes=())
+
+
+def in_words(text: bytes) -> bytes:
+    """The text with spaces for the marks between names and values."""
+    return text.translate(_SPACES)
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -178,18 +196,30 @@ def _values_of(line: bytes, place: int) -> list[_Value]:
         elif last in _AXES and stem:
             name = f"{stem} {name}"
         word = place + len(line[: match.start(2)].translate(_SPACES).split())
-        values.append(_Value(name=name, words=(word,)))
-        begun = match.end(2)
+        bare, in_brackets = _without_brackets(name)
+        more = _MORE.match(line, match.end(2))
+        count = 1 + (len(re.findall(_NUMBER, more[0])) if more else 0)
+        names = [bare] if count == 1 else [f"{bare}[{k}]" for k in range(count)]
+        values += [_Value(name=n, unit=in_brackets or None, words=(word + k,)) for k, n in enumerate(names)]
+        begun = more.end() if more else match.end(2)
     rest = line[begun:].decode("utf-8", "replace").strip(" \t\r,;|)]}")
     if values and rest and _is_unit(rest):
         values[-1] = replace(values[-1], unit=rest)
     return _same_units(values)
 
 
+def _without_brackets(name: str) -> tuple[str, str]:
+    """A name without the unit in brackets, and that unit; the unit is empty if there is none."""
+    match = _IN_BRACKETS.search(name)
+    if match is None or not _is_unit(match[1]):
+        return name, ""
+    return f"{name[: match.start()].rstrip()}{name[match.end() :]}".strip(), match[1]
+
+
 def _unit_and_name(between: str, *, after_value: bool) -> tuple[str, str]:
     """The unit of the value before, and the name of the next one, from the text between both."""
     text = between.rstrip(" \t:=").strip(" \t\r")
-    parts = [part.strip(" \t()[]{}\"'") for part in re.split(r"[,;|\t]|\s{2,}", text)]
+    parts = [part.strip(" \t{}\"'").lstrip("([)]").lstrip() for part in re.split(r"[,;|\t]|\s{2,}", text)]
     if len(parts) > 1:
         return (parts[0] if after_value and _is_unit(parts[0]) else ""), parts[-1]
     words = parts[0].split()
@@ -209,7 +239,8 @@ def _same_units(values: list[_Value]) -> list[_Value]:
 
 
 def _stem(name: str) -> str:
-    return name[:-1].strip(" _.").lower() if name[-1:].lower() in _AXES else ""
+    name = re.sub(r"\[([012])\]$", lambda match: _AXES[int(match[1])], name)
+    return name[:-1].strip(" _.:").lower() if name[-1:].lower() in _AXES else ""
 
 
 def _yaml_records(head: bytes) -> _Records | None:
@@ -315,11 +346,7 @@ class _Loader:
             raise DataError("does not fit in memory; cut it, or record less")
         data = self.path.read_bytes()
         lines = self._yaml_lines(data) if self.records.yaml else self._pair_lines(data)
-        columns = tuple(Column(name=f"word {k + 1}") for k in range(self.records.words))
-        names = {value.words[0]: value.name for value in self.records.values}
-        columns = tuple(replace(c, name=names.get(k, c.name)) for k, c in enumerate(columns))
-        layout = Layout(delimiter=None, skip_lines=self.records.first_line - 1, columns=columns, notes=())
-        return Text(source=lines, layout=layout, encoding="ascii", gzip=False, days={})
+        return Text(source=lines, layout=self.records.layout(), encoding="ascii", gzip=False, days={})
 
     def _pair_lines(self, data: bytes) -> bytes:
         """The text with spaces for marks, and each record on its first line."""

@@ -68,7 +68,10 @@ def test_rows(tmp_path, kind, form):
     (tmp_path / "log").write_text(FORMS[form](rows_of(kind)))
     record = read(tmp_path / "log", unit=UNIT)
     exact(record)
-    assert {f.code for f in record.findings} <= {"unit_overruled"}  # of the names of ROS, which state rad/s
+    assert {f.code for f in record.findings} <= {
+        "unit_overruled",
+        "unused_columns",
+    }  # of the names of ROS, which state rad/s
 
 
 def test_units_are_asked_for(tmp_path):
@@ -139,7 +142,7 @@ def test_cut(tmp_path, form, share):
     n = record.streams[0].grid.n
     assert N * share - 3 < n < N
     exact(record, n)
-    assert [(f.code, f.severity) for f in record.findings] == [("damaged", "error")]
+    assert [f.code for f in record.findings if f.severity == "error"] == ["damaged"]
 
 
 @pytest.mark.parametrize("form", ["lines", "array"])
@@ -149,7 +152,7 @@ def test_a_flipped_page(tmp_path, form):
     path.write_bytes(flipped(raw, len(raw) // 2))
     record = read(path, unit=UNIT)
     assert 400 < record.streams[0].grid.n <= 450
-    assert [(f.code, f.severity) for f in record.findings] == [("damaged", "error")]
+    assert [f.code for f in record.findings if f.severity == "error"] == ["damaged"]
 
 
 @pytest.mark.parametrize("form", ["lines", "array", "in an object"])

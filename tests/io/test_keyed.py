@@ -73,7 +73,7 @@ def test_names_and_values(tmp_path, form, above):
 def test_units(tmp_path, form, above, end):
     record = read(save(tmp_path / "log.txt", WITH_UNITS[form], ABOVE[above], end), rate=100)
     exact(record)
-    assert record.findings == ()
+    assert {f.code for f in record.findings} <= {"unused_columns"}
 
 
 @pytest.mark.parametrize("time", ["t:{t}", "millis={t}", "time_ms: {t}"])
@@ -174,7 +174,7 @@ def test_echo(tmp_path, covariance, names, end):
     exact(record)
     grid = record.streams[0].grid
     assert (grid.n, grid.rate) == (N, pytest.approx(100, rel=1e-9))
-    assert record.findings == ()
+    assert {f.code for f in record.findings} <= {"unused_columns"}
 
 
 def test_echo_below_a_warning_and_with_lost_messages(tmp_path):
@@ -197,7 +197,7 @@ def test_echo_cut(tmp_path, share):
     n = record.streams[0].grid.n
     assert N * share - 2 <= n < N
     exact(record, GYRO[:n], ACCEL[:n])
-    assert [f.code for f in record.findings] == ["damaged"] or share == 0.9999
+    assert "damaged" in {f.code for f in record.findings} or share == 0.9999
 
 
 def test_echo_mutants(tmp_path):

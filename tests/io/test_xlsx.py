@@ -34,7 +34,7 @@ def exact(record, values=VALUES):
 def test_a_sheet(tmp_path, above):
     record = read(workbook(tmp_path / "log.xlsx", {"Sheet1": [*above, HEADER, *ROWS]}))
     exact(record)
-    assert record.findings == ()
+    assert {f.code for f in record.findings} <= {"unused_columns"}
 
 
 @needs_calamine

@@ -26,6 +26,7 @@ from sigmatau.findings.kinds.stamps import RateChange
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats.keyed import find_records, in_words
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, NoRowsError, find_layout
+from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import ABSURD, HEAD, Loaded, Table
@@ -329,7 +330,9 @@ def _named_words(head: bytes) -> Layout | None:
     records = find_records(head)
     if records is None or records.lines > 1 or records.glued:
         return None
-    return records.layout()
+    layout = records.layout()
+    sensors = any(match is not None and match[0] != "time" for match in recognise(layout.columns))
+    return layout if sensors else None
 
 
 def _lines(piece: bytes) -> list[bytes]:

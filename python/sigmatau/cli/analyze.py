@@ -252,7 +252,7 @@ def _one(
         say("nothing to export: the sensor is not at rest", quiet=quiet)
     else:
         exports.write(attempts, analysis, result=outputs.files["json"], quiet=quiet)
-    if not verbose:
+    if not (verbose or attempts.errors):
         for line in wrapped([_next(outputs, exports, analysis)]):
             say(line, quiet=quiet)
     return attempts.finish(code)

@@ -1,5 +1,7 @@
 """Examples of findings for `test_words`, with every reason of a fit."""
 
+from dataclasses import replace
+
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import (
     BandLeftOut,
@@ -8,6 +10,8 @@ from sigmatau.findings.kinds.fit import (
     CheckedWithoutFit,
     CoarseValues,
     ConstantChannel,
+    Disturbed,
+    FewDegreesOfFreedom,
     IncompleteRecord,
     Misfit,
     NoAdequateModel,
@@ -20,6 +24,7 @@ from sigmatau.findings.kinds.fit import (
     TooFewSamples,
     TooFewTimes,
     TooShort,
+    VibrationPower,
     Widened,
     ZeroVariance,
 )
@@ -32,6 +37,18 @@ def of_gyro(details, severity="warning", **more):
 FEW = TooFewTimes(times=7, needed=8, samples=60000)
 FILTER = BandLeftOut(highest=12.5)
 OFF = BandsOff(frequency=0.0033, ratio=1.34)
+
+SHAKING = VibrationPower(lines=38, resonances=3, share=0.97, start=75.0, stop=87.5, quietest=5.8e-7)
+SHAKEN = Disturbed(
+    quantity="angular_rate",
+    rate_unit="rad/s",
+    lines=38,
+    resonances=3,
+    share=0.97,
+    start=75.0,
+    stop=87.5,
+    quietest=5.8e-7,
+)
 
 EXAMPLES = [
     of_gyro(TooShort(reasons=(FEW,))),
@@ -62,6 +79,10 @@ EXAMPLES = [
     ),
     of_gyro(Widened(frequency=0.0033, ratio=1.34, allowed=0.2), "warning", size=0.03),
     of_gyro(Widened(frequency=0.2, ratio=0.8, allowed=0.2, lines=100), "warning", size=0.03),
+    of_gyro(SHAKEN, size=0.97),
+    of_gyro(replace(SHAKEN, start=0.0, stop=20.0, quietest=None), size=0.97),
+    of_gyro(FewDegreesOfFreedom(freedom=11.3, duration=6.0), size=11.3),
+    of_gyro(NoAdequateModel(reasons=(SHAKING,)), "warning"),
     of_gyro(NoAdequateModel(reasons=(OFF,)), "warning"),
     of_gyro(OutOfRange(largest=3.1e130, rate_unit="rad/s"), "error"),
     of_gyro(OutOfRange(largest=2e-83, rate_unit="rad/s"), "error"),

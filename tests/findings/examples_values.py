@@ -6,6 +6,7 @@ from dataclasses import replace
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import (
     CoarseResolution,
+    CopiedStretch,
     Dropout,
     FilledOutages,
     FilledSamples,
@@ -63,6 +64,14 @@ def unit(details, channels, factor):
 
 
 EXAMPLES = [
+    Finding(
+        details=CopiedStretch(start=100.0, copy=400.0, duration=20.0, rows=2000),
+        severity="warning",
+        channels=("gyro_x", "gyro_y", "gyro_z"),
+        spans=((400.0, 420.0),),
+        size=20.0,
+        unit="s",
+    ),
     held(Dropout, ("gyro_y",)),
     held(Dropout, GYRO, samples=40, runs=40),
     held(Dropout, GYRO, samples=1, runs=1),

@@ -7,7 +7,8 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
-from sigmatau.quality.samples.common import block_rms, octaves, sample_of, white_level
+from sigmatau.estimators.octaves import octaves
+from sigmatau.quality.samples.common import block_rms, sample_of, white_level
 
 N = 1 << 17
 

@@ -13,9 +13,10 @@ from sigmatau._native.distributions import normal_quantile
 from sigmatau._native.likelihood import Bounds, Outcome, Process
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
-from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
+from sigmatau.findings.kinds.fit import MOST_LINES, BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.components import LINEAR
+from sigmatau.fitting.disturbance import is_disturbed, with_limits
 from sigmatau.fitting.noise_fit import (
     FittedTerm,
     GaussMarkov,
@@ -36,7 +37,6 @@ from sigmatau.record.streams import Stream
 
 Floats = NDArray[np.float64]
 
-_MOST_LINES = 100  # that are kept, the strongest: a record that repeats itself has thousands
 # Difference of the Allan variances of fit and model where the model describes the curve: relative, and in standard errors of
 # a measured one
 _SAME, _SAME_ERRORS = 0.02, 0.5
@@ -104,7 +104,8 @@ def fit_samples(
         (value / size, error / size) for size, (value, error) in zip(sizes, found.regressors, strict=True)
     )
     found = replace(found, regressors=coefficients)
-    return stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
+    fitted = stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
+    return with_limits(fitted, stream) if is_disturbed(fitted, stream, unsteady=found.unsteadiness[1]) else fitted
 
 
 def _refuse(
@@ -189,7 +190,7 @@ def stated(
         for line in found.lines
         if line.amplitude > 0
     )
-    lines = tuple(sorted((*lines, *steady), key=lambda line: -line.amplitude.value))[:_MOST_LINES]
+    lines = tuple(sorted((*lines, *steady), key=lambda line: -line.amplitude.value))[:MOST_LINES]
     reasons: tuple[Reason, ...] = () if found.highest is None else (BandLeftOut(highest=found.highest),)
     verdict: Verdict = "adequate"
     if found.widened:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
-from sigmatau.findings.kinds.fit import Reason
+from sigmatau.findings.kinds.fit import MOST_LINES, Reason
 from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
@@ -33,7 +33,7 @@ from sigmatau.units import find
 _TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
 _MOST_LINES = 3  # that are printed one by one
 
-Verdict = Literal["adequate", "adequate_with", "widened", "descriptive", "too_short"]
+Verdict = Literal["adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"]
 Trust = Literal["good", "partial", "poor"]
 QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
@@ -264,9 +264,10 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         of the density.
     model : mapping of str to float
         The coefficients that together describe the curve: the observed ones, and those of `unclear`. [SI]
-    verdict : {"adequate", "adequate_with", "widened", "descriptive", "too_short"}
+    verdict : {"adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"}
         "adequate": the terms describe the record. "adequate_with": the terms together with filters, lines or processes
-        describe it, see `found`. "widened": the model does not fit exactly, and the intervals are wider. "descriptive":
+        describe it, see `found`. "widened": the model does not fit exactly, and the intervals are wider. "disturbed":
+        vibration has most of the power of the record, and all terms are upper limits. "descriptive":
         a least-squares fit that does not describe the curve from tau_min to tau_max; its values have no intervals.
     reasons : tuple of Reason
         Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
@@ -437,6 +438,11 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         return total
 
     @property
+    def has_limits(self) -> bool:
+        """Whether terms that were not observed have upper limits: if quantified or disturbed."""
+        return self.quantified or self.verdict == "disturbed"
+
+    @property
     def quantified(self) -> bool:
         """Whether the coefficients have intervals."""
         return self.verdict in QUANTIFIED
@@ -506,6 +512,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         str
         """
         t = self[term]
+        if self.verdict == "disturbed":
+            return "hidden by the vibration"
         if t.p_value is None:
             hidden = "the filter hides the short times" if self.response is not None else "the short times"
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
@@ -531,6 +539,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             return f"no fit: {self.reason}"
         if self.verdict == "descriptive":
             return verdict_text(self.verdict)
+        if self.verdict == "disturbed":
+            return verdict_text(self.verdict, self._beside)
         if self.method == "likelihood":
             return f"{verdict_text(self.verdict, self._beside)}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
@@ -561,7 +571,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             amplitude = _in_words(line.amplitude, factor, unit)
             texts.append(f"line of amplitude {amplitude} at {_in_words(line.frequency, 1.0, 'Hz')}")
         if len(self.sinusoid) > _MOST_LINES:
-            texts.append(f"{len(self.sinusoid) - _MOST_LINES} weaker lines")
+            count = f"{len(self.sinusoid) - _MOST_LINES} weaker lines"
+            texts.append(f"at least {count}" if len(self.sinusoid) >= MOST_LINES else count)
         if self.response is not None and self.response.corner is not None:
             corner = Interval(value=self.response.corner, low=self.response.low, high=self.response.high, unit="Hz")
             texts.append(f"{filter_text(self.response.shape, self.response.order)} at {_in_words(corner, 1.0, 'Hz')}")
@@ -626,7 +637,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             value, interval, unit = self.texts(name)[0]
             if term.value is not None:
                 rows.append((label, value, interval, unit))
-            elif self.quantified:
+            elif self.has_limits:
                 limit = f"{value} {unit}: " if value else ""
                 rows.append((label, limit + self.why_not(name), "", ""))
         widths = [max((len(row[k]) for row in rows if row[3] or k == 0), default=0) for k in range(3)]

@@ -103,7 +103,7 @@ def _text(fitted: NoiseFit, name: str, *, short: bool) -> str:
     """``2.429 ± 0.011``, ``25 -15 +32``, ``below 190``, or ``unknown``."""
     term = fitted.get(name)
     factor = display_units(name, fitted.quantity, fitted.rate_unit)[-1][1]
-    if not fitted.quantified:
+    if not fitted.has_limits:
         return "unknown"
     if term is None:
         return "not fitted"

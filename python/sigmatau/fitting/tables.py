@@ -57,7 +57,7 @@ def fit_table(
                 for k, (value, interval, unit) in enumerate(texts):
                     label = term.label(fitted.quantity) if k == 0 else "  ="
                     rows.append((f"  {label}", value, interval, unit))
-            elif fitted.quantified:
+            elif fitted.has_limits:
                 value, _, unit = texts[0]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
                 rows.append((f"  {term.label(fitted.quantity)}", text))

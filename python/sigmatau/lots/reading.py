@@ -199,7 +199,7 @@ class _Rows:
         signed = label[2] in SIGNED
         if value <= 0 and not signed:
             raise DataError(f"value {value:g} must be positive")
-        if self._verdict is not None and cells[self._verdict] in ("descriptive", "too_short"):
+        if self._verdict is not None and cells[self._verdict] in ("disturbed", "descriptive", "too_short"):
             return
         if not math.isnan(percent):
             error = abs(value) * percent / 100

@@ -22,7 +22,7 @@ NOT_AT_REST = (
 )
 _FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
 _SCHEMAS = (1, 2)  # Forms of a result that are read
-_WITH_MODEL = (*_QUANTIFIED, "descriptive")  # Verdicts of a fit that has coefficients
+_WITH_MODEL = (*_QUANTIFIED, "disturbed", "descriptive")  # Verdicts of a fit that has coefficients
 
 
 def channels_of_result(content: Mapping[str, Any], *, channels: Iterable[str] | None) -> dict[str, ChannelModel]:

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.disturbances import NotStatic
 from sigmatau.findings.kinds.drift import TemperatureDrift, WarmUp
-from sigmatau.findings.kinds.fit import BandsOff, NoAdequateModel, ShortTimesLeftOut, TooShort, Widened
+from sigmatau.findings.kinds.fit import (
+    BandsOff,
+    Disturbed,
+    FewDegreesOfFreedom,
+    NoAdequateModel,
+    ShortTimesLeftOut,
+    TooShort,
+    VibrationPower,
+    Widened,
+)
 from sigmatau.findings.kinds.spectrum import (
     BandLeftOut,
     CorrelatedAxes,
@@ -24,6 +34,9 @@ from sigmatau.fitting.noise_fit import NoiseFit, Sinusoid
 from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
 from sigmatau.record.record import Record
+
+LEAST_FREEDOM = 30.0
+"""Degrees of freedom of the random walk from which on it is trusted: its 95 % interval is then within 25 %."""
 
 _MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
 _LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
@@ -62,6 +75,11 @@ def fit_findings(
     if fitted.verdict == "descriptive":
         return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity=of_misfit, channels=channels)]
     found: list[Finding] = []
+    if fitted.verdict == "disturbed":
+        return [*_disturbed(fitted), *_lines(fitted)]
+    if (freedom := walk_freedom(fitted)) < LEAST_FREEDOM:
+        short = FewDegreesOfFreedom(freedom=freedom, duration=fitted.n * fitted.tau0)
+        found.append(Finding(details=short, severity="warning", channels=channels, size=freedom))
     if fitted.verdict == "widened":
         found.append(_widened(fitted, of_misfit))
     between = {
@@ -76,17 +94,7 @@ def fit_findings(
     if fitted.highest is not None:
         left = BandLeftOut(highest=fitted.highest)
         found.append(Finding(details=left, severity="info", channels=channels, size=fitted.highest, unit="Hz"))
-    if fitted.sinusoid:
-        groups = grouped(fitted.sinusoid, rate=1 / fitted.tau0)
-        found.append(
-            Finding(
-                details=SpectralLines(lines=groups),
-                severity="info",
-                channels=channels,
-                size=groups[0].amplitude,
-                unit=fitted.rate_unit,
-            )
-        )
+    found += _lines(fitted)
     for process in () if disturbed else fitted.gauss_markov:
         time = process.time
         kind = GaussMarkovProcess(quantity=fitted.quantity, time=time.value, low=time.low, high=time.high)
@@ -99,6 +107,54 @@ def fit_findings(
         late = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
         found.append(Finding(details=late, severity="info", channels=channels))
     return found
+
+
+def walk_freedom(fitted: NoiseFit) -> float:
+    """Degrees of freedom of the square of the random walk by its standard error s, ½(N/s)²; inf if not observed."""
+    walk, (names, covariance) = fitted.terms.get("random_walk"), fitted.covariance
+    if walk is None or not walk.value or "random_walk" not in names:
+        return math.inf
+    at = names.index("random_walk")
+    variance = float(covariance[at, at])
+    return walk.value**2 / (2 * variance) if variance > 0 else math.inf
+
+
+def _disturbed(fitted: NoiseFit) -> list[Finding]:
+    details = [
+        Disturbed(
+            quantity=fitted.quantity,
+            rate_unit=fitted.rate_unit,
+            lines=reason.lines,
+            resonances=reason.resonances,
+            share=reason.share,
+            start=reason.start,
+            stop=reason.stop,
+            quietest=reason.quietest,
+        )
+        for reason in fitted.reasons
+        if isinstance(reason, VibrationPower)
+    ]
+    return [
+        Finding(
+            details=one, severity="warning", channels=(fitted.channel,), spans=((one.start, one.stop),), size=one.share
+        )
+        for one in details
+    ]
+
+
+def _lines(fitted: NoiseFit) -> list[Finding]:
+    if not fitted.sinusoid:
+        return []
+    groups = grouped(fitted.sinusoid, rate=1 / fitted.tau0)
+    return [
+        Finding(
+            details=SpectralLines(lines=groups),
+            severity="info",
+            channels=(fitted.channel,),
+            size=groups[0].amplitude,
+            unit=fitted.rate_unit,
+        )
+    ]
 
 
 def grouped(lines: Sequence[Sinusoid], *, rate: float) -> tuple[Line, ...]:

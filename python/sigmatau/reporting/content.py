@@ -210,7 +210,7 @@ def _fitted_rows(fitted: NoiseFit) -> list[tuple[str, str, str, str]]:
     for name, term in fitted.items():
         value, interval, unit = fitted.texts(name)[-1]
         if term.value is None:
-            interval = fitted.why_not(name) if fitted.quantified else ""
+            interval = fitted.why_not(name) if fitted.has_limits else ""
         rows.append((TERMS[name].label(fitted.quantity), value or "–", interval, unit if value else ""))
     return rows
 

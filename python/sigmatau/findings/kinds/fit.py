@@ -7,6 +7,9 @@ from dataclasses import field
 from sigmatau.findings.finding import Details
 from sigmatau.frozen import frozen
 
+MOST_LINES = 100
+"""Lines of a fit that are kept, the strongest: a record that repeats itself has thousands."""
+
 
 @frozen
 class TooFewTimes:
@@ -54,6 +57,31 @@ class Misfit:
     tau_min: float
     tau: float
     ratio: float
+
+
+@frozen
+class VibrationPower:
+    """Disturbed: lines and narrow resonances have most of the power of the record.
+
+    Attributes
+    ----------
+    lines, resonances : int
+        Number of each in the model.
+    share : float
+        Their share of the power, beside random walk and quantization noise.
+    start, stop : float
+        The part of the record in which the random walk has the smallest upper limit. [s]
+    quietest : float or None
+        That limit; None if the part is too short for it. [SI]
+    """
+
+    kind: str = field(default="vibration_power", init=False)
+    lines: int
+    resonances: int
+    share: float
+    start: float
+    stop: float
+    quietest: float | None
 
 
 @frozen
@@ -148,6 +176,7 @@ Reason = (
     | CoarseValues
     | BandLeftOut
     | BandsOff
+    | VibrationPower
 )
 """Why there is no fit, why a fit is not adequate, or why its shortest averaging times are left out."""
 
@@ -206,6 +235,50 @@ class Widened(Details, code="widened"):
     def possible_factors(self, size: float | None) -> dict[str, float]:
         """The upper end of the interval of the random walk over its value."""
         return {} if size is None else {"random_walk": 1 + size}
+
+
+@frozen
+class Disturbed(Details, code="disturbed"):
+    """Vibration has most of the power of the record, so that the coefficients are upper limits.
+
+    Attributes
+    ----------
+    quantity, rate_unit : str
+        Of the channel.
+    lines, resonances : int
+        Number of each in the model.
+    share : float
+        Their share of the power, beside random walk and quantization noise.
+    start, stop : float
+        The quietest part of the record. [s]
+    quietest : float or None
+        Upper limit of the random walk in that part. [SI]
+    """
+
+    quantity: str
+    rate_unit: str
+    lines: int
+    resonances: int
+    share: float
+    start: float
+    stop: float
+    quietest: float | None
+
+
+@frozen
+class FewDegreesOfFreedom(Details, code="few_degrees_of_freedom"):
+    """The random walk of the fit has few degrees of freedom; the size is their number.
+
+    Attributes
+    ----------
+    freedom : float
+        Of its square, from its standard error.
+    duration : float
+        Of the record. [s]
+    """
+
+    freedom: float
+    duration: float
 
 
 @frozen

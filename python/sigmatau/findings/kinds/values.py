@@ -77,6 +77,26 @@ class Saturation(Details, code="saturation"):
 
 
 @frozen
+class CopiedStretch(Details, code="copied_stretch"):
+    """A stretch of rows that equals another one of the record on all axes; the size is its length.
+
+    Attributes
+    ----------
+    start, copy : float
+        First rows of the stretch and of its copy. [s]
+    duration : float
+        [s]
+    rows : int
+        Number of equal rows.
+    """
+
+    start: float
+    copy: float
+    duration: float
+    rows: int
+
+
+@frozen
 class RepeatedSamples(Details, code="repeated_samples"):
     """Samples that equal the previous sample more often than by chance.
 

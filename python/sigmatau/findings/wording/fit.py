@@ -8,6 +8,7 @@ from typing import Any
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds import fit as kinds
 from sigmatau.findings.wording.phrases import Words, axes_text, percent
+from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, seconds, two_digits
 
 _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
@@ -30,6 +31,7 @@ _REASONS: dict[type, Callable[[Any], str]] = {
     ),
     kinds.CoarseValues: lambda r: "the resolution is too coarse for the noise, so the rounding error is unknown",
     kinds.BandLeftOut: lambda r: f"the spectrum from {r.highest:.3g} Hz on fits no model and is left out",
+    kinds.VibrationPower: lambda r: f"lines and resonances have {percent(r.share)} of the power",
     kinds.BandsOff: lambda r: f"the density near {r.frequency:.2g} Hz is {_off(r.ratio)} the best model",
 }
 
@@ -48,6 +50,11 @@ def filter_text(shape: str, order: int | None) -> str:
     }.get(shape, "uneven spectrum")
 
 
+def count_text(count: int) -> str:
+    """A number of lines or processes: ``"5"``, ``"at least 100"`` where more are not kept."""
+    return f"at least {count}" if count >= kinds.MOST_LINES else str(count)
+
+
 def beside_text(*, response: bool, lines: int, processes: int, resonances: int, warm_up: bool) -> str:
     """What was found beside the terms: ``" with a filter and 5 lines"``; empty for nothing."""
     kinds_found = (
@@ -58,7 +65,7 @@ def beside_text(*, response: bool, lines: int, processes: int, resonances: int, 
         ("a warm-up", int(warm_up)),
     )
     named = [
-        one if many == 1 else f"{many} {one[2:]}{'es' if one.endswith('s') else 's'}"
+        one if many == 1 else f"{count_text(many)} {one[2:]}{'es' if one.endswith('s') else 's'}"
         for one, many in kinds_found
         if many
     ]
@@ -71,6 +78,8 @@ def verdict_text(verdict: str, beside: str = "") -> str:
         return "too short for a fit"
     if verdict == "descriptive":
         return "no model fits: values without intervals"
+    if verdict == "disturbed":
+        return f"disturbed{beside}: upper limits only"
     return f"the model fits{' roughly' if verdict == 'widened' else ''}{beside}" + (
         ": wider intervals" if verdict == "widened" else ""
     )
@@ -127,8 +136,25 @@ def _widened(finding: Finding, details: kinds.Widened) -> Words:
     off = f"the density near {details.frequency:.2g} Hz is {_off(details.ratio)} the best model; intervals are wider"
     if details.lines >= _MANY_LINES:
         action = "Look for a vibration or a supply with these frequencies, and record again without it"
-        return Words(f"{details.lines} spectral lines, and {off}", action)
+        return Words(f"{count_text(details.lines)} spectral lines, and {off}", action)
     return Words(off, "Look for a cause near this frequency, or accept the wider intervals")
+
+
+def _disturbed(finding: Finding, details: kinds.Disturbed) -> Words:
+    text = f"vibration has {percent(details.share)} of the power; the coefficients are upper limits"
+    part = f"{details.start:.4g}s:{details.stop:.4g}s"
+    if details.quietest is None:
+        return Words(text, "Record again without the vibration")
+    unit, factor = display_units("random_walk", details.quantity, details.rate_unit)[-1]
+    limit = f"{two_digits(details.quietest / factor)} {unit}"
+    return Words(f"{text}, {limit} in the quietest part", f"Record again without it, or try --window {part}")
+
+
+def _few_degrees_of_freedom(finding: Finding, details: kinds.FewDegreesOfFreedom) -> Words:
+    return Words(
+        f"the random walk has {details.freedom:.2g} degrees of freedom in {duration_text(details.duration)}",
+        "Record longer",
+    )
 
 
 def _short_times_left_out(finding: Finding, details: kinds.ShortTimesLeftOut) -> Words:
@@ -183,6 +209,8 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.TooShort: _too_short,
     kinds.NoAdequateModel: _no_adequate_model,
     kinds.Widened: _widened,
+    kinds.Disturbed: _disturbed,
+    kinds.FewDegreesOfFreedom: _few_degrees_of_freedom,
     kinds.ShortTimesLeftOut: _short_times_left_out,
     kinds.OutOfRange: _out_of_range,
     kinds.ConstantChannel: _constant_channel,

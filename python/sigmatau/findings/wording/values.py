@@ -9,6 +9,7 @@ from typing import Any
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import (
     CoarseResolution,
+    CopiedStretch,
     Dropout,
     Gravity,
     HeldRuns,
@@ -68,6 +69,14 @@ def _saturation(finding: Finding, details: Saturation) -> Words:
         return Words(_joined(said, f"the first at {clock(details.start)}"))
     effect = largest_factor_text(finding.factors, channel=_on(finding, details.strongest))
     return Words(_joined(said, effect), "Record again with a larger range, or select another part with --window")
+
+
+def _copied_stretch(_: Finding, details: CopiedStretch) -> Words:
+    return Words(
+        f"the {details.rows} rows from {clock(details.copy)} on equal those from {clock(details.start)} on,"
+        f" {seconds(details.duration)} s long",
+        "Check how the log was written; leave the copy out with --exclude",
+    )
 
 
 def _repeated_samples(finding: Finding, details: RepeatedSamples) -> Words:
@@ -174,6 +183,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     Dropout: _dropout,
     StuckSamples: _stuck_samples,
     Saturation: _saturation,
+    CopiedStretch: _copied_stretch,
     RepeatedSamples: _repeated_samples,
     Interpolated: _interpolated,
     CoarseResolution: _coarse_resolution,

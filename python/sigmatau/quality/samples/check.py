@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.common import without_dust
+from sigmatau.quality.samples.copied_stretches import copied_stretches
 from sigmatau.quality.samples.disturbances import disturbances, masked_by
 from sigmatau.quality.samples.interpolation import interpolated
 from sigmatau.quality.samples.repeated_samples import repeated_samples
@@ -21,6 +22,6 @@ def check(stream: Stream) -> list[Finding]:
     shaken = masked_by(stream, (one for one in disturbed if one.cause not in ("shocks", "spikes")))
     moved = not_static(shaken, still=still)
     found = [*unit, *gravity(still), *moved, *repeated_samples(masked_by(without_dust(stream), disturbed))]
-    found += [*interpolated(still), *coarse_resolution(still)]
+    found += [*copied_stretches(stream), *interpolated(still), *coarse_resolution(still)]
     # Without its channels a finding of the gyros may equal one of the accelerometers.
     return [one if one.channels else replace(one, channels=stream.channels) for one in found]

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from sigmatau.arrays import Bools, Floats, Ints, median
+from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
@@ -160,31 +161,6 @@ def full_ends(x: Floats) -> list[float]:
         if at > np.count_nonzero(x == beside):
             found.append(end)
     return found
-
-
-def octaves(x: Floats) -> Iterator[tuple[int, float, int]]:
-    """Cluster size 1, 2, 4, …, Allan variance of clusters that share no sample and are half there, and pairs (8 or more)."""
-    n = len(x)
-    there = np.isfinite(x)
-    if there.all():
-        total, count = x - x[0], None
-    else:
-        first = x[int(np.argmax(there))] if there.any() else 0.0
-        total, count = np.where(there, x - first, 0.0), there.astype(np.float64)
-    m = 1
-    while n // m >= 9:
-        if count is None:
-            mean = total / m
-        else:
-            with np.errstate(invalid="ignore", divide="ignore"):
-                mean = np.where(count >= m / 2, total / count, np.nan)
-        steps = present(np.diff(mean))
-        if len(steps) >= 8:
-            yield m, float(np.mean(steps * steps)) / 2, len(steps)
-        m *= 2
-        half = len(total) // 2 * 2
-        total = total[0:half:2] + total[1:half:2]
-        count = None if count is None else count[0:half:2] + count[1:half:2]
 
 
 # A minimum over sizes is drawn to those of few pairs; so each is taken two standard errors (√(3/pairs), white noise) up.

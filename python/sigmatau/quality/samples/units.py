@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.kinds.values import Gravity, ImplausibleUnit
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.means import mean_of
-from sigmatau.quality.samples.common import octaves, sample_of, white_level
+from sigmatau.quality.samples.common import sample_of, white_level
 from sigmatau.quality.samples.resolution import hides_noise, step_of
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 

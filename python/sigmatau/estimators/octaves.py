@@ -1,0 +1,37 @@
+"""Allan variance of clusters of 1, 2, 4, … samples that share none, from samples of which some may be missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+
+_MIN_PAIRS = 8
+
+
+def octaves(x: Floats) -> Iterator[tuple[int, float, int]]:
+    """Cluster size 1, 2, 4, …, Allan variance of clusters that share no sample and are half there, and pairs (8 or more)."""
+    n = len(x)
+    there = np.isfinite(x)
+    if there.all():
+        total, count = x - x[0], None
+    else:
+        first = x[int(np.argmax(there))] if there.any() else 0.0
+        total, count = np.where(there, x - first, 0.0), there.astype(np.float64)
+    m = 1
+    while n // m > _MIN_PAIRS:
+        if count is None:
+            mean = total / m
+        else:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                mean = np.where(count >= m / 2, total / count, np.nan)
+        steps = np.diff(mean)
+        steps = steps[np.isfinite(steps)]
+        if len(steps) >= _MIN_PAIRS:
+            yield m, float(np.mean(steps * steps)) / 2, len(steps)
+        m *= 2
+        half = len(total) // 2 * 2
+        total = total[0:half:2] + total[1:half:2]
+        count = None if count is None else count[0:half:2] + count[1:half:2]

@@ -1,0 +1,151 @@
+"""Records of vibration rather than of a sensor's noise: when a fit says so, and the upper limits that remain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.estimators.octaves import octaves
+from sigmatau.findings.kinds.fit import VibrationPower
+from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
+from sigmatau.noise.terms import avar
+from sigmatau.record.streams import Stream
+
+MAX_SHARE = 0.85
+"""Largest share of lines and narrow resonances in the power of a quiet sensor; 0.83 is the largest of 270 fits of parts of
+real records at rest, see docs/study/disturbed.md."""
+
+MAX_HIDING_SHARE, HIDDEN = 0.3, 0.6
+"""Share of such power from which on the random walk must show in the curve; and its least size there, over the limit that
+the curve sets: 0.72 is the least of quiet real records with so large a share."""
+
+# A resonance is a vibration if its half width over its centre is below `_NARROW`, and no shape of the sensor's noise; and if
+# its centre is above `_SLOWEST`, and it is no drift. [Hz]
+_NARROW, _SLOWEST = 0.25, 0.5
+
+# Beside some lines of a steady machine or the mains a steady white level is known: their number at most, the largest power
+# of narrow resonances over theirs, and the least p-value of a white level that is the same in all eighths of the record.
+_STEADY_LINES, _STEADY_RESONANCES, _UNSTEADY = 3, 0.1, 1e-3
+
+_LEAST_SIZE = (
+    32  # samples of a cluster at which a filter with a corner above 1/20 of the rate lowers σ² by less than 15 %
+)
+_QUANTILE = 2.5  # normal quantile by which an Allan variance is taken higher: the least of many is used
+_MIN_PAIRS = 16  # of clusters: with fewer, the limit of a variance is more than 5 times it
+_MIN_PAIRS_HIDDEN = 64  # the same, where the limit is compared: of white noise alone it is then at most 1.36 times N
+_STRETCHES, _LEAST_STRETCH = 8, 1024  # parts of which the quietest is named, at most, and least samples of a part
+_LONGEST = 1 << 24  # samples that are used
+
+
+def vibration_share(fitted: NoiseFit) -> float:
+    """Share of lines and narrow resonances in the power of the record, beside random walk and quantization noise."""
+    shaken = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid) + _power_of_resonances(fitted)
+    walk = fitted.terms.get("random_walk")
+    level = 0.0 if walk is None else walk.value or walk.upper_limit or 0.0
+    rounding = fitted.model.get("quantization", 0.0) / fitted.tau0
+    noise = level**2 / fitted.tau0 + 2 * rounding**2
+    return shaken / (shaken + noise) if shaken > 0 else 0.0
+
+
+def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
+    """Whether the Allan deviations are all well above the random walk of the model."""
+    walk = fitted.terms.get("random_walk")
+    level = None if walk is None else walk.value or walk.upper_limit
+    if level is None:
+        return False
+    x = stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
+    limit = upper_limits(x, fitted.tau0, ("random_walk",), min_pairs=_MIN_PAIRS_HIDDEN)["random_walk"]
+    return level < HIDDEN * limit < math.inf
+
+
+def _power_of_resonances(fitted: NoiseFit) -> float:
+    narrow = (
+        r for r in fitted.resonance if r.width.value < _NARROW * r.frequency.value and r.frequency.value > _SLOWEST
+    )
+    return sum(r.sigma.value**2 for r in narrow)
+
+
+def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
+    """Whether vibration hides the noise: it has most of the power, and is more than some steady lines; or it has much of it,
+    and the white noise of the model is below half of the Allan variance at all averaging times.
+
+    `unsteady` is the p-value of a white level that is the same in all eighths of the record.
+    """
+    share = vibration_share(fitted)
+    if share <= MAX_SHARE:
+        return share > MAX_HIDING_SHARE and _is_hidden(fitted, stream)
+    lines = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid)
+    steady = len(fitted.sinusoid) <= _STEADY_LINES and _power_of_resonances(fitted) <= _STEADY_RESONANCES * lines
+    return not (steady and unsteady >= _UNSTEADY and fitted.verdict != "widened")
+
+
+def with_limits(fitted: NoiseFit, stream: Stream) -> NoiseFit:
+    """The fit of a disturbed record: upper limits of all terms, and the quietest stretch of the record."""
+    k, n = stream.channels.index(fitted.channel), min(stream.grid.n, _LONGEST)
+    x = stream.samples.read(k, 0, n)
+    limits = upper_limits(x, fitted.tau0, tuple(fitted.terms))
+    first, last, least = _quietest(x, fitted.tau0)
+    walk = limits.get("random_walk", math.inf)
+    reason = VibrationPower(
+        lines=len(fitted.sinusoid),
+        resonances=len(fitted.resonance),
+        share=vibration_share(fitted),
+        start=stream.grid.time(first),
+        stop=stream.grid.time(last),
+        quietest=least if math.isfinite(least) else None,
+    )
+    return replace(
+        fitted,
+        verdict="disturbed",
+        terms={name: _limit(term, limits.get(name)) for name, term in fitted.terms.items()},
+        model={"random_walk": walk} if math.isfinite(walk) else {},
+        reasons=(reason, *fitted.reasons),
+        gauss_markov=(),
+        response=None,
+        warm_up=None,
+        alike_from=None,
+        alike_sigma=None,
+        unclear=(),
+        discrepancy=(),
+        covariance=((), np.empty((0, 0))),
+    )
+
+
+def _limit(term: FittedTerm, limit: float | None) -> FittedTerm:
+    known = limit is not None and math.isfinite(limit)
+    return FittedTerm(
+        term=term.term, unit=term.unit, observed=False, level=term.level, upper_limit=limit if known else None
+    )
+
+
+def upper_limits(x: Floats, tau0: float, terms: Sequence[str], *, min_pairs: int = _MIN_PAIRS) -> dict[str, float]:
+    """Upper limit of each term from the Allan variances: every other term, and every vibration, only adds to them.
+
+    A low-pass filter takes white and slow noise away at short times, so that their limits come from clusters of 32 samples
+    on. `inf` where there are too few.
+    """
+    limits = dict.fromkeys(terms, math.inf)
+    for m, variance, pairs in octaves(x):
+        if pairs < min_pairs:
+            break
+        spread = 2 / (9 * (2 * pairs / 3))  # of χ² with 2/3 a pair of clusters of white noise (Lesage and Audoin)
+        high = variance / (1 - spread - _QUANTILE * math.sqrt(spread)) ** 3  # its lower quantile (Wilson and Hilferty)
+        for name in terms:
+            if m >= _LEAST_SIZE or name == "quantization":
+                unit = float(avar(name, 1.0, m=m, tau0=tau0)[0])
+                limits[name] = min(limits[name], math.sqrt(high / unit))
+    return limits
+
+
+def _quietest(x: Floats, tau0: float) -> tuple[int, int, float]:
+    """First sample, end and upper limit of the random walk of the stretch in which that is least."""
+    count = max(min(_STRETCHES, len(x) // _LEAST_STRETCH), 1)
+    edges = np.linspace(0, len(x), count + 1).astype(int).tolist()
+    found = [(upper_limits(x[a:b], tau0, ("random_walk",))["random_walk"], a, b) for a, b in pairwise(edges)]
+    limit, first, last = min(found)
+    return first, last, limit

@@ -1,0 +1,91 @@
+"""Stretches of a record that are in it twice: a buffer written again, or a log that was joined with a part of itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.values import CopiedStretch
+from sigmatau.quality.samples.resolution import equal_by_chance
+from sigmatau.record.streams import Stream
+
+_LEAST_ROWS = 64  # rows of a copy that is reported, at least
+_FALSE_ALARM = 1e-6  # probability that a record of noise has equal stretches of that length
+_KEY = 4  # samples whose bits make a key
+_ONE_OF = 16  # keys that are looked at: those of a remainder, which are the same in a stretch and in its copy
+_LAGS = 8  # distances between equal keys that are looked at, the most frequent
+_LOOKED_AT = 4096  # samples by which the axis with the most values is chosen
+_MIX = 0x9E3779B97F4A7C15  # odd, of the golden ratio: Fibonacci hashing
+
+
+def copied_stretches(stream: Stream) -> list[Finding]:
+    """The longest stretch of rows that are equal, on all axes, to rows elsewhere in the stream. At most one finding.
+
+    Reported from L rows on, where n²·∏p_c^L < 1e-6 and p_c is the part of the samples of axis c that equal another by
+    chance. Stretches that overlap their copy are those of a signal that repeats itself, and are not reported.
+    """
+    n = stream.grid.n
+    if n < 2 * _LEAST_ROWS:
+        return []
+    axis = max(stream.channels, key=lambda channel: len(np.unique(stream.column(channel)[:_LOOKED_AT])))
+    best = (0, 0, 0)
+    for lag in _frequent_lags(stream.column(axis)):
+        first, length = _longest_equal(stream, lag)
+        best = max(best, (length, first, lag)) if length <= lag else best
+    length, first, lag = best
+    if length < _LEAST_ROWS:
+        return []
+    chances = [equal_by_chance(stream, channel) for channel in stream.channels]
+    by_chance = sum(math.log(min(max(chance, 1e-3), 1.0)) for chance in chances)
+    if 2 * math.log(n) + length * by_chance > math.log(_FALSE_ALARM):
+        return []
+    time = stream.grid.time
+    details = CopiedStretch(start=time(first), copy=time(first + lag), duration=length * stream.grid.tau0, rows=length)
+    spans = ((time(first + lag), time(first + lag + length)),)
+    return [
+        Finding(
+            details=details,
+            severity="warning",
+            channels=tuple(stream.channels),
+            spans=spans,
+            size=details.duration,
+            unit="s",
+        )
+    ]
+
+
+def _frequent_lags(x: Floats) -> list[int]:
+    """Distances between places with the same four samples, the most frequent first."""
+    bits = np.ascontiguousarray(x).view(np.uint64)
+    mixed = bits * np.uint64(_MIX)
+    mixed ^= mixed >> np.uint64(29)
+    keys = mixed[: len(mixed) - _KEY + 1].copy()
+    for k in range(1, _KEY):  # in place: the products wrap
+        keys *= np.uint64(_MIX)
+        keys += mixed[k : len(mixed) - _KEY + 1 + k]
+    moves = x[: len(keys)] != x[_KEY - 1 :]  # neither missing (NaN is equal to nothing, but its bits are) nor stuck
+    at = np.flatnonzero(((keys >> np.uint64(40)) % np.uint64(_ONE_OF) == 0) & moves & np.isfinite(x[: len(keys)]))
+    order = np.argsort(keys[at], kind="stable")
+    at, found = at[order], keys[at][order]
+    same = np.flatnonzero(found[1:] == found[:-1])
+    if not len(same):
+        return []
+    lags, counts = np.unique(at[same + 1] - at[same], return_counts=True)
+    return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[:_LAGS]]]
+
+
+def _longest_equal(stream: Stream, lag: int) -> tuple[int, int]:
+    """First row and length of the longest run of rows that equal those `lag` later."""
+    equal = np.ones(stream.grid.n - lag, dtype=bool)
+    for channel in stream.channels:
+        x = stream.column(channel)
+        equal &= x[lag:] == x[:-lag]
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], equal, [False]))))
+    if not len(edges):
+        return 0, 0
+    lengths = edges[1::2] - edges[::2]
+    k = int(np.argmax(lengths))
+    return int(edges[2 * k]), int(lengths[k])

@@ -14,11 +14,12 @@ from sigmatau.record.streams import Stream
 
 _LEAST_ROWS = 64  # rows of a copy that is reported, at least
 _FALSE_ALARM = 1e-6  # probability that a record of noise has equal stretches of that length
-_KEY = 4  # samples whose bits make a key
+_KEY = 8  # samples whose bits make a key
 _ONE_OF = 16  # keys that are looked at: those of a remainder, which are the same in a stretch and in its copy
 _LAGS = 8  # distances between equal keys that are looked at, the most frequent
 _LOOKED_AT = 4096  # samples by which the axis with the most values is chosen
 _MIX = 0x9E3779B97F4A7C15  # odd, of the golden ratio: Fibonacci hashing
+_TURN, _HIGH = 7, 40  # bits by which the second sample of a pair is turned, and beyond which bits are mixed
 
 
 def copied_stretches(stream: Stream) -> list[Finding]:
@@ -58,19 +59,17 @@ def copied_stretches(stream: Stream) -> list[Finding]:
 
 
 def _frequent_lags(x: Floats) -> list[int]:
-    """Distances between places with the same four samples, the most frequent first."""
-    bits = np.ascontiguousarray(x).view(np.uint64)
-    mixed = bits * np.uint64(_MIX)
-    mixed ^= mixed >> np.uint64(29)
-    keys = mixed[: len(mixed) - _KEY + 1].copy()
-    for k in range(1, _KEY):  # in place: the products wrap
-        keys *= np.uint64(_MIX)
-        keys += mixed[k : len(mixed) - _KEY + 1 + k]
-    moves = x[: len(keys)] != x[_KEY - 1 :]  # neither missing (NaN is equal to nothing, but its bits are) nor stuck
-    at = np.flatnonzero(((keys >> np.uint64(40)) % np.uint64(_ONE_OF) == 0) & moves & np.isfinite(x[: len(keys)]))
-    order = np.argsort(keys[at], kind="stable")
-    at, found = at[order], keys[at][order]
-    same = np.flatnonzero(found[1:] == found[:-1])
+    """Distances between places with the same eight samples, the most frequent first."""
+    mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
+    pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
+    at = np.flatnonzero((pairs[: len(x) - _KEY] >> np.uint64(_HIGH)) & np.uint64(_ONE_OF - 1) == 0)
+    at = at[(x[at] != x[at + _KEY - 1]) & np.isfinite(x[at])]  # neither stuck nor missing
+    keys = pairs[at]
+    for k in range(2, _KEY):
+        keys = (keys ^ mixed[at + k]) * np.uint64(_MIX)
+    order = np.argsort(keys, kind="stable")
+    at, keys = at[order], keys[order]
+    same = np.flatnonzero(keys[1:] == keys[:-1])
     if not len(same):
         return []
     lags, counts = np.unique(at[same + 1] - at[same], return_counts=True)

@@ -426,7 +426,7 @@ class Reading:
         Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips 4 bytes.
         Required for raw binary files.
     skip
-        Lines to skip at the beginning of a text table (default 0; lines of text above a table are found).
+        Number of lines to skip at the beginning of a text table (default 0; lines of text above a table are found).
     channels
         Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names add further signals.
         time=none ignores the time stamps. Default: columns that are recognised by their names.

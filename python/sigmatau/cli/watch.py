@@ -78,7 +78,7 @@ def watch_command(
     offset
         Reading at zero, in counts or volts: gyro=2048. Default: 0.
     skip
-        Lines to skip at the beginning (default 0; lines of text above the samples are found).
+        Number of lines to skip at the beginning (default 0; lines of text above the samples are found).
     every
         Time between updates of the screen, in seconds or with its unit.
     idle

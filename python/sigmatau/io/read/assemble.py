@@ -237,7 +237,7 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
     if not both and len(gyro) <= 1 and len(accel) <= 1 and (gyro or accel):
         return [*gyro, *accel]
     likely = [*both, *gyro, *accel]
-    if not likely and not any(map(_sensors, tables)):
+    if not likely and tables[0].kind is None and not any(map(_sensors, tables)):
         raise _no_imu(tables)
     likely = likely or [table for table in tables if table.rows != 0] or list(tables)
     what = "has several sensors" if both or gyro or accel else "has several tables, none with all axes of a sensor"

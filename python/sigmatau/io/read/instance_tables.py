@@ -97,8 +97,8 @@ def _head(table: Table) -> NDArray[np.float64]:
             rows.append(np.asarray(table.load([k], None).columns[k][:_HEAD], dtype=np.float64))
         except (DataError, ValueError):  # words
             rows.append(np.full(_HEAD, np.nan))
-    least = min(map(len, rows))
-    return np.stack([column[:least] for column in rows], axis=1)
+    shortest = min(map(len, rows))
+    return np.stack([column[:shortest] for column in rows], axis=1)
 
 
 def _of_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:

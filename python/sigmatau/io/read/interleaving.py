@@ -71,18 +71,18 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
     for period in _PERIODS:
         starts = _starts(len(channels[names[0]]), period)
         parts = np.stack([_turns(channels[name], starts, period) for name in names], axis=-1)
-        found = _means_of_turns(parts)
-        if found is None:
+        turns = _means_of_turns(parts)
+        if turns is None:
             continue
-        means, scatter = found
+        means, scatter = turns
         shift = np.divide(np.ptp(means, axis=1), scatter, out=np.zeros(len(names)), where=scatter > 0)
         bunched = stamps is not None and _is_bunched(np.asarray(stamps[: _MIN_PARTS * _ROWS]), period)
         if bunched:
-            is_found = bool(np.count_nonzero(shift >= _BUNCHED_SHIFT) >= _EVEN_AXES)
+            is_interleaved = bool(np.count_nonzero(shift >= _BUNCHED_SHIFT) >= _EVEN_AXES)
         else:
             relative = means / np.where(scatter > 0, scatter, 1.0)[:, None]
-            is_found = _is_large(names, shift, relative) and not _are_neighbours_alike(parts)
-        if is_found:
+            is_interleaved = _is_large(names, shift, relative) and not _are_neighbours_alike(parts)
+        if is_interleaved:
             largest = int(np.argmax(shift))
             return Interleaving(
                 sensors=period, channel=names[largest], means=tuple(means[largest].tolist()), bunched=bunched

@@ -194,9 +194,9 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
 def _refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]]) -> None:
     """Raise `DataError` if the rows of several sensors take turns."""
     axes = {channel: raw[index] for channel, index in choice.channels.items() if stream_name(channel) in SI}
-    found = find_interleaving(axes, None if choice.time is None else raw[choice.time])
-    if found is not None:
-        raise found.error(table.label(choice.channels[found.channel]))
+    interleaving = find_interleaving(axes, None if choice.time is None else raw[choice.time])
+    if interleaving is not None:
+        raise interleaving.error(table.label(choice.channels[interleaving.channel]))
 
 
 def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:

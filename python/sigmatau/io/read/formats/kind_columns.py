@@ -40,8 +40,8 @@ def with_sensor_names(
 
 
 def _has_axes(columns: Sequence[Column], sensor: str) -> bool:
-    found = [match[0] for match in recognise(columns) if match is not None]
-    return all(found.count(f"{sensor}_{axis}") == 1 for axis in "xyz")
+    matched = [match[0] for match in recognise(columns) if match is not None]
+    return all(matched.count(f"{sensor}_{axis}") == 1 for axis in "xyz")
 
 
 def _snake(name: str) -> str:

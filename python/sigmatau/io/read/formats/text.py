@@ -123,19 +123,21 @@ def _tables_of_kinds(
     """The tables of the kinds of rows that have a layout."""
     for label in kinds.labels:
         rows = rows_of_kind(lines, kinds, label)
-        own, skip = rows.text, beginning.skip
+        kind_text, skip = rows.text, beginning.skip
         try:
-            layout = find_layout(own.encode(), whole=beginning.whole, encoding=beginning.called, skip=skip)
+            layout = find_layout(kind_text.encode(), whole=beginning.whole, encoding=beginning.called, skip=skip)
         except DataError:
             continue  # rows without numbers
         if layout.delimiter != kinds.delimiter or len(layout.columns) <= kinds.column:
             continue
         kind = kinds.kind_of(label)
-        further = find_kinds(own, without=kinds.column)
+        further = find_kinds(kind_text, without=kinds.column)
         if further is not None and len(further.labels) > 1:
             both = f"{kind.place()}, and {further.kind_of(label).place()}"
-            raise DataError(f"{both}: rows of several sensors by both; save the rows of each to a file of its own")
-        columns, notes = with_sensor_names(layout.columns, label, first_values(own, kinds, label))
+            raise DataError(
+                f"{both}: rows of several sensors by both; save the rows of each to a file of its kind_text"
+            )
+        columns, notes = with_sensor_names(layout.columns, label, first_values(kind_text, kinds, label))
         named = replace(
             layout,
             columns=columns,

@@ -60,6 +60,7 @@ _RESTING = {
     "at_rest": "at rest",
     "partly_at_rest": "at rest in part",
     "not_at_rest": "not at rest",
+    "too_short_to_tell": "too short to tell whether at rest",
     "assumed": "taken as at rest",
 }
 
@@ -213,7 +214,11 @@ class Analysis(Tabular):
                 why = f" ({lost[0]})" if lost else ""
                 raise KeyError(f"no channel {channel!r}{why}; channels: {', '.join(known)}")
             return self.fits[channel]
-        why = "the sensor was not at rest" if self._moving else "the coefficients were read off: .read_off has them"
+        why = (
+            self.rest.reason
+            if self.rest is not None and self._moving
+            else "the coefficients were read off: .read_off has them"
+        )
         raise KeyError(f"no fit of {channel!r}: {why}")
 
     def __iter__(self) -> Iterator[str]:
@@ -329,7 +334,10 @@ class Analysis(Tabular):
 
     @property
     def _moving(self) -> bool:
-        return self.rest is not None and self.rest.verdict == "not_at_rest"
+        return self.rest is not None and not self.rest.is_usable
+
+    def _without_coefficients(self) -> str:
+        return f"{'not at rest' if self.rest is None else self.rest.reason or 'not at rest'}: no coefficients"
 
     def overview(self, *, width: int = 80, legend: bool = True) -> str:
         """One line on the record, and one row of main coefficients for each axis, as the command line prints them.
@@ -373,14 +381,14 @@ class Analysis(Tabular):
         return read_off_table({channel: self.read_off[channel] for channel in channels if channel in self.read_off})
 
     def legend(self) -> str:
-        """What the numbers of `sections` are; of a record that is not at rest, that there are none."""
+        """What the numbers of `sections` are; or why there are none."""
         if not self.fits and not self.read_off:
-            return "not at rest: no coefficients"
+            return self._without_coefficients()
         return fit_legend(self.fits, means=self.mean_stability) if self.fits else read_off_legend(self.read_off)
 
     def coefficients(self) -> str:
-        """The table of all coefficients without their legend; of a record that is not at rest, that there are none."""
-        return self._table([*self.curves]) or "not at rest: no coefficients"
+        """The table of all coefficients without their legend; or why there are none."""
+        return self._table([*self.curves]) or self._without_coefficients()
 
     def columns(self) -> dict[str, list[Any]]:
         """A row a channel and term, with how far to trust it; see `Tabular.columns`."""

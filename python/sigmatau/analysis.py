@@ -206,7 +206,7 @@ def analyze(
     resting = rest_of(record, threads=threads)
     record, told = at_rest_only(record, resting, assumed=at_rest)
     findings += told
-    moving = resting.verdict == "not_at_rest" and not at_rest
+    moving = not resting.is_usable and not at_rest
     bounded = {stream.name for stream in record.streams if _in_bounded_memory(stream, long, threads)}
     looked_at = LOOKED_AT_BOUNDED if bounded else LOOKED_AT
     if not moving or resting.unit_in_doubt:

@@ -1,11 +1,13 @@
 """Examples of findings for `test_words`."""
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest
+from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 
 CARRIED = Motion(channel="gyro_y", quantity="angular_rate", kind="varies", size=14.7, times=23000.0, tau=0.97)
 SHAKEN = Motion(channel="accel_x", quantity="acceleration", kind="varies", size=0.256, times=17.8, tau=0.5)
 TURNED = Motion(channel="gyro_z", quantity="angular_rate", kind="turns", size=0.785, times=2.25, tau=40.0)
+TILTED = Motion(channel="accel_x", quantity="acceleration", kind="tilts", size=0.31, times=3.6, tau=10.0)
+HELD = Motion(channel="gyro_y", quantity="angular_rate", kind="shakes", size=0.012, times=2.1, tau=0.05)
 
 
 def kept(stream, start, stop, left_out, share):
@@ -37,5 +39,9 @@ EXAMPLES = [
         ),
         "warning",
     ),
+    of(NotAtRest(motion=TILTED, duration=60.0)),
+    of(NotAtRest(motion=HELD, duration=20.0)),
+    of(TooShortToTell(duration=4.81, shortest=10.0)),
+    of(TooShortToTell(duration=4.81, shortest=10.0), "info"),
     of(AssumedAtRest(motion=TURNED), "info"),
 ]

@@ -46,8 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     -------
     int
         0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 3 a unit does not meet its
-        specification; 4 done with the readable part of a damaged file; 5 the sensor is not at rest; 130 interrupted; 143
-        terminated (SIGTERM).
+        specification; 4 done with the readable part of a damaged file; 5 the sensor is not at rest, or the
+        record too short to tell; 130 interrupted; 143 terminated (SIGTERM).
     """
     # The matrices are small: threads of BLAS would only wait for each other. Read when NumPy is first imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

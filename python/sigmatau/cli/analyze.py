@@ -57,7 +57,7 @@ from sigmatau.reporting.report import report as write_report
 _MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
 
 NOT_AT_REST = 5
-"""Exit code if the sensor is not at rest."""
+"""Exit code if the sensor is not at rest, or the record is too short to tell."""
 
 
 def analyze_command(
@@ -248,8 +248,8 @@ def _one(
         _print_result(analysis, outputs, settings, verbose=verbose, quiet=quiet)
     _write_outputs(attempts, analysis, record, outputs, quiet=quiet)
     code = exit_code(analysis.findings)
-    if code == NOT_AT_REST and exports.files:
-        say("nothing to export: the sensor is not at rest", quiet=quiet)
+    if code == NOT_AT_REST and exports.files and analysis.rest is not None:
+        say(f"nothing to export: {analysis.rest.reason}", quiet=quiet)
     else:
         exports.write(attempts, analysis, result=outputs.files["json"], quiet=quiet)
     if not (verbose or attempts.errors):

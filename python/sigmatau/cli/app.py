@@ -10,7 +10,7 @@ _EXIT_CODES = (
     "Exit codes: 0 done · 1 a file or its data cannot be used · 2 an option is wrong or missing"
     " · 3 a unit does not meet its specification (lot) · 4 done with the readable part of a damaged file, or some units"
     " of a lot are not judged (lot)"
-    " · 5 the sensor is not at rest, so that there are no coefficients (analyze)"
+    " · 5 the sensor is not at rest or the record too short to tell, so that there are no coefficients (analyze)"
     " · 130 interrupted · 143 terminated."
     " Tables and JSON go to standard output, messages to standard error."
 )

@@ -236,7 +236,7 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
             else:
                 value, unit = read.texts(term)[-1] if read is not None and term in read else ("", "")
             texts.append(f"{value} {unit}" if value else "")
-        without = "not at rest" if read is None else "read off"
+        without = analysis.rest.reason if read is None and analysis.rest else "read off"
         worth = without if fit is None else str(fit.trust)
         yield channel, length, rate, *texts, worth + (", DAMAGED" if damaged(analysis.findings) else "")
 

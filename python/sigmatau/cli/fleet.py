@@ -271,7 +271,7 @@ class _Tally:
         """One line: how many logs by outcome."""
         failed, moving, damaged = len(self.errors), self.codes[NOT_AT_REST], self.codes[4]
         texts = [f"{self.finished - failed} of {self.total} logs analysed"]
-        texts += [f"{moving} not at rest"] if moving else []
+        texts += [f"{moving} not at rest or too short to tell"] if moving else []
         texts += [f"{damaged} damaged and read in part"] if damaged else []
         texts += [f"{failed} failed"] if failed else []
         texts += [before] if before else []

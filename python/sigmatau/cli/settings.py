@@ -50,7 +50,7 @@ class Settings:
         commas between), or all. Default: none; they are treated as missing.
     at_rest
         Analyse motion, such as that of a turntable or a shaker, as noise. Default: a log that is partly at rest is cut to
-        its longest part at rest, and one that is not at rest gets no coefficients (exit code 5).
+        its longest part at rest, and one that is not at rest or too short to tell gets no coefficients (exit code 5).
     bandwidth
         Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. A finding then
         reports the random walk that aliasing adds. Default: unknown.

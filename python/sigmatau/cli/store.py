@@ -24,15 +24,26 @@ VARIABLE = "SIGMATAU_STORE"
 """Environment variable with the default of --store."""
 
 _MOST_PROBLEMS = 10  # files that are named on the screen
-_STATES = ("fitted", "not_fitted", "not_at_rest", "failed")
+_STATES = ("fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed")
 _SHOWN = {
-    "units": ("unit", "model", "runs", "fitted", "not_fitted", "not_at_rest", "failed", "first", "last"),
+    "units": (
+        "unit",
+        "model",
+        "runs",
+        "fitted",
+        "not_fitted",
+        "not_at_rest",
+        "too_short_to_tell",
+        "failed",
+        "first",
+        "last",
+    ),
     "runs": ("unit", "run", "recorded", "temperature", "duration", "state", "revision", "message"),
 }
 
 _TIMES = ("recorded", "first", "last")
 _KINDS = {  # of columns of Parquet; the others are text
-    "int64": ("id", "runs", "fitted", "not_fitted", "not_at_rest", "failed", "revision"),
+    "int64": ("id", "runs", "fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed", "revision"),
     "double": ("temperature", "duration", "value", "low", "high", "upper_limit", "level"),
     "bool": ("observed",),
 }
@@ -61,7 +72,7 @@ class Choice:
     until
         Only records before this time.
     state
-        Only runs in this state: fitted, not_fitted, not_at_rest, failed. May be repeated.
+        Only runs in this state: fitted, not_fitted, not_at_rest, too_short_to_tell, failed. May be repeated.
     temperature
         Only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
     """
@@ -70,9 +81,10 @@ class Choice:
     model: str | None = None
     since: str | None = None
     until: str | None = None
-    state: Annotated[list[Literal["fitted", "not_fitted", "not_at_rest", "failed"]] | None, Parameter(negative=())] = (
-        None
-    )
+    state: Annotated[
+        list[Literal["fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed"]] | None,
+        Parameter(negative=()),
+    ] = None
     temperature: Temperature = None
 
     def chosen(self, *, history: bool = False) -> Chosen:

@@ -85,7 +85,7 @@ def watch_command(
         End after this time without input, in seconds or with its unit, 10min. Default: at the end of the input or at Ctrl-C.
     at_rest
         Analyse motion as noise. Default: only the longest stretch at rest is analysed; a sensor that is not at rest gets no
-        coefficients (exit code 5).
+        coefficients (exit code 5), as samples that are too short to tell.
     plot
         Draw the final curves: .png, .svg or .pdf.
     json
@@ -201,7 +201,7 @@ class _Watched:
                 f"{self.name}: has {n} samples; at least {MIN_SAMPLES} are needed", need=MIN_SAMPLES, got=n
             )
         resting = self.stretches.rest()
-        moving = resting.verdict == "not_at_rest" and not self.at_rest
+        moving = not resting.is_usable and not self.at_rest
         found = of_curves(
             self._with_rate(self.stretches.sums).snapshot(),
             source=Provenance(path=self.name, format="live", rows=n),

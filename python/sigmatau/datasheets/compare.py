@@ -26,7 +26,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE
-from sigmatau.model.from_result import NOT_AT_REST, models_of, results_by_channel
+from sigmatau.model.from_result import WITHOUT_REST, models_of, results_by_channel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST
 from sigmatau.record.record import stream_name
@@ -168,8 +168,9 @@ def _models(
     if isinstance(result, Mapping):
         channels = results_by_channel(result)
     elif hasattr(result, "fits"):
-        if not result.fits and getattr(getattr(result, "rest", None), "verdict", "") == "not_at_rest":
-            raise DataError(NOT_AT_REST)
+        reason = WITHOUT_REST.get(getattr(getattr(result, "rest", None), "verdict", ""))
+        if not result.fits and reason:
+            raise DataError(reason)
         channels = {
             name: {"fit": fit.to_dict(), "quantity": fit.quantity, "curve": {"unit": fit.rate_unit}}
             for name, fit in result.fits.items()

@@ -18,7 +18,7 @@ Severity = Literal["info", "warning", "error"]
 Span = tuple[float, float]
 """Beginning and end, from the beginning of the whole record, whatever part is analysed; equal for an instant. [s]"""
 
-_MOVES = "not_at_rest"
+_WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors for which there are no coefficients
 _SEVERITIES: tuple[Severity, ...] = ("error", "warning", "info")
 _RANKED_TERMS = ("random_walk", "bias_instability", "rate_random_walk", "quantization", "rate_ramp")
 
@@ -201,9 +201,13 @@ def _effect(factor: float) -> float:
 def exit_code(findings: Iterable[Finding]) -> int:
     """Exit code of an analysis: 5 if the sensor is not at rest, else that of `damaged`."""
     told = tuple(findings)
-    return 5 if any(finding.code == _MOVES for finding in told) else damaged(told)
+    return 5 if any(one.code in _WITHOUT_REST and one.severity == "error" for one in told) else damaged(told)
 
 
 def damaged(findings: Iterable[Finding]) -> int:
     """Exit code of a command that has done what it could: 4 if rows of the data are missing or wrong, else 0."""
-    return 4 if any(one.severity == "error" and not one.channels and one.code != _MOVES for one in findings) else 0
+    return (
+        4
+        if any(one.severity == "error" and not one.channels and one.code not in _WITHOUT_REST for one in findings)
+        else 0
+    )

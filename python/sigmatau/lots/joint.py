@@ -132,8 +132,11 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
 
 
 def _why_not(analysis: Analysis) -> str:
-    moving = analysis.rest is not None and analysis.rest.verdict == "not_at_rest"
-    return "the sensor is not at rest" if moving else "it has too few samples"
+    if analysis.rest is None or analysis.rest.is_usable:
+        return "it has too few samples"
+    if analysis.rest.verdict == "not_at_rest":
+        return "the sensor is not at rest"
+    return "it is too short to tell rest from motion"
 
 
 def fit_analysed(

@@ -19,13 +19,13 @@ from sigmatau.lots.lot_judging import of_findings, of_verdict
 from sigmatau.lots.lot_others import beside_others, distributions_of
 from sigmatau.lots.lot_remark import CODES, Remark, State
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Settings
-from sigmatau.lots.lot_unit import UnitResult, content_of, not_at_rest, unit_of, without_result
+from sigmatau.lots.lot_unit import UnitResult, content_of, reason_without_rest, unit_of, without_result
 
 Undecided = Literal["not-judged", "pass", "fail"]
 FailOn = Literal["warning"]
 Result = Analysis | Mapping[str, Any] | str | Path | Exception
 
-_CAUSES = ("not_at_rest", "other_scale", "implausible_unit")
+_CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "implausible_unit")
 _OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` decides on
 
 
@@ -64,7 +64,7 @@ def examine(
         unit = unit_of(content)
         if path and not unit.path:
             unit = replace(unit, path=path)
-        if unit.error or not_at_rest(unit) or sheet is None:
+        if unit.error or reason_without_rest(unit) or sheet is None:
             return Examined(result=unit)
         verdict = compare_with(content, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias)
     except OptionError:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from sigmatau.datasheets.claims import Claim
 from sigmatau.datasheets.verdict import Judged, Verdict
 from sigmatau.lots.lot_remark import Remark
-from sigmatau.lots.lot_unit import UnitFinding, UnitResult, not_at_rest
+from sigmatau.lots.lot_unit import UnitFinding, UnitResult, reason_without_rest
 from sigmatau.model.file import NOT_ADEQUATE
 
 DEFECTS = ("spikes", "saturation", "dropout", "stuck_samples", "implausible_unit")
@@ -154,11 +154,11 @@ def _ratios(judged: Judged) -> Iterator[Remark]:
 
 def of_findings(unit: UnitResult) -> list[Remark]:
     """The warnings about a record, and the defects that the analysis could leave out; others as notes."""
-    moved = not_at_rest(unit)
-    found = [Remark(code="not_at_rest", kind="judging", text=moved)] if moved else []
+    reason = reason_without_rest(unit)
+    found = [Remark(code=unit.rest, kind="judging", text=reason)] if reason else []
     kinds: dict[tuple[str, str], list[UnitFinding]] = {}
     for one in unit.findings:
-        if one.code == "not_at_rest" and moved:
+        if one.code == unit.rest and reason:
             continue
         kinds.setdefault((one.code, one.severity), []).append(one)
     for (code, severity), alike in kinds.items():

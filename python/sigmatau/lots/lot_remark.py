@@ -73,6 +73,7 @@ CODES = {
     "not_measured": "a value or an axis of the specification is not in the result",
     "no_model": "no model fits a channel, so that its errors are unknown",
     "not_at_rest": "the sensor moved",
+    "too_short_to_tell": "the record is too short to tell rest from motion",
     "no_specification": "there is no specification",
     "implausible_value": "a value is far from what the specification states: a wrong unit, or another sensor",
     "other_scale": "all curves of a sensor are several times those of the lot: a wrong unit, or a bad unit",

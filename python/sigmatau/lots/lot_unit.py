@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sigmatau.analysed import Analysis
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
-from sigmatau.model.from_result import NOT_AT_REST
+from sigmatau.model.from_result import WITHOUT_REST
 from sigmatau.noise.terms import TERMS
 
 Floats = NDArray[np.float64]
@@ -196,10 +196,10 @@ def unit_of(content: Mapping[str, Any]) -> UnitResult:
     )
 
 
-def not_at_rest(unit: UnitResult) -> str:
-    """Why a unit has no coefficients, if it was not at rest; else empty."""
+def reason_without_rest(unit: UnitResult) -> str:
+    """Why a unit has no coefficients, if it was not at rest or its record is too short to tell; else empty."""
     has = any(channel.coefficients for channel in unit.channels.values())
-    return NOT_AT_REST if unit.rest == "not_at_rest" and not has else ""
+    return "" if has else WITHOUT_REST.get(unit.rest, "")
 
 
 def _channel(channel: Mapping[str, Any]) -> UnitChannel:

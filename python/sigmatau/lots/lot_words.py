@@ -103,6 +103,7 @@ _WORDS: Mapping[str, Callable[[Remark], str]] = {
     "not_measured": lambda one: f"{one.what or 'in the specification'}: not in the result",
     "no_model": lambda one: "no model fits, so that the errors are unknown",
     "not_at_rest": lambda one: one.text,
+    "too_short_to_tell": lambda one: one.text,
     "no_specification": lambda one: "no specification; give --spec SPEC.toml",
     "implausible_value": _implausible,
     "other_scale": _other_scale,

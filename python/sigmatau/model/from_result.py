@@ -17,9 +17,16 @@ from sigmatau.noise.resonance import folds
 from sigmatau.noise.terms import TERMS
 
 _QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whose coefficients have intervals
-NOT_AT_REST = (
-    "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
-)
+WITHOUT_REST = {
+    "not_at_rest": (
+        "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
+    ),
+    "too_short_to_tell": (
+        "the record is too short to tell rest from motion, so the result has no coefficients; record for longer, or run "
+        "sigmatau analyze --at-rest"
+    ),
+}
+"""Why a result has no coefficients, by its verdict about rest."""
 _FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
 _SCHEMAS = (1, 2)  # Forms of a result that are read
 _WITH_MODEL = (*_QUANTIFIED, "disturbed", "descriptive")  # Verdicts of a fit that has coefficients
@@ -58,8 +65,9 @@ def results_by_channel(content: Mapping[str, Any]) -> dict[str, Any]:
         raise DataError("this is not a result of sigmatau analyze: it has no channels")
     found = {str(name): channel for name, channel in channels.items()}
     rest = content.get("rest")
-    if isinstance(rest, Mapping) and rest.get("verdict") == "not_at_rest" and not any(map(_fitted, found.values())):
-        raise DataError(NOT_AT_REST)
+    reason = WITHOUT_REST.get(rest.get("verdict", "")) if isinstance(rest, Mapping) else None
+    if reason and not any(map(_fitted, found.values())):
+        raise DataError(reason)
     return found
 
 

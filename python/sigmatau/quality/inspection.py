@@ -100,7 +100,7 @@ def inspect(
     constant = [finding for stream in record.streams for finding in curve_checks.constant_channels(stream)]
     resting = rest(record)
     record, told = at_rest_only(record, resting, assumed=False)
-    if resting.verdict == "not_at_rest":
+    if not resting.is_usable:
         return replace(found, record=record, checks=(*left, *constant, *told))
     bounded = [s.name for s in record.streams if s.mask is None and not memory.fits(s, None)]
     try:

@@ -166,8 +166,7 @@ def _verdict(analysis: Analysis) -> str:
     inertial = any(curve.quantity in QUANTITIES for curve in analysis.curves.values())
     if analysis.rest is None or not inertial:
         return ""
-    moving = analysis.rest.verdict == "not_at_rest"
-    return "assumed" if moving and analysis.fits else analysis.rest.verdict
+    return "assumed" if not analysis.rest.is_usable and analysis.fits else analysis.rest.verdict
 
 
 def _told(finding: Finding) -> Told:

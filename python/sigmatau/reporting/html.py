@@ -8,7 +8,7 @@ from importlib import resources
 
 from sigmatau.reporting.content import Coefficients, Content, Told
 from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
-from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, trust_told
+from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFICIENTS, trust_told
 from sigmatau.results import two_digits
 
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
@@ -104,7 +104,7 @@ def _overview(content: Content) -> Markup:
             return element(
                 "p", "The coefficients were not fitted but read off the curves; see Coefficients.", class_="none"
             )
-        why = "the sensor is not at rest" if content.verdict == "not_at_rest" else "nothing was fitted"
+        why = WITHOUT_COEFFICIENTS.get(content.verdict, "nothing was fitted")
         return element("p", f"No coefficients: {why}.", class_="none")
     head, *rows = content.overview
     cells = [element("th", text, scope="col") for text in ("Axis", *head[1:-1], "Trust")]

@@ -25,7 +25,7 @@ from sigmatau.plot.stability import colour_limit
 from sigmatau.plot.svg import power
 from sigmatau.reporting.charts import unpacked
 from sigmatau.reporting.content import Coefficients, Content, Told
-from sigmatau.reporting.words import SEVERITIES, VERDICTS, trust_told
+from sigmatau.reporting.words import SEVERITIES, VERDICTS, WITHOUT_COEFFICIENTS, trust_told
 from sigmatau.results import printable
 
 _TEXT_WIDTH = 174.0  # of a page [mm]
@@ -142,8 +142,8 @@ def _overview(content: Content) -> dict[str, Any]:
 
 
 def _no_coefficients(content: Content) -> str:
-    if content.verdict == "not_at_rest":
-        return "No coefficients: the sensor is not at rest."
+    if content.verdict in WITHOUT_COEFFICIENTS:
+        return f"No coefficients: {WITHOUT_COEFFICIENTS[content.verdict]}."
     read = any(one.rows for one in content.coefficients)
     return "No coefficients were fitted; those read off the curves are below." if read else "No coefficients."
 

@@ -8,9 +8,16 @@ VERDICTS = {
     "at_rest": ("At rest", "good"),
     "partly_at_rest": ("At rest in part", "partial"),
     "not_at_rest": ("Not at rest", "poor"),
+    "too_short_to_tell": ("Too short to tell", "poor"),
     "assumed": ("Taken as at rest", "partial"),
 }
 """Of a record: what it is called, and the trust that its colour stands for."""
+
+WITHOUT_COEFFICIENTS = {
+    "not_at_rest": "the sensor is not at rest",
+    "too_short_to_tell": "the record is too short to tell rest from motion",
+}
+"""Why a record has no coefficients, by verdict."""
 
 TRUST = {
     "good": "intervals hold as they are",

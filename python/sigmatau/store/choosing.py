@@ -25,7 +25,7 @@ class Chosen:
         Names; a ``*`` in a name stands for any text. Default: all units.
     model : str or None
         Sensor model.
-    states : tuple of {"fitted", "not_fitted", "not_at_rest", "failed"}
+    states : tuple of {"fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed"}
         Default: all states.
     since, until : datetime or None
         Beginning of the record: from `since` to before `until`, UTC.

@@ -21,7 +21,7 @@ def units(chosen: Chosen | None) -> Select[Any]:
     return (
         select(
             unit.c.name.label("unit"), model.c.name.label("model"), func.count().label("runs"),
-            *(count(state) for state in ("fitted", "not_fitted", "not_at_rest", "failed")),
+            *(count(state) for state in ("fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed")),
             func.min(run.c.recorded).label("first"), func.max(run.c.recorded).label("last"),
         )
         .join_from(unit, run).outerjoin(model, unit.c.model_id == model.c.id)

@@ -29,7 +29,7 @@ _MOST_LETTERS = {"unit": 400, "model": 200, "run": 400, "channel": 100}
 _NUMBERS = struct.Struct("<ii5d")
 assert _NUMBERS.size == NUMBERS.itemsize
 
-State = Literal["fitted", "not_fitted", "not_at_rest", "failed"]
+State = Literal["fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed"]
 
 
 @frozen
@@ -271,7 +271,8 @@ def _state(result: Mapping[str, Any]) -> State:
     fits = [channel["fit"] for channel in result["channels"].values() if "fit" in channel]
     if any(fit.get("verdict") != "too_short" for fit in fits):
         return "fitted"
-    return "not_at_rest" if (result.get("rest") or {}).get("verdict") == "not_at_rest" else "not_fitted"
+    verdict = (result.get("rest") or {}).get("verdict")
+    return verdict if verdict in ("not_at_rest", "too_short_to_tell") else "not_fitted"
 
 
 def _name(text: str, of: str, *, needed: bool = True) -> str:

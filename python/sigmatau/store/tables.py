@@ -65,7 +65,7 @@ run: Table = Table(
     Column("recorded", DateTime),  # UTC; NULL if neither the log nor the user states it
     Column("temperature", Float),  # as the user states it [degC]
     Column("duration", Float),  # of the longest channel [s]
-    Column("state", String(20), nullable=False),  # fitted, not_fitted, not_at_rest, failed
+    Column("state", String(20), nullable=False),  # fitted, not_fitted, not_at_rest, too_short_to_tell, failed
     Column("message", Text, nullable=False),  # why it failed
     Column("version", String(40), nullable=False),  # of sigmatau
     Column("added", DateTime, nullable=False),  # UTC

@@ -83,6 +83,10 @@ def _row(period: InPeriod, size: float, *, signed: bool) -> tuple[str, ...]:
     return (*counts, middle, interval, two_digits(period.spread * factor) + percent, f"[{low}, {high}]{percent}")
 
 
+_WITHOUT_FIT = {
+    "not_at_rest": "not at rest: no coefficients",
+    "too_short_to_tell": "too short to tell rest from motion: no coefficients",
+}
 _WHAT = {"production": "between units", "ageing": "within units"}
 
 
@@ -120,11 +124,7 @@ def result_text(row: Mapping[str, Any], result: Mapping[str, Any]) -> str:
     return lines_text(
         [
             *lines,
-            *(
-                aligned(rows)
-                if len(rows) > 1
-                else ["not at rest: no coefficients" if row["state"] == "not_at_rest" else "no fit"]
-            ),
+            *(aligned(rows) if len(rows) > 1 else [_WITHOUT_FIT.get(row["state"], "no fit")]),
         ]
     )
 

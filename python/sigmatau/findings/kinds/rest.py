@@ -18,17 +18,20 @@ class Motion:
         That shows it.
     quantity : str
         Of the channel.
+    kind : {"varies", "turns", "tilts", "shakes"}
+        The mean varies; the mean rate is beyond any bias; the direction of gravity changes; tremor of a hand.
     size : float
-        Change of the mean from one averaging time to the next, or the mean rate. [SI unit]
+        Change of the mean from one averaging time to the next, mean rate, or root mean square of the tremor [SI unit]; angle
+        between the directions of gravity [rad].
     times : float
-        Size over that of the noise at rest, or over the largest bias. [1]
+        Size over that of the noise at rest, over the largest bias, or over the largest change that a bias makes. [1]
     tau : float
-        Averaging time. [s]
+        Averaging time, or half the period of the tremor. [s]
     """
 
     channel: str
     quantity: str
-    kind: Literal["varies", "turns"]
+    kind: Literal["varies", "turns", "tilts", "shakes"]
     size: float
     times: float
     tau: float
@@ -51,6 +54,24 @@ class NotAtRest(Details, code="not_at_rest", alters_all=True):
     motion: Motion
     duration: float
     still: tuple[Span, ...] = ()
+
+
+@frozen
+class TooShortToTell(Details, code="too_short_to_tell"):
+    """The record does not show motion, and is too short to show rest.
+
+    No coefficients are given, unless rest was assumed as requested: then the finding is an info.
+
+    Attributes
+    ----------
+    duration : float
+        Of the samples that are present. [s]
+    shortest : float
+        Shortest record that the test of rest can judge. [s]
+    """
+
+    duration: float
+    shortest: float
 
 
 @frozen

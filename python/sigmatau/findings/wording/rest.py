@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest
+from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.findings.wording.phrases import LONGEST, Words, clock, keep_option, number, percent, while_short
 from sigmatau.results import duration_text, two_digits
 
@@ -19,6 +19,11 @@ def _motion(motion: Motion) -> str:
     size = f"{number(factor * motion.size)} {unit}"
     if motion.kind == "turns":
         return f"{motion.channel} turns at {size}"
+    if motion.kind == "tilts":
+        angle = number(math.degrees(motion.size))
+        return f"gravity changes direction by {angle} deg in {two_digits(motion.tau)} s"
+    if motion.kind == "shakes":
+        return f"tremor of {size} at {number(0.5 / motion.tau)} Hz on all gyros"
     return f"{motion.channel} changes by {size} in {two_digits(motion.tau)} s"
 
 
@@ -29,6 +34,14 @@ def _not_at_rest(_: Finding, details: NotAtRest) -> Words:
         return Words(message, "Record the sensor at rest, or run with --at-rest to analyse the motion as noise")
     options = [f"{keep_option(span)} ({duration_text(span[1] - span[0])} at rest)" for span in details.still]
     return Words(message, while_short(f"Run with {options[0]}", options[1:], between=" or ", longest=LONGEST))
+
+
+def _too_short_to_tell(finding: Finding, details: TooShortToTell) -> Words:
+    got, need = duration_text(details.duration), duration_text(details.shortest)
+    if finding.severity == "info":
+        return Words(f"{got} are too short to tell rest from motion ({need} needed); analysed as at rest, as requested")
+    message = f"too short to tell rest from motion: {got}, {need} needed; no coefficients are given"
+    return Words(message, "Record for longer, or run with --at-rest if the sensor was at rest")
 
 
 def _partly_at_rest(_: Finding, details: PartlyAtRest) -> Words:
@@ -61,6 +74,7 @@ def _assumed_at_rest(_: Finding, details: AssumedAtRest) -> Words:
 
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     NotAtRest: _not_at_rest,
+    TooShortToTell: _too_short_to_tell,
     PartlyAtRest: _partly_at_rest,
     AssumedAtRest: _assumed_at_rest,
 }

@@ -11,28 +11,28 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.kinds.rest import Motion
 from sigmatau.quality.facts import in_threads
-from sigmatau.quality.samples.common import present, row_means
-from sigmatau.quality.samples.resolution import step_of
-from sigmatau.quality.samples.units import GRAVITY, GRAVITY_TOLERANCE
-from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
+from sigmatau.quality.samples.common import present
+from sigmatau.quality.samples.gravity_direction import gravity_tilts, measures_gravity
+from sigmatau.quality.samples.octave_means import (
+    FLOOR,
+    LEAST_DIFFERENCES,
+    NORMAL_MEDIAN,
+    OCTAVES,
+    SECOND,
+    SHORTEST,
+    OctaveMeans,
+)
+from sigmatau.quality.samples.tremor import shaken
+from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
-Counts = NDArray[np.int64]
-
-_SHORTEST, _OCTAVES = 1 / 16, 7  # averaging times: 1/16 s to 4 s
-_FLOOR = 2  # octave of the averaging time of the noise that motion is compared with, behind most filters: 1/4 s
-_SECOND = 4  # octave of 1 s
 _BLOCK, _MOST_BLOCKS = 40.0, 128  # least length of the blocks that are judged as a whole [s], and their number
-_FLOOR_BLOCKS, _FLOOR_SHARE = 10.0, 0.1  # blocks whose noise is compared [s], and the share that shows a quiet sensor
-_LEAST = 5  # second differences that a level can be taken from
 
 # √τ times the deviation of means beyond which a sensor moves, and the rise over the noise at shorter times that goes with
 # it: beyond the noise of all sensors a small rise, beyond that of most a large one. Studied in studies/rest.py. The noise of
@@ -42,7 +42,6 @@ _RISE, _RISE_OF_HIGH = 8.0, 1.6
 # The same over 2 s and 4 s, where vibration has averaged out: ten times the noise of any accelerometer, so that no rise is
 # asked for. Only where three axes measure gravity: a wrong unit would make noise as large.
 _LOUD, _LOUD_FROM = 0.1, 5  # [m/s^2/√Hz], octave
-_NORMAL_MEDIAN = 0.6745  # of absolute normal deviates
 _ERRORS = 3.0  # a level by the median of n differences is wrong by no more than so many times 1/√n
 
 # Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]
@@ -52,7 +51,12 @@ _LARGEST_BIAS = math.radians(20)
 # more than its noise that is. Steps and knocks of a table are less. [SI unit]
 _HANDLED = {"angular_rate": math.radians(1.0), "acceleration": 0.2}
 _HANDLED_RISE = 10.0
-_LEAST_HANDLED = 4  # seconds of motion that are more than a knock
+_LEAST_HANDLED = 4  # seconds of motion that are more than a knock; in a record shorter than a block, a knock is motion
+# Departure of the means of 1/8 s to 1 s from their median that no drift makes in a record shorter than a block: also at its
+# ends, where there are no second differences. Twice the change of the mean of a sensor that is handled. [SI unit]
+_DEPARTS = {quantity: 2 * limit for quantity, limit in _HANDLED.items()}
+_DEPARTS_FROM = 1  # octave of 1/8 s
+_LEAST_SECONDS = 2  # of a stream that is judged; one below 1 Hz has four samples in place of a second
 _GAP = 4  # seconds of rest between two motions that are not a stretch
 _TURNED = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}  # another position, after any motion
 _BESIDE = 5  # seconds before and after a motion that show the position
@@ -75,32 +79,43 @@ def moved(streams: Iterable[Stream], *, threads: int | None = None) -> Moved:
     than a moment or to another position. Of the rest, a block of 40 s or more moves, or the whole, if the median of its
     second differences is beyond noise at some averaging time.
     """
-    means = [one for stream in streams for one in _of_stream(stream, threads)]
+    by_stream = [_of_stream(stream, threads) for stream in streams]
+    means = [one for alike in by_stream for one in alike]
     handled = [_seconds(one) for one in means]
     gone = joined(span for one in handled for span in one.spans)
     for one in means:
         one.leave_out(gone)
-    found = [*handled, *map(_blocks, means)]
+    tilts = [tilt for alike in by_stream for tilt in gravity_tilts(alike)]
+    found = [*handled, *(Moved((span,), motion) for span, motion in tilts), *map(_blocks, means)]
+    if not any(one.spans for one in found) and (motion := shaken(means)) is not None:
+        whole = means[0].span(0.0, math.inf)
+        found.append(Moved((whole,), motion))
     strongest = max((one.motion for one in found if one.motion is not None), key=lambda one: one.times, default=None)
     return Moved(joined(span for one in found for span in one.spans), strongest)
 
 
-def _of_stream(stream: Stream, threads: int | None) -> Sequence[_Means]:
-    if stream.quantity not in _LEVELS or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
+def _of_stream(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
+    if stream.quantity not in _LEVELS:
         return ()
-    base = max(round(_SHORTEST / stream.grid.tau0), 1)
-    first = max(round(math.log2(base * stream.grid.tau0 / _SHORTEST)), 0)  # octave of the means of `base` samples
-    if first > _SECOND or stream.grid.n < _LEAST * base << (_SECOND - first):
+    if not _is_plausible(stream) and stream.samples.transforms[0].kind != "rate":
+        return ()  # rates over an interval that is wrong are wrong by as much
+    base = max(round(SHORTEST / stream.grid.tau0), 1)
+    first = max(round(math.log2(base * stream.grid.tau0 / SHORTEST)), 0)  # octave of the means of `base` samples
+    if stream.grid.n < _LEAST_SECONDS * base << max(SECOND - first, 2):
         return ()
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
     known = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
-    found = in_threads(lambda channel: _Means(stream, channel, base, first), known, threads)
+    found = in_threads(lambda channel: OctaveMeans(stream, channel, base, first), known, threads)
     means = [one for one in found.values() if one.floor > 0]  # a constant is not measured
-    if stream.quantity == "acceleration" and len(means) == len(stream.channels) == 3:
-        gravity = math.hypot(*(one.level for one in means))
-        for one in means:
-            one.loud = _LOUD if abs(gravity / GRAVITY - 1) < GRAVITY_TOLERANCE else math.inf
+    sure = measures_gravity(means, in_si=True)
+    for one in means:
+        one.unit_is_sure = sure
+        one.limit_floor()
     return means
+
+
+def _is_plausible(stream: Stream) -> bool:
+    return PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
 
 
 def joined(spans: Iterable[Span], gap: float = _GAP) -> tuple[Span, ...]:
@@ -114,95 +129,10 @@ def joined(spans: Iterable[Span], gap: float = _GAP) -> tuple[Span, ...]:
     return tuple(united)
 
 
-class _Means:
-    """The means of a channel by octaves of averaging time, and the noise that they have at rest."""
-
-    def __init__(self, stream: Stream, channel: str, base: int, first: int) -> None:
-        self.stream, self.channel, self.first = stream, channel, first
-        self.quantity = stream.quantity
-        self.shortest = base * stream.grid.tau0
-        means = _means(stream, channel, base)
-        self.by_octave: dict[int, Floats] = {}
-        for octave in range(first, _OCTAVES):
-            self.by_octave[octave] = means
-            means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
-        self.step = step_of(stream, channel) or 0.0
-        self.floor = self._floor()
-        self.loud = math.inf  # √τ times the deviation of means that no sensor at rest has, where the unit is sure
-
-    @property
-    def level(self) -> float:
-        """Mean of the channel."""
-        known = present(self.by_octave[_SECOND])
-        return float(known.mean()) if len(known) else 0.0
-
-    def tau(self, octave: int) -> float:
-        """Averaging time of an octave. [s]"""
-        return self.shortest * 2.0 ** (octave - self.first)
-
-    def differences(self, octave: int, start: float = 0.0, stop: float = math.inf) -> Floats:
-        """Second differences of a stretch, as standard deviations of one mean."""
-        tau = self.tau(octave)
-        x = self.by_octave[octave]
-        x = x[round(start / tau) : min(round(min(stop / tau, len(x))), len(x))]
-        return np.asarray(np.abs(x[:-2] - 2 * x[1:-1] + x[2:]) / math.sqrt(6))
-
-    def reach(self, limit: float, edges: Floats) -> Bools:
-        """Whether medians between edges may reach a level at some averaging time, by counts of second differences."""
-        start, stop = edges[:-1], edges[1:]
-        found = np.zeros(len(start), dtype=bool)
-        for octave in self.by_octave:
-            tau, d = self.tau(octave), self.differences(octave)
-            known, above = _before(~np.isnan(d)), _before(d > _NORMAL_MEDIAN * limit / math.sqrt(tau))
-            n = len(known) + 1
-            a = np.rint(start / tau).astype(int)
-            b = np.minimum(np.rint(np.minimum(stop / tau, n)).astype(int), n) - 2
-            some = np.flatnonzero(b > a)
-            a, b = a[some], b[some]
-            found[some[2 * (above[b] - above[a]) >= known[b] - known[a]]] = True
-        return found
-
-    def _floor(self) -> float:
-        """√τ times the deviation of means in the quiet parts of the record, with what rounding makes. [unit/√Hz]"""
-        octave = max(_FLOOR, self.first)
-        d, tau = self.differences(octave), self.tau(octave)
-        size = min(max(round(_FLOOR_BLOCKS / tau), _LEAST), max(len(d), 1))
-        level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
-        quiet = float(np.quantile(level, _FLOOR_SHARE)) * tau if len(level) else 0.0
-        return math.sqrt(quiet + self.step**2 / 12 * self.stream.grid.tau0)
-
-    def span(self, start: float, stop: float) -> Span:
-        """A stretch from the first sample on as one of the log."""
-        lead, length = self.stream.grid.lead, self.stream.grid.duration
-        return lead + max(start, 0.0), lead + min(stop, length)
-
-    def leave_out(self, spans: Iterable[Span]) -> None:
-        """Take the means of some stretches of the log for missing."""
-        lead = self.stream.grid.lead
-        for octave, x in self.by_octave.items():
-            tau = self.tau(octave)
-            for start, stop in spans:
-                x[max(math.floor((start - lead) / tau), 0) : max(math.ceil((stop - lead) / tau), 0)] = np.nan
-
-    def motion(self, kind: Literal["varies", "turns"], size: float, times: float, tau: float) -> Motion:
-        return Motion(channel=self.channel, quantity=self.quantity, kind=kind, size=size, times=times, tau=tau)
-
-
-def _before(flags: Bools) -> Counts:
-    before = np.zeros(len(flags) + 1, dtype=np.int64)
-    np.cumsum(flags, out=before[1:])
-    return before
-
-
-def _means(stream: Stream, channel: str, base: int) -> Floats:
-    c, n = stream.channels.index(channel), stream.grid.n // base * base
-    many = max(CHUNK // base, 1) * base
-    parts = [row_means(stream.samples.read(c, a, min(a + many, n)).reshape(-1, base)) for a in range(0, n, many)]
-    return np.concatenate(parts)
-
-
-def _blocks(found: _Means) -> Moved:
-    """Blocks that move, and the whole if those that are left move together."""
+def _blocks(found: OctaveMeans) -> Moved:
+    """Blocks that move, and the whole if those that are left move together; drifts are not white over longer means."""
+    if found.slow:
+        return Moved((), None)
     length = min(max(round(found.stream.grid.duration / _BLOCK), 1), _MOST_BLOCKS)
     block = found.stream.grid.duration / length
     spans: list[Span] = []
@@ -221,42 +151,42 @@ def _blocks(found: _Means) -> Moved:
     return Moved(tuple(spans), max(motions, key=lambda one: one.times, default=None))
 
 
-def _may_move(found: _Means, edges: Floats) -> Bools:
+def _may_move(found: OctaveMeans, edges: Floats) -> Bools:
     """Whether stretches between edges reach the level that both conditions of `_judged` need."""
     limit, high_limit = _LEVELS[found.quantity]
     return found.reach(min(high_limit, max(limit, _RISE * found.floor)), edges)
 
 
-def _judged(found: _Means, start: float, stop: float) -> Motion | None:
+def _judged(found: OctaveMeans, start: float, stop: float) -> Motion | None:
     """The strongest motion by the median of second differences; None at rest."""
     limit, high_limit = _LEVELS[found.quantity]
     lowest = math.inf
     motions: list[Motion] = []
-    for octave in range(found.first, _OCTAVES):
+    for octave in range(found.first, OCTAVES):
         tau = found.tau(octave)
         inside = present(found.differences(octave, start, stop))
-        if len(inside) < _LEAST:
+        if len(inside) < LEAST_DIFFERENCES:
             break
         usual = median(inside)
-        level = usual / _NORMAL_MEDIAN * math.sqrt(tau)
+        level = usual / NORMAL_MEDIAN * math.sqrt(tau)
         times = level / found.floor if found.floor > 0 else math.inf
         sure = level * (1 - _ERRORS / math.sqrt(len(inside)))
         high = level > high_limit and sure > _RISE_OF_HIGH * lowest
-        risen = octave > _FLOOR and level > limit and times > _RISE
-        loud = octave >= _LOUD_FROM and sure > found.loud
+        risen = octave > FLOOR and level > limit and times > _RISE
+        loud = found.unit_is_sure and octave >= _LOUD_FROM and sure > _LOUD
         if usual > _STEPS * found.step and (high or risen or loud):
-            motions.append(found.motion("varies", usual / _NORMAL_MEDIAN, max(times, level / limit), tau))
+            motions.append(found.motion("varies", usual / NORMAL_MEDIAN, max(times, level / limit), tau))
         lowest = min(lowest, level)
     return max(motions, key=lambda one: one.times, default=None)
 
 
-def _seconds(found: _Means) -> Moved:
+def _seconds(found: OctaveMeans) -> Moved:
     """Stretches of seconds in which the sensor is handled."""
     limit = _HANDLED[found.quantity]
-    second = found.by_octave[_SECOND]
-    size, n = found.tau(_SECOND), len(second)
+    second = found.by_octave[found.second]
+    size, n = found.tau(found.second), len(second)
     largest = np.zeros(n)
-    for octave in range(max(_FLOOR, found.first), _SECOND + 1):
+    for octave in range(max(FLOOR, found.first), found.second + 1):
         d = np.nan_to_num(found.differences(octave))
         tau = found.tau(octave)
         beyond = np.where(
@@ -264,13 +194,17 @@ def _seconds(found: _Means) -> Moved:
         )
         at = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
         np.maximum.at(largest, at, beyond)
+    is_short = found.stream.grid.duration < _BLOCK and not found.slow
+    if is_short:
+        _raise_by_departures(found, largest)
     turning = np.abs(np.nan_to_num(second)) if found.quantity == "angular_rate" else np.zeros(n)
     turning[turning < max(_LARGEST_BIAS, _HANDLED_RISE * found.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
+    least = 1 if is_short else _LEAST_HANDLED
     spans: list[Span] = []
     strongest: Motion | None = None
     for a, b in _groups(flagged):
-        if np.count_nonzero(flagged[a:b]) < _LEAST_HANDLED and not _turned(found, second, a, b):
+        if np.count_nonzero(flagged[a:b]) < least and not _turned(found, second, a, b):
             continue
         spans.append(found.span((a - 1) * size, (b + 1) * size))
         amount, rate = float(largest[a:b].max()), float(turning[a:b].max())
@@ -281,6 +215,17 @@ def _seconds(found: _Means) -> Moved:
     return Moved(tuple(spans), strongest)
 
 
+def _raise_by_departures(found: OctaveMeans, largest: Floats) -> None:
+    """Raise the largest change of each second of a short record to the departure of its means from their median."""
+    n, size = len(largest), found.tau(found.second)
+    for octave in range(max(_DEPARTS_FROM, found.first), found.second + 1):
+        x, tau = found.by_octave[octave], found.tau(octave)
+        away = np.nan_to_num(np.abs(x - median(present(x))))
+        limit = max(_DEPARTS[found.quantity], _HANDLED_RISE * found.floor / math.sqrt(tau), _STEPS * found.step)
+        at = np.minimum((np.arange(len(x)) * tau / size).astype(int), n - 1)
+        np.maximum.at(largest, at, np.where(away > limit, away, 0.0))
+
+
 def _groups(flagged: Bools) -> Sequence[tuple[int, int]]:
     at = np.flatnonzero(flagged)
     if not len(at):
@@ -289,7 +234,7 @@ def _groups(flagged: Bools) -> Sequence[tuple[int, int]]:
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
-def _turned(found: _Means, second: Floats, a: int, b: int) -> bool:
+def _turned(found: OctaveMeans, second: Floats, a: int, b: int) -> bool:
     """Whether the sensor has another position after the seconds a to b: by gravity, or by the angle turned."""
     before, after = (
         present(part) for part in (second[max(a - 1 - _BESIDE, 0) : max(a - 1, 0)], second[b + 1 : b + 1 + _BESIDE])
@@ -300,4 +245,4 @@ def _turned(found: _Means, second: Floats, a: int, b: int) -> bool:
     if found.quantity == "acceleration":
         return abs(levels[1] - levels[0]) > _TURNED["acceleration"]
     inside = present(second[max(a - 1, 0) : b + 1]) - sum(levels) / 2
-    return abs(float(inside.sum())) * found.tau(_SECOND) > _TURNED["angular_rate"]
+    return abs(float(inside.sum())) * found.tau(found.second) > _TURNED["angular_rate"]

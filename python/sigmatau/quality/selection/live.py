@@ -10,13 +10,14 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest
+from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.quality.selection.rest import LITTLE, Rest, partly, rest
+from sigmatau.quality.selection.shortest import is_too_short, shortest_of
 from sigmatau.record.record import MIN_SAMPLES, Record, stream_name
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
 _BLOCK, _LEAST_BLOCK, _MOST_BLOCK = 30.0, 64, 1 << 18  # judged at a time, beside one before and one behind [s], samples
-_SENSORS = ("gyro", "accel")
+_SENSORS = {"gyro": "angular_rate", "accel": "acceleration"}
 
 
 class LiveStretches:
@@ -106,6 +107,9 @@ class LiveStretches:
         still = tuple((a, b) for a, b, moves in spans if not moves)
         length = spans[-1][1] if spans else 0.0
         if self.motion is None:
+            shortest = shortest_of((_SENSORS.get(stream_name(one), "") for one in self.channels), 1 / self.rate)
+            if is_too_short(length, shortest):
+                return Rest(verdict="too_short_to_tell", still=(), duration=length, shortest=shortest)
             return Rest(verdict="at_rest", still=((0.0, length),))
         verdict: Literal["partly_at_rest", "not_at_rest"] = "partly_at_rest" if partly(still, length) else "not_at_rest"
         return Rest(verdict=verdict, still=still, motion=self.motion)
@@ -113,6 +117,9 @@ class LiveStretches:
     def findings(self) -> list[Finding]:
         """What to say of motion: nothing at rest."""
         found = self.rest()
+        if found.verdict == "too_short_to_tell":
+            short = TooShortToTell(duration=found.duration, shortest=found.shortest)
+            return [Finding(details=short, severity="info" if self.assumed else "error")]
         if found.motion is None:
             return []
         if self.assumed:

@@ -1,4 +1,4 @@
-"""The verdict on a record: at rest, partly at rest, not at rest; and the part of it that is analysed.
+"""The verdict on a record: at rest, partly at rest, not at rest, too short to tell; and the part that is analysed.
 
 A record at rest for a part is cut to the longest stretch at rest. Where a sensor has the same level before and after a
 motion, within what its own drift makes, only the motion is left out: its samples are taken for missing.
@@ -6,6 +6,7 @@ motion, within what its own drift makes, only the motion is left out: its sample
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -14,15 +15,18 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Span, plain
-from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest
+from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.disturbances import without
 from sigmatau.quality.samples.masking import mask_of, masked
 from sigmatau.quality.samples.stillness import moved
+from sigmatau.quality.selection.shortest import is_too_short, judged_length, shortest_record
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 
-Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest"]
+Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest", "too_short_to_tell"]
+
+_REASONS = {"not_at_rest": "not at rest", "too_short_to_tell": "too short to tell rest from motion"}
 
 _LEAST_STILL = 20.0  # shortest stretch at rest worth an analysis [s]
 _LEAST_SHARE = 0.25  # part of the record that the longest stretch has, for the record to be partly at rest
@@ -41,16 +45,32 @@ class Rest:
 
     Attributes
     ----------
-    verdict : {"at_rest", "partly_at_rest", "not_at_rest"}
+    verdict : {"at_rest", "partly_at_rest", "not_at_rest", "too_short_to_tell"}
     still : tuple of (float, float)
         Stretches at rest of 20 s or longer, in order of time, from the beginning of the whole record. [s]
     motion : Motion or None
         The strongest motion; None at rest.
+    duration : float
+        Of the samples that were judged. [s]
+    shortest : float
+        Shortest record that the test can judge. [s]
     """
 
     verdict: Verdict
     still: tuple[Span, ...]
     motion: Motion | None = None
+    duration: float = math.inf
+    shortest: float = 0.0
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether the record, or a part of it, is at rest, so that there are coefficients."""
+        return self.verdict in ("at_rest", "partly_at_rest")
+
+    @property
+    def reason(self) -> str:
+        """Why there are no coefficients: not at rest, or too short to tell; empty if there are."""
+        return _REASONS.get(self.verdict, "")
 
     @property
     def unit_in_doubt(self) -> bool:
@@ -63,6 +83,7 @@ class Rest:
             "verdict": self.verdict,
             "still_s": [list(span) for span in self.still],
             "motion": plain(self.motion),
+            **({"shortest_s": self.shortest} if self.verdict == "too_short_to_tell" else {}),
         }
 
 
@@ -83,6 +104,9 @@ def rest(record: Record, *, threads: int | None = None) -> Rest:
         found = moved(map(_without_faults, record.streams), threads=threads)
     spans, motion = found.spans, found.motion
     if motion is None:
+        duration, shortest = judged_length(record.streams), shortest_record(record.streams)
+        if is_too_short(duration, shortest):
+            return Rest(verdict="too_short_to_tell", still=(), duration=duration, shortest=shortest)
         return Rest(verdict="at_rest", still=((begins, ends),))
     edges = [begins, *(edge for span in spans for edge in span), ends]
     between = zip(edges[::2], edges[1::2], strict=True)
@@ -107,6 +131,9 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
     assumed : bool
         Whether the record is analysed as it is, whatever the verdict.
     """
+    if found.verdict == "too_short_to_tell":
+        details_of_length = TooShortToTell(duration=found.duration, shortest=found.shortest)
+        return record, [Finding(details=details_of_length, severity="info" if assumed else "error")]
     if found.motion is None:
         return record, []
     if assumed:

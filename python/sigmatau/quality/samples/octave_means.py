@@ -1,0 +1,160 @@
+"""The means of a channel by octaves of averaging time, and the noise that they have at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.arrays import Bools, Floats, median
+from sigmatau.findings.finding import Span
+from sigmatau.findings.kinds.rest import Motion
+from sigmatau.quality.samples.common import present, row_means
+from sigmatau.quality.samples.resolution import step_of
+from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
+
+Counts = NDArray[np.int64]
+
+SHORTEST, OCTAVES = 1 / 16, 7  # averaging times: 1/16 s to 4 s
+FLOOR = 2  # octave of the averaging time of the noise that motion is compared with, behind most filters: 1/4 s
+SECOND = 4  # octave of 1 s
+NORMAL_MEDIAN = 0.6745  # of absolute normal deviates
+LEAST_DIFFERENCES = 5  # second differences that a level can be taken from
+
+# Blocks whose noise is compared [s], the share of them that shows a quiet sensor, and their least number for that share.
+_FLOOR_BLOCKS, _FLOOR_SHARE, _LEAST_FLOOR_BLOCKS = 10.0, 0.1, 10
+# White noise of the noisiest sensors for sale, see `units`: first MEMS gyros, consumer accelerometers. [SI unit/√Hz]
+NOISIEST = {"angular_rate": math.radians(0.1), "acceleration": 0.015}
+# Correlation of neighbouring means of 1/4 s that white noise does not reach: so many standard errors, but no less than this.
+_CORRELATED_ERRORS, _CORRELATED = 3.0, 0.3
+_CORRELATED_MEANS = 20  # of a stretch of 5 s, over which drifts are small beside the noise of means of 1/4 s
+# Octaves above the samples of a stream that is too slow for means of a second: these last as many samples.
+_SLOW_OCTAVES, _SLOW_SECOND = 5, 2
+
+
+class OctaveMeans:
+    """The means of a channel by octaves of averaging time, and the noise that they have at rest.
+
+    The octaves of a stream below 1 Hz begin at its samples, and its "second" lasts four of them.
+    """
+
+    def __init__(self, stream: Stream, channel: str, base: int, first: int) -> None:
+        self.stream, self.channel, self.first = stream, channel, first
+        self.quantity = stream.quantity
+        self.shortest = base * stream.grid.tau0
+        self.slow = first > SECOND or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
+        self.second = first + _SLOW_SECOND if self.slow else SECOND
+        means = _means(stream, channel, base)
+        self.by_octave: dict[int, Floats] = {}
+        for octave in range(first, first + _SLOW_OCTAVES if self.slow else OCTAVES):
+            self.by_octave[octave] = means
+            means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
+        self.step = step_of(stream, channel) or 0.0
+        self.floor = self._floor()
+        self.unit_is_sure = False  # whether gravity shows it
+
+    @property
+    def level(self) -> float:
+        """Mean of the channel."""
+        means = present(self.by_octave[self.second])
+        return float(means.mean()) if len(means) else 0.0
+
+    def tau(self, octave: int) -> float:
+        """Averaging time of an octave. [s]"""
+        return self.shortest * 2.0 ** (octave - self.first)
+
+    def differences(self, octave: int, start: float = 0.0, stop: float = math.inf) -> Floats:
+        """Second differences of a stretch, as standard deviations of one mean."""
+        tau = self.tau(octave)
+        x = self.by_octave[octave]
+        x = x[round(start / tau) : min(round(min(stop / tau, len(x))), len(x))]
+        return np.asarray(np.abs(x[:-2] - 2 * x[1:-1] + x[2:]) / math.sqrt(6))
+
+    def median_level(self, octave: int, start: float = 0.0, stop: float = math.inf) -> float:
+        """√τ times the deviation of means of a stretch by the median; NaN for too few. [unit/√Hz]"""
+        d = present(self.differences(octave, start, stop))
+        return median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave)) if len(d) >= LEAST_DIFFERENCES else math.nan
+
+    def reach(self, limit: float, edges: Floats) -> Bools:
+        """Whether medians between edges may reach a level at some averaging time, by counts of second differences."""
+        start, stop = edges[:-1], edges[1:]
+        reached = np.zeros(len(start), dtype=bool)
+        for octave in self.by_octave:
+            tau, d = self.tau(octave), self.differences(octave)
+            known, above = _before(~np.isnan(d)), _before(d > NORMAL_MEDIAN * limit / math.sqrt(tau))
+            n = len(known) + 1
+            a = np.rint(start / tau).astype(int)
+            b = np.minimum(np.rint(np.minimum(stop / tau, n)).astype(int), n) - 2
+            some = np.flatnonzero(b > a)
+            a, b = a[some], b[some]
+            reached[some[2 * (above[b] - above[a]) >= known[b] - known[a]]] = True
+        return reached
+
+    def _floor(self) -> float:
+        """√τ times the deviation of means in the quiet parts of the record, with what rounding makes. [unit/√Hz]
+
+        A short record has no quiet tenth: the medians of its second differences leave a moment of motion out.
+        """
+        octave = max(FLOOR, self.first)
+        d, tau = self.differences(octave), self.tau(octave)
+        size = min(max(round(_FLOOR_BLOCKS / tau), LEAST_DIFFERENCES), max(len(d), 1))
+        level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
+        quiet = float(np.quantile(level, _FLOOR_SHARE)) * tau if len(level) else 0.0
+        if len(level) < _LEAST_FLOOR_BLOCKS:
+            medians = [self.median_level(k) ** 2 for k in range(self.first, octave + 1)]
+            quiet = min([quiet, *(m for m in medians if math.isfinite(m))])
+        return math.sqrt(quiet + self.step**2 / 12 * self.stream.grid.tau0)
+
+    def limit_floor(self) -> None:
+        """Take noise beyond that of any sensor for motion, unless it is white: then the unit is wrong."""
+        noisiest = NOISIEST[self.quantity]
+        if self.floor > noisiest and (self.quantity == "angular_rate" or self.unit_is_sure) and not self._is_white():
+            self.floor = noisiest
+
+    def _is_white(self) -> bool:
+        """Whether neighbouring means of 1/4 s are not correlated, within stretches that no drift moves."""
+        x = self.by_octave[max(FLOOR, self.first)]
+        size = min(_CORRELATED_MEANS, len(x))
+        if size < LEAST_DIFFERENCES:
+            return True
+        rows = x[: len(x) // size * size].reshape(-1, size)
+        rows = rows - row_means(rows, least=0.0)[:, None]
+        power, pairs = present((rows * rows).ravel()), present((rows[:, 1:] * rows[:, :-1]).ravel())
+        total = float(power.sum())
+        correlation = float(pairs.sum()) / total if total > 0 else 0.0
+        return correlation < max(_CORRELATED, _CORRELATED_ERRORS / math.sqrt(max(len(pairs), 1)))
+
+    def span(self, start: float, stop: float) -> Span:
+        """A stretch from the first sample on as one of the log."""
+        lead, length = self.stream.grid.lead, self.stream.grid.duration
+        return lead + max(start, 0.0), lead + min(stop, length)
+
+    def leave_out(self, spans: Iterable[Span]) -> None:
+        """Take the means of some stretches of the log for missing."""
+        lead = self.stream.grid.lead
+        for octave, x in self.by_octave.items():
+            tau = self.tau(octave)
+            for start, stop in spans:
+                x[max(math.floor((start - lead) / tau), 0) : max(math.ceil((stop - lead) / tau), 0)] = np.nan
+
+    def motion(
+        self, kind: Literal["varies", "turns", "tilts", "shakes"], size: float, times: float, tau: float
+    ) -> Motion:
+        """A motion of this channel."""
+        return Motion(channel=self.channel, quantity=self.quantity, kind=kind, size=size, times=times, tau=tau)
+
+
+def _before(flags: Bools) -> Counts:
+    before = np.zeros(len(flags) + 1, dtype=np.int64)
+    np.cumsum(flags, out=before[1:])
+    return before
+
+
+def _means(stream: Stream, channel: str, base: int) -> Floats:
+    c, n = stream.channels.index(channel), stream.grid.n // base * base
+    many = max(CHUNK // base, 1) * base
+    parts = [row_means(stream.samples.read(c, a, min(a + many, n)).reshape(-1, base)) for a in range(0, n, many)]
+    return np.concatenate(parts)

@@ -1,0 +1,105 @@
+"""Shaking of a whole sensor: noise of all axes beyond that of any sensor, and the tremor of a hand."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from sigmatau.findings.kinds.rest import Motion
+from sigmatau.quality.samples.common import sample_of
+from sigmatau.quality.samples.octave_means import NOISIEST, SECOND, OctaveMeans
+
+# Means of 1/4 s and 1/2 s: fast vibration has averaged out, and a short record has enough of them.
+_OCTAVES = (SECOND - 2, SECOND - 1)
+_LEAST_AXES, _LEAST_SHARE = 2, 0.5  # axes, and the share of the noise of the noisiest sensor that each has
+
+# Bands of a density of noise [Hz]: below the tremor of a hand, of the tremor, and above it. The tremor of hands is at 8 to
+# 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins University Press, 1990.
+_BELOW, _TREMOR, _ABOVE = (2.5, 6.5), (7.5, 12.5), (15.0, 40.0)
+_SEGMENT = 2.0  # length of the periodograms [s]
+# Least ratios of the density in the band of tremor to those below and above it. A low-pass filter makes the second one, and
+# not the first; five periodograms of a record of 10 s scatter by 22 % in the first. Studied in studies/rest.py.
+_OVER_BELOW, _OVER_ABOVE = 1.6, 1.6
+_LOOKED_AT = 1 << 17
+# Parts of a record, and ratio of their levels that white noise does not reach: in a record of 10 s a level by the median of
+# 40 differences scatters by 15 %.
+_PARTS, _UNSTEADY = 4, 2.0
+_LN2 = math.log(2.0)  # median of the normalised periodogram of noise
+
+
+def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
+    """The motion of a sensor whose axes all have noise beyond that of any sensor, and a cause other than a wrong unit.
+
+    Accelerometers that measure gravity in the stated unit and are as noisy exclude a wrong unit; so does a tremor, and noise
+    that grows or fades within the record.
+    """
+    gyros = [one for one in means if one.quantity == "angular_rate" and not one.slow]
+    loud = _loud_motion(gyros)
+    if loud is None:
+        return None
+    accelerometers = [one for one in means if one.unit_is_sure and not one.slow]
+    if _loud_motion(accelerometers) is not None or all(map(_is_unsteady, gyros)):
+        return loud
+    return _tremor(gyros)
+
+
+def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
+    """The noise of the loudest axis, if all axes are beyond the noise of any sensor."""
+    if len(means) < _LEAST_AXES:
+        return None
+    levels = [_level(one) for one in means]
+    noisiest = NOISIEST[means[0].quantity]
+    if not (min(levels) > _LEAST_SHARE * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))):
+        return None
+    loudest, level = max(zip(means, levels, strict=True), key=lambda pair: pair[1])
+    tau = loudest.tau(max(_OCTAVES[-1], loudest.first))
+    return loudest.motion("varies", level / math.sqrt(tau), level / noisiest, tau)
+
+
+def _level(means: OctaveMeans) -> float:
+    """Root mean square of √τ times the deviation of means; NaN for too few. [unit/√Hz]"""
+    levels = [means.median_level(max(octave, means.first)) for octave in _OCTAVES]
+    return math.sqrt(sum(level * level for level in levels) / len(levels))
+
+
+def _is_unsteady(means: OctaveMeans) -> bool:
+    """Whether the noise of the shortest means differs between parts of the record by more than that of a sensor."""
+    edges = np.linspace(0.0, means.stream.grid.duration, _PARTS + 1)
+    levels = [means.median_level(means.first, a, b) for a, b in itertools.pairwise(edges.tolist())]
+    return max(levels) > _UNSTEADY * min(levels)
+
+
+def _tremor(gyros: Sequence[OctaveMeans]) -> Motion | None:
+    """The strongest tremor, if all axes have it."""
+    motions = [_axis_tremor(one) for one in gyros]
+    if any(motion is None for motion in motions):
+        return None
+    return max((motion for motion in motions if motion is not None), key=lambda motion: motion.times)
+
+
+def _axis_tremor(gyro: OctaveMeans) -> Motion | None:
+    """The tremor of an axis: noise at 8 to 12 Hz that exceeds the noise below and above."""
+    stream = gyro.stream
+    rate = stream.grid.rate
+    size = round(_SEGMENT * rate)
+    x = sample_of(stream, gyro.channel, most=_LOOKED_AT)
+    rows = x[: len(x) // size * size].reshape(-1, size)
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if rate / 2 < _ABOVE[0] or not len(rows):
+        return None
+    taper = np.hanning(size)
+    power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2
+    density = np.median(power, axis=0) / _LN2 / rate / float(taper @ taper)  # two-sided
+    f = np.arange(len(density)) / _SEGMENT
+    below, tremor, above = (
+        float(np.mean(density[(f >= low) & (f <= min(high, 0.45 * rate))])) for low, high in (_BELOW, _TREMOR, _ABOVE)
+    )
+    noisiest = NOISIEST["angular_rate"]
+    if tremor > max(_OVER_BELOW * below, _OVER_ABOVE * above, noisiest**2):
+        width = _TREMOR[1] - _TREMOR[0]
+        size_rms = math.sqrt(2 * tremor * width)
+        return gyro.motion("shakes", size_rms, math.sqrt(tremor) / noisiest, 2 / sum(_TREMOR))
+    return None

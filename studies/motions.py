@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import sigmatau as st
 
-__all__ = ["GRADES", "KINDS", "handled", "moving", "sensed"]
+__all__ = ["GRADES", "KINDS", "handled", "held", "moving", "sensed"]
 
 Floats = NDArray[np.float64]
 Generator = np.random.Generator
@@ -200,13 +200,31 @@ def sensed(
     return st.Record.from_arrays(rate=rate, **columns)
 
 
-def moving(seed: int, kind: str, *, sensors: str = "both") -> st.Record:
-    """A record of 1 to 10 min at 50 to 200 Hz of a sensor of either grade that moves all the time."""
+def moving(
+    seed: int, kind: str, *, sensors: str = "both", rate: float | None = None, minutes: float | None = None
+) -> st.Record:
+    """A record of 1 to 10 min at 50 to 200 Hz, or as stated, of a sensor of either grade that moves all the time."""
     rng = np.random.default_rng(seed)
-    rate = float(rng.choice([50.0, 100.0, 200.0]))
-    n = round(60 * rng.uniform(1, 10) * rate)
+    drawn = float(rng.choice([50.0, 100.0, 200.0])), rng.uniform(1, 10)
+    rate, minutes = drawn[0] if rate is None else rate, drawn[1] if minutes is None else minutes
+    n = round(60 * minutes * rate)
     rates, force = mounted(rng, *kinematics(*KINDS[kind](rng, n, rate), rate), 10 * DEGREE)
     return sensed(rng, rates, force, rate, str(rng.choice(list(GRADES))), sensors=sensors)
+
+
+def held(seed: int, *, rate: float = 100.0, seconds: float = 60.0, sensors: str = "both") -> st.Record:
+    """A phone in a hand that is kept still: a tremor of 8 to 12 Hz over a wander of 7 to 16 deg/√h, on all axes."""
+    rng = np.random.default_rng(seed)
+    n = round(seconds * rate)
+    density = rng.uniform(7, 16, size=(3, 1)) * DEGREE / 60  # two-sided [rad/s/√Hz]
+    top = min(15.0, 0.45 * rate)
+    wander = density * np.sqrt(2 * top) * np.stack([band(rng, n, rate, 0.3, top) for _ in "xyz"])
+    tremor = rng.uniform(1.5, 4) * density * np.sqrt(2 * 4.0) * np.stack([band(rng, n, rate, 8, 12) for _ in "xyz"])
+    tilt = np.cumsum(wander, axis=1) / rate
+    tilt -= np.linspace(0, 1, n) * tilt[:, -1:]  # the hand returns
+    shaken = np.stack([rng.uniform(0.02, 0.1) * band(rng, n, rate, 8, 12) for _ in "xyz"])
+    force = np.stack([-GRAVITY * tilt[1], GRAVITY * tilt[0], np.full(n, GRAVITY)]) + shaken
+    return sensed(rng, wander + tremor, force, rate, "MEMS", sensors=sensors)
 
 
 def handled(

@@ -7,6 +7,7 @@ CARRIED = Motion(channel="gyro_y", quantity="angular_rate", kind="varies", size=
 SHAKEN = Motion(channel="accel_x", quantity="acceleration", kind="varies", size=0.256, times=17.8, tau=0.5)
 TURNED = Motion(channel="gyro_z", quantity="angular_rate", kind="turns", size=0.785, times=2.25, tau=40.0)
 TILTED = Motion(channel="accel_x", quantity="acceleration", kind="tilts", size=0.31, times=3.6, tau=10.0)
+LOUD = Motion(channel="gyro_y", quantity="angular_rate", kind="loud", size=0.0052, times=2.98, tau=1.0)
 HELD = Motion(channel="gyro_y", quantity="angular_rate", kind="shakes", size=0.012, times=2.1, tau=0.05)
 
 
@@ -40,6 +41,7 @@ EXAMPLES = [
         "warning",
     ),
     of(NotAtRest(motion=TILTED, duration=60.0)),
+    of(NotAtRest(motion=LOUD, duration=60.0)),
     of(NotAtRest(motion=HELD, duration=20.0)),
     of(TooShortToTell(duration=4.81, shortest=10.0)),
     of(TooShortToTell(duration=4.81, shortest=10.0), "info"),

@@ -18,11 +18,12 @@ class Motion:
         That shows it.
     quantity : str
         Of the channel.
-    kind : {"varies", "turns", "tilts", "shakes"}
-        The mean varies; the mean rate is beyond any bias; the direction of gravity changes; tremor of a hand.
+    kind : {"varies", "turns", "tilts", "shakes", "loud"}
+        The mean varies; the mean rate is beyond any bias; the direction of gravity changes; tremor of a hand; noise beyond
+        that of any sensor, which may be aliased motion.
     size : float
         Change of the mean from one averaging time to the next, mean rate, or root mean square of the tremor [SI unit]; angle
-        between the directions of gravity [rad].
+        between the directions of gravity [rad]; density of loud noise [SI unit/√Hz].
     times : float
         Size over that of the noise at rest, over the largest bias, or over the largest change that a bias makes. [1]
     tau : float
@@ -31,7 +32,7 @@ class Motion:
 
     channel: str
     quantity: str
-    kind: Literal["varies", "turns", "tilts", "shakes"]
+    kind: Literal["varies", "turns", "tilts", "shakes", "loud"]
     size: float
     times: float
     tau: float

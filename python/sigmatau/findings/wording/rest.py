@@ -19,6 +19,8 @@ def _motion(motion: Motion) -> str:
     size = f"{number(factor * motion.size)} {unit}"
     if motion.kind == "turns":
         return f"{motion.channel} turns at {size}"
+    if motion.kind == "loud":
+        return f"{motion.channel} has noise of {size}/√Hz, more than any gyro"
     if motion.kind == "tilts":
         angle = number(math.degrees(motion.size))
         return f"gravity changes direction by {angle} deg in {two_digits(motion.tau)} s"
@@ -28,7 +30,7 @@ def _motion(motion: Motion) -> str:
 
 
 def _not_at_rest(_: Finding, details: NotAtRest) -> Words:
-    unit = " or the unit is wrong" if details.motion.kind == "turns" else ""
+    unit = " or the unit is wrong" if details.motion.kind in ("turns", "loud") else ""
     message = f"not at rest{unit}: {_motion(details.motion)}; no coefficients are given"
     if not details.still:
         return Words(message, "Record the sensor at rest, or run with --at-rest to analyse the motion as noise")

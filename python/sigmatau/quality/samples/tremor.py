@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,21 +21,23 @@ _LEAST_AXES, _LEAST_SHARE = 2, 0.5  # axes, and the share of the noise of the no
 # 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins University Press, 1990.
 _BELOW, _TREMOR, _ABOVE = (2.5, 6.5), (7.5, 12.5), (15.0, 40.0)
 _SEGMENT = 2.0  # length of the periodograms [s]
-# Least ratios of the density in the band of tremor to those below and above it. A low-pass filter makes the second one, and
-# not the first; five periodograms of a record of 10 s scatter by 22 % in the first. Studied in studies/rest.py.
-_OVER_BELOW, _OVER_ABOVE = 1.6, 1.6
+# Least ratios of the density in the band of tremor to those below and above it: geometric mean over the axes, and each axis.
+# A low-pass filter makes the second one, and not the first; in a record of 10 s the mean of three axes scatters by 13 %.
+# Studied in studies/rest.py.
+_OVER, _OVER_ON_EACH_AXIS = 1.5, 0.9
+_LEAST_NYQUIST = 18.0  # so that there are frequencies above the tremor [Hz]
 _LOOKED_AT = 1 << 17
 # Parts of a record, and ratio of their levels that white noise does not reach: in a record of 10 s a level by the median of
 # 40 differences scatters by 15 %.
 _PARTS, _UNSTEADY = 4, 2.0
-_LN2 = math.log(2.0)  # median of the normalised periodogram of noise
 
 
 def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
     """The motion of a sensor whose axes all have noise beyond that of any sensor, and a cause other than a wrong unit.
 
     Accelerometers that measure gravity in the stated unit and are as noisy exclude a wrong unit; so does a tremor, and noise
-    that grows or fades within the record.
+    that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there
+    the motion is "loud", and the unit in doubt.
     """
     gyros = [one for one in means if one.quantity == "angular_rate" and not one.slow]
     loud = _loud_motion(gyros)
@@ -43,6 +46,8 @@ def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
     accelerometers = [one for one in means if one.unit_is_sure and not one.slow]
     if _loud_motion(accelerometers) is not None or all(map(_is_unsteady, gyros)):
         return loud
+    if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST:
+        return replace(loud, kind="loud", size=loud.size * math.sqrt(loud.tau))
     return _tremor(gyros)
 
 
@@ -73,33 +78,37 @@ def _is_unsteady(means: OctaveMeans) -> bool:
 
 
 def _tremor(gyros: Sequence[OctaveMeans]) -> Motion | None:
-    """The strongest tremor, if all axes have it."""
-    motions = [_axis_tremor(one) for one in gyros]
-    if any(motion is None for motion in motions):
+    """The tremor of a hand: noise at 8 to 12 Hz that exceeds the noise below and above, on all axes."""
+    bands = [_band_densities(one) for one in gyros]
+    known = [one for one in bands if one is not None]
+    if len(known) < len(bands):
         return None
-    return max((motion for motion in motions if motion is not None), key=lambda motion: motion.times)
+    over_below = [tremor / below for below, tremor, _ in known]
+    over_above = [tremor / above for _, tremor, above in known]
+    if min(*over_below, *over_above) <= _OVER_ON_EACH_AXIS:
+        return None
+    mean_below, mean_above = (math.exp(sum(map(math.log, x)) / len(x)) for x in (over_below, over_above))
+    if min(mean_below, mean_above) <= _OVER:
+        return None
+    shaken_gyro, density = max(zip(gyros, (one[1] for one in known), strict=True), key=lambda pair: pair[1])
+    rms = math.sqrt(2 * density * (_TREMOR[1] - _TREMOR[0]))
+    return shaken_gyro.motion("shakes", rms, math.sqrt(density) / NOISIEST["angular_rate"], 1 / sum(_TREMOR))
 
 
-def _axis_tremor(gyro: OctaveMeans) -> Motion | None:
-    """The tremor of an axis: noise at 8 to 12 Hz that exceeds the noise below and above."""
-    stream = gyro.stream
-    rate = stream.grid.rate
+def _band_densities(gyro: OctaveMeans) -> tuple[float, float, float] | None:
+    """Two-sided densities below, in and above the band of tremor; None if there are no samples for them."""
+    rate = gyro.stream.grid.rate
     size = round(_SEGMENT * rate)
-    x = sample_of(stream, gyro.channel, most=_LOOKED_AT)
+    x = sample_of(gyro.stream, gyro.channel, most=_LOOKED_AT)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if rate / 2 < _ABOVE[0] or not len(rows):
+    if rate / 2 < _LEAST_NYQUIST or not len(rows):
         return None
     taper = np.hanning(size)
     power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2
-    density = np.median(power, axis=0) / _LN2 / rate / float(taper @ taper)  # two-sided
+    density = power.mean(axis=0) / rate / float(taper @ taper)
     f = np.arange(len(density)) / _SEGMENT
     below, tremor, above = (
         float(np.mean(density[(f >= low) & (f <= min(high, 0.45 * rate))])) for low, high in (_BELOW, _TREMOR, _ABOVE)
     )
-    noisiest = NOISIEST["angular_rate"]
-    if tremor > max(_OVER_BELOW * below, _OVER_ABOVE * above, noisiest**2):
-        width = _TREMOR[1] - _TREMOR[0]
-        size_rms = math.sqrt(2 * tremor * width)
-        return gyro.motion("shakes", size_rms, math.sqrt(tremor) / noisiest, 2 / sum(_TREMOR))
-    return None
+    return (below, tremor, above) if min(below, tremor, above) > 0 else None

@@ -74,8 +74,8 @@ class Rest:
 
     @property
     def unit_in_doubt(self) -> bool:
-        """Whether a rate beyond any bias, without other motion, may be one in another unit."""
-        return self.motion is not None and self.motion.kind == "turns"
+        """Whether a rate beyond any bias, or noise beyond that of any gyro, without other motion, may be in another unit."""
+        return self.motion is not None and self.motion.kind in ("turns", "loud")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""

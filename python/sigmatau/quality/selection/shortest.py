@@ -8,7 +8,7 @@ from sigmatau.record.streams import Stream
 
 # Seconds and samples of the shortest record: docs/study/rest.md has the shares of moving records that shorter ones hide.
 _SHORTEST = {"angular_rate": 10.0, "acceleration": 20.0}
-_LEAST_SAMPLES = 50
+_LEAST_SAMPLES = 150
 _ROUNDING = 0.99  # a record of 10 s may lack its last samples
 
 

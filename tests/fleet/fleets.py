@@ -69,7 +69,7 @@ def make_logs(folder, count=60, rows=1000):
     return folder
 
 
-def make_tables(folder, count, rows=500):
+def make_tables(folder, count, rows=1100):
     """Logs that need no option."""
     folder.mkdir(parents=True, exist_ok=True)
     for k in range(count):

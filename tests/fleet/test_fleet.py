@@ -123,7 +123,7 @@ def test_the_same_relative_path_in_two_folders_is_two_logs(here, tmp_path, monke
     """The logs of the second night do not make those of the first one history; the file alone has all results."""
     place = tmp_path / "lab.db"
     for night in ("night1", "night2"):
-        make_tables(tmp_path / night / "logs", 1, rows=500 if night == "night1" else 600)
+        make_tables(tmp_path / night / "logs", 1, rows=1100 if night == "night1" else 1200)
         monkeypatch.chdir(tmp_path / night)
         assert main(["fleet", "analyze", "logs", "--store", str(place), "-q"]) == 0
     assert not [*tmp_path.glob("lab.db-*")]

@@ -77,7 +77,7 @@ class TestAdequate:
 def test_a_short_record_has_no_model():
     record = Record.from_arrays(rate=100, gyro_x=np.random.default_rng(1).standard_normal(12), unit={"gyro": "rad/s"})
     with pytest.raises(DataError, match="no channel of this result has a model"):
-        NoiseModel.from_result(analyze(record).to_dict())
+        NoiseModel.from_result(analyze(record, at_rest=True).to_dict())
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,11 @@
 import json
 from datetime import UTC, datetime
 
+import numpy as np
 import pytest
 from store_results import result
 
+from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau.analysed import failed_result
 from sigmatau.errors import DataError
@@ -41,10 +43,22 @@ def test_result_comes_back_as_it_was(place):
 def test_a_record_too_short_for_a_fit_is_not_fitted(place):
     record = Record.from_arrays(rate=100.0, gyro=[[0.1, 0.2, 0.4]] * 2 + [[0.2, 0.1, 0.3]] * 2, unit={"gyro": "rad/s"})
     with Store(place) as store:
-        store.add([Entry(result=analyze(record).to_dict(), unit="A1"), Entry(result=result(1), unit="A2")])
+        store.add(
+            [Entry(result=analyze(record, at_rest=True).to_dict(), unit="A1"), Entry(result=result(1), unit="A2")]
+        )
         assert store.runs(Chosen(states=("not_fitted",))).columns()["unit"] == ["A1"]
         units = store.units().columns()
     assert (units["fitted"], units["not_fitted"]) == ([0, 1], [1, 0])
+
+
+def test_a_record_too_short_to_tell_rest_has_its_own_state(place):
+    y = np.random.default_rng(seed_of("short in a store")).standard_normal((400, 3))
+    record = Record.from_arrays(rate=100.0, gyro=1e-3 * y, unit={"gyro": "rad/s"})
+    with Store(place) as store:
+        store.add([Entry(result=analyze(record).to_dict(), unit="A1"), Entry(result=result(1), unit="A2")])
+        assert store.runs(Chosen(states=("too_short_to_tell",))).columns()["unit"] == ["A1"]
+        units = store.units().columns()
+    assert (units["fitted"], units["too_short_to_tell"]) == ([0, 1], [1, 0])
 
 
 def test_same_run_is_added_once(place):

@@ -272,7 +272,7 @@ def _state(result: Mapping[str, Any]) -> State:
     if any(fit.get("verdict") != "too_short" for fit in fits):
         return "fitted"
     verdict = (result.get("rest") or {}).get("verdict")
-    return verdict if verdict in ("not_at_rest", "too_short_to_tell") else "not_fitted"
+    return verdict if not fits and verdict in ("not_at_rest", "too_short_to_tell") else "not_fitted"
 
 
 def _name(text: str, of: str, *, needed: bool = True) -> str:

@@ -100,7 +100,7 @@ def of_evidence(seed: int, kind: str, rate: float) -> dict[str, list[int]]:
     """Windows above `SWING` and those without a sign of motion, by sensors and length, without a shortest record."""
     rng = np.random.default_rng(seed)
     counts = {f"{sensor} {length}": [0, 0] for sensor in ("gyro", "accel") for length in JUDGED}
-    for _ in range(RECORDS):
+    for _ in range(RECORDS // 2):
         record = in_motion(int(rng.integers(1 << 62)), kind, rate)
         end = record.streams[0].grid.duration
         for length in JUDGED:
@@ -143,7 +143,7 @@ def clean(seed: int, grade: str, *, least: float = LEAST_SECONDS, most: float = 
             if variant == "warm-up":
                 x += rng.uniform(0.2, 1.0) * warm * np.exp(-t / rng.uniform(100, 1200))
             if "filtered" in variant:
-                a = math.exp(-2 * math.pi * rng.uniform(0.03, 0.3))
+                a = math.exp(-2 * math.pi * max(rng.uniform(0.03, 0.3), 1.0 / rate))
                 x = lfilter([1 - a], [1, -a], x, zi=[a * x[0]])[0]
             x += offset + (9.80665 if (sensor, axis) == ("accel", "z") else 0.0)
             if "coarse" in variant:
@@ -288,8 +288,8 @@ _REFUSED = """
 ## Clean records of any length
 
 Six axes of optical gyros to the noisiest MEMS, 10 Hz to 4 kHz, with bias instability and rate random walk. Four fifths have
-a warm-up, coarse steps, a low-pass filter of 0.03 to 0.3 of the sampling rate, or the last two. Number of records that are
-not called at rest:
+a warm-up, coarse steps, a low-pass filter of 0.03 to 0.3 of the sampling rate (1 Hz or more), or the last two. Number of
+records that are not called at rest:
 
 | class | 20 s to 4 h | 10 s to 20 s |
 |---|---|---|"""

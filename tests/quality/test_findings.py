@@ -282,7 +282,9 @@ class TestAwkward:
     def test_a_map_of_a_short_log_is_left_out(self, tmp_path, capsys):
         log = tmp_path / "log.csv"
         np.savetxt(log, sensor("short map", {"random_walk": N}, n=100), header="gyro_x [rad/s]", comments="")
-        assert main(["analyze", str(log), "-v", "--rate", "100", "--stability", str(tmp_path / "s.png")]) == 0
+        assert (
+            main(["analyze", str(log), "-v", "--rate", "100", "--at-rest", "--stability", str(tmp_path / "s.png")]) == 0
+        )
         assert "no stability map" in capsys.readouterr().err
         assert not (tmp_path / "s.png").exists()
 

@@ -22,6 +22,7 @@ SHORTEST, OCTAVES = 1 / 16, 7  # averaging times: 1/16 s to 4 s
 FLOOR = 2  # octave of the averaging time of the noise that motion is compared with, behind most filters: 1/4 s
 SECOND = 4  # octave of 1 s
 NORMAL_MEDIAN = 0.6745  # of absolute normal deviates
+STEPS = 3.0  # steps of the numbers by which rounding can move a second difference
 LEAST_DIFFERENCES = 5  # second differences that a level can be taken from
 
 # Blocks whose noise is compared [s], the share of them that shows a quiet sensor, and their least number for that share.
@@ -42,19 +43,22 @@ class OctaveMeans:
     """
 
     def __init__(self, stream: Stream, channel: str, base: int, first: int) -> None:
-        self.stream, self.channel, self.first = stream, channel, first
-        self.quantity = stream.quantity
-        self.shortest = base * stream.grid.tau0
-        self.slow = first > SECOND or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
-        self.second = first + _SLOW_SECOND if self.slow else SECOND
+        self.stream: Stream = stream
+        self.channel: str = channel
+        self.first: int = first
+        self.quantity: str = stream.quantity
+        self.shortest: float = base * stream.grid.tau0
+        self.slow: bool = first > SECOND or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
+        self.second: int = first + _SLOW_SECOND if self.slow else SECOND
         means = _means(stream, channel, base)
-        self.by_octave: dict[int, Floats] = {}
+        by_octave: dict[int, Floats] = {}
         for octave in range(first, first + _SLOW_OCTAVES if self.slow else OCTAVES):
-            self.by_octave[octave] = means
+            by_octave[octave] = means
             means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
-        self.step = step_of(stream, channel) or 0.0
-        self.floor = self._floor()
-        self.unit_is_sure = False  # whether gravity shows it
+        self.by_octave: dict[int, Floats] = by_octave
+        self.step: float = step_of(stream, channel) or 0.0
+        self.floor: float = self._floor()
+        self.unit_is_sure: bool = False  # whether gravity shows it
 
     @property
     def level(self) -> float:
@@ -77,6 +81,10 @@ class OctaveMeans:
         """√τ times the deviation of means of a stretch by the median; NaN for too few. [unit/√Hz]"""
         d = present(self.differences(octave, start, stop))
         return median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave)) if len(d) >= LEAST_DIFFERENCES else math.nan
+
+    def rounding_level(self, octave: int) -> float:
+        """Median level below which rounding may make the second differences. [unit/√Hz]"""
+        return STEPS * self.step / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
 
     def reach(self, limit: float, edges: Floats) -> Bools:
         """Whether medians between edges may reach a level at some averaging time, by counts of second differences."""
@@ -104,8 +112,8 @@ class OctaveMeans:
         level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
         quiet = float(np.quantile(level, _FLOOR_SHARE)) * tau if len(level) else 0.0
         if len(level) < _LEAST_FLOOR_BLOCKS:
-            medians = [self.median_level(k) ** 2 for k in range(self.first, octave + 1)]
-            quiet = min([quiet, *(m for m in medians if math.isfinite(m))])
+            usual = self.median_level(octave)
+            quiet = min(quiet, usual * usual) if usual > self.rounding_level(octave) else quiet
         return math.sqrt(quiet + self.step**2 / 12 * self.stream.grid.tau0)
 
     def limit_floor(self) -> None:

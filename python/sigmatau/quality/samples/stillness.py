@@ -27,6 +27,7 @@ from sigmatau.quality.samples.octave_means import (
     OCTAVES,
     SECOND,
     SHORTEST,
+    STEPS,
     OctaveMeans,
 )
 from sigmatau.quality.samples.tremor import shaken
@@ -61,7 +62,6 @@ _GAP = 4  # seconds of rest between two motions that are not a stretch
 _TURNED = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}  # another position, after any motion
 _BESIDE = 5  # seconds before and after a motion that show the position
 _MOST_MISSING = 0.5  # share of the samples of a channel that is judged
-_STEPS = 3.0  # steps of the numbers by which rounding can move a second difference
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,9 +174,9 @@ def _judged(found: OctaveMeans, start: float, stop: float) -> Motion | None:
         high = level > high_limit and sure > _RISE_OF_HIGH * lowest
         risen = octave > FLOOR and level > limit and times > _RISE
         loud = found.unit_is_sure and octave >= _LOUD_FROM and sure > _LOUD
-        if usual > _STEPS * found.step and (high or risen or loud):
+        if usual > STEPS * found.step and (high or risen or loud):
             motions.append(found.motion("varies", usual / NORMAL_MEDIAN, max(times, level / limit), tau))
-        lowest = min(lowest, level)
+        lowest = min(lowest, max(level, found.rounding_level(octave)))
     return max(motions, key=lambda one: one.times, default=None)
 
 
@@ -190,7 +190,7 @@ def _seconds(found: OctaveMeans) -> Moved:
         d = np.nan_to_num(found.differences(octave))
         tau = found.tau(octave)
         beyond = np.where(
-            (d > limit) & (d * math.sqrt(tau) > _HANDLED_RISE * found.floor) & (d > _STEPS * found.step), d, 0.0
+            (d > limit) & (d * math.sqrt(tau) > _HANDLED_RISE * found.floor) & (d > STEPS * found.step), d, 0.0
         )
         at = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
         np.maximum.at(largest, at, beyond)
@@ -221,7 +221,7 @@ def _raise_by_departures(found: OctaveMeans, largest: Floats) -> None:
     for octave in range(max(_DEPARTS_FROM, found.first), found.second + 1):
         x, tau = found.by_octave[octave], found.tau(octave)
         away = np.nan_to_num(np.abs(x - median(present(x))))
-        limit = max(_DEPARTS[found.quantity], _HANDLED_RISE * found.floor / math.sqrt(tau), _STEPS * found.step)
+        limit = max(_DEPARTS[found.quantity], _HANDLED_RISE * found.floor / math.sqrt(tau), STEPS * found.step)
         at = np.minimum((np.arange(len(x)) * tau / size).astype(int), n - 1)
         np.maximum.at(largest, at, np.where(away > limit, away, 0.0))
 

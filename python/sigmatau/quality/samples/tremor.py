@@ -20,16 +20,19 @@ _LEAST_AXES, _LEAST_SHARE = 2, 0.5  # axes, and the share of the noise of the no
 # Bands of a density of noise [Hz]: below the tremor of a hand, of the tremor, and above it. The tremor of hands is at 8 to
 # 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins University Press, 1990.
 _BELOW, _TREMOR, _ABOVE = (2.5, 6.5), (7.5, 12.5), (15.0, 40.0)
-_SEGMENT = 2.0  # length of the periodograms [s]
+_SEGMENT, _LEAST_SEGMENTS = 2.0, 4  # length of the periodograms [s], and their number
 # Least ratios of the density in the band of tremor to those below and above it: geometric mean over the axes, and each axis.
 # A low-pass filter makes the second one, and not the first; in a record of 10 s the mean of three axes scatters by 13 %.
 # Studied in studies/rest.py.
 _OVER, _OVER_ON_EACH_AXIS = 1.5, 0.9
 _LEAST_NYQUIST = 18.0  # so that there are frequencies above the tremor [Hz]
+# Noise of the loudest axis over that of the noisiest sensor, from which on it is not that of a sensor: twice the power, for
+# those that are worse than their datasheet.
+_LOUD_WITHOUT_TREMOR = 1.5
 _LOOKED_AT = 1 << 17
-# Parts of a record, and ratio of their levels that white noise does not reach: in a record of 10 s a level by the median of
-# 40 differences scatters by 15 %.
-_PARTS, _UNSTEADY = 4, 2.0
+# Parts of a record, and ratio of their levels that white noise does not reach: a level by the median of 35 differences
+# scatters by 15 %.
+_PARTS, _LEAST_IN_PART, _UNSTEADY = 4, 35, 2.0
 
 
 def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
@@ -46,7 +49,7 @@ def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
     accelerometers = [one for one in means if one.unit_is_sure and not one.slow]
     if _loud_motion(accelerometers) is not None or all(map(_is_unsteady, gyros)):
         return loud
-    if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST:
+    if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST and loud.times > _LOUD_WITHOUT_TREMOR:
         return replace(loud, kind="loud", size=loud.size * math.sqrt(loud.tau))
     return _tremor(gyros)
 
@@ -65,13 +68,20 @@ def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
 
 
 def _level(means: OctaveMeans) -> float:
-    """Root mean square of √τ times the deviation of means; NaN for too few. [unit/√Hz]"""
-    levels = [means.median_level(max(octave, means.first)) for octave in _OCTAVES]
-    return math.sqrt(sum(level * level for level in levels) / len(levels))
+    """Root mean square of √τ times the deviation of means; NaN for too few, or where rounding makes it. [unit/√Hz]"""
+    power = 0.0
+    for octave in (max(octave, means.first) for octave in _OCTAVES):
+        level = means.median_level(octave)
+        if level <= means.rounding_level(octave):
+            return math.nan
+        power += level * level / len(_OCTAVES)
+    return math.sqrt(power)
 
 
 def _is_unsteady(means: OctaveMeans) -> bool:
     """Whether the noise of the shortest means differs between parts of the record by more than that of a sensor."""
+    if len(means.by_octave[means.first]) < _PARTS * _LEAST_IN_PART:
+        return False
     edges = np.linspace(0.0, means.stream.grid.duration, _PARTS + 1)
     levels = [means.median_level(means.first, a, b) for a, b in itertools.pairwise(edges.tolist())]
     return max(levels) > _UNSTEADY * min(levels)
@@ -102,7 +112,7 @@ def _band_densities(gyro: OctaveMeans) -> tuple[float, float, float] | None:
     x = sample_of(gyro.stream, gyro.channel, most=_LOOKED_AT)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if rate / 2 < _LEAST_NYQUIST or not len(rows):
+    if rate / 2 < _LEAST_NYQUIST or len(rows) < _LEAST_SEGMENTS:
         return None
     taper = np.hanning(size)
     power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2

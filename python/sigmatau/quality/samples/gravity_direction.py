@@ -21,6 +21,7 @@ _APART = 12  # blocks, one minute, over which directions are compared: the bias 
 _TILT = math.radians(5.0)
 # Least length of a mean vector that must be gravity: no bias is half of it. Gravity in g, read as m/s², has a length of 1.
 _LEAST_GRAVITY, _IN_G = 0.5 * GRAVITY, 1.0
+_OVER_NOISE = 5.0  # least length of a mean vector over the noise of its axes: that of noise alone has no direction
 
 
 def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
@@ -31,7 +32,8 @@ def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
     length = median(present(np.asarray(np.sqrt(sum(x * x for x in second)))))
     if in_si:
         return abs(length / GRAVITY - 1) < GRAVITY_TOLERANCE
-    return length > _LEAST_GRAVITY or abs(length / _IN_G - 1) < GRAVITY_TOLERANCE
+    noise = max(one.floor for one in means) / math.sqrt(means[0].tau(means[0].second))
+    return length > _OVER_NOISE * noise and (length > _LEAST_GRAVITY or abs(length / _IN_G - 1) < GRAVITY_TOLERANCE)
 
 
 def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:

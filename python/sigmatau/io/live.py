@@ -6,12 +6,13 @@ counted, because one bad byte on a serial line should not end a night's record; 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import queue
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -207,7 +208,13 @@ class Live:
             load=_not_loaded,
             where=lambda row: f"row {row} of the data",
         )
-        choice, unit, _ = resolve(table, self.options)
+        try:
+            choice, unit, _ = resolve(table, self.options)
+        except OptionError:
+            # The question may name columns by the samples that have come; without it nothing depends on how many have.
+            with contextlib.suppress(DataError):
+                resolve(replace(table, load=_loader(b"".join(_lines(head)[layout.skip_lines :]), layout)), self.options)
+            raise
         self.options = self.options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
         self._layout, self._choice, self.unit = layout, choice, unit
         body = b"".join(_lines(head)[layout.skip_lines :])
@@ -353,6 +360,26 @@ def _without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[
     borders = [-1, *rows.tolist(), len(absurd)]
     stretches = [(a + 1, b) for a, b in pairwise(borders) if b > a + 1]
     return [[column[a:b] for column in columns] for a, b in stretches]
+
+
+def _loader(rows: bytes, layout: Layout) -> Callable[[Sequence[int], int | None], Loaded]:
+    """The loading of columns from the rows that have come."""
+
+    def load(wanted: Sequence[int], _: int | None) -> Loaded:
+        try:
+            read = formats.read_text(
+                rows,
+                delimiter=layout.delimiter,
+                comment=COMMENTS,
+                columns=len(layout.columns),
+                wanted=tuple(wanted),
+                decimal_comma=layout.decimal_comma,
+            )
+        except formats.TextReadError as error:
+            raise DataError(error.text) from None
+        return Loaded(columns=dict(zip(wanted, read.columns, strict=True)))
+
+    return load
 
 
 def _not_loaded(*_: object) -> Loaded:

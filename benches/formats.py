@@ -102,7 +102,7 @@ def _read_one(path: str, options: dict[str, Any]) -> None:
 def measure(name: str, n: int, rounds: int) -> dict[str, Any]:
     """Median time and memory of processes that read a long log; the values must be those that were written."""
     kind = KINDS[name]
-    stamps, values = made(n)
+    stamps, values = made(min(n, kind.longest or n))
     with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
         path = kind.make(Path(folder), stamps, values)
         record = read(path, **kind.options)

@@ -40,6 +40,7 @@ class Kind:
     options: Mapping[str, Any] = field(default_factory=dict)
     streams: bool = True
     checked: bool = False
+    longest: int | None = None  # rows of the longest log that is measured, if the format is not made for more
 
 
 def made(n: int, seed: int = 1) -> tuple[Stamps, Values]:
@@ -291,9 +292,9 @@ KINDS: dict[str, Kind] = {
     "LVM of LabVIEW": Kind(texts.lvm, streams=False, checked=True),
     "names with values": Kind(texts.keyed, {"unit": {"gyro": "rad/s", "accel": "m/s^2"}}, streams=False, checked=True),
     "JSON lines": Kind(texts.json_lines, {"unit": {"gyro": "rad/s", "accel": "m/s^2"}}, streams=False, checked=True),
-    "ros2 topic echo, YAML": Kind(texts.echo, streams=False, checked=True),
+    "ros2 topic echo, YAML": Kind(texts.echo, streams=False, checked=True, longest=72_000),
     "ros2 topic echo, CSV": Kind(texts.csv_echo, checked=True),
-    "Excel": Kind(texts.xlsx, streams=False, checked=True),
+    "Excel": Kind(texts.xlsx, streams=False, checked=True, longest=720_000),
     "VectorNav ASCII": Kind(_vectornav, {"rate": 200}, checked=True),
     "MCAP, zstd": Kind(_mcap),
     "ROS 2 db3": Kind(_db3),

@@ -1,6 +1,6 @@
 # The compiled core as Python sees it; crates/py/src/lib.rs is the other side, mypy.stubtest holds the two together.
 
-from typing import Any, Self, final
+from typing import Any, Literal, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,7 @@ __all__ = [
     "neighbour_scatter",
     "non_negative",
     "outliers",
+    "parse_stamp",
     "parse_text",
     "quadratic_edf",
     "read_sentences",
@@ -224,7 +225,7 @@ def read_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
-    writing: tuple[str, bool, int | None, bool, int, tuple[int, str] | None],
+    writing: tuple[str, bool, int | None, str | None, bool, int, tuple[int, str] | None],
 ) -> tuple[list[_Floats], _Ints | None, tuple[int, int, int, int, list[tuple[int, str]]], bool]: ...
 def parse_text(
     lines: bytes,
@@ -234,8 +235,9 @@ def parse_text(
     columns: int,
     wanted: list[int],
     exact: int | None,
-    writing: tuple[str, bool, int | None, bool, int, tuple[int, str] | None],
+    writing: tuple[str, bool, int | None, str | None, bool, int, tuple[int, str] | None],
 ) -> tuple[list[_Floats], _Ints | None, tuple[int, int, int, int, list[tuple[int, str]]], bool]: ...
+def parse_stamp(text: str, order: str) -> tuple[Literal["date", "day", "clock", "minutes"], int, bool] | None: ...
 def scan_dataflash(path: str) -> dict[str, Any]: ...
 def dataflash_columns(
     path: str,

@@ -5,6 +5,7 @@ from sigmatau.findings.kinds.stamps import (
     BadStamps,
     ClockOff,
     CoarseStamps,
+    CounterOverflows,
     Gap,
     Gaps,
     HostStamps,
@@ -33,7 +34,7 @@ def warning(details, **more):
 
 
 EXAMPLES = [
-    warning(ImplausibleRate(rate=2e8), size=2e8, unit="Hz"),
+    warning(ImplausibleRate(rate=0.05, unit="s", other_rate=50.0, other_unit="ms"), size=0.05, unit="Hz"),
     info(RateNotNominal(rate=99.3, nominal=100.0), size=-0.007),
     warning(RateMismatch(used=120.0, other=100.0), size=0.2, factors=FACTORS),
     warning(RateMismatch(used=101.0, other=100.0), size=0.01, factors=(("random_walk", 1.01**-0.5),)),
@@ -72,6 +73,9 @@ EXAMPLES = [
         unit="s",
     ),
     warning(HostStamps(rate=100.012, median_rate=1000.0), size=0.75),
+    warning(HostStamps(rate=15.72, median_rate=15.8), size=0.0),
+    info(CoarseStamps(step=1.0, rate=100.0, rate_error=5e-4, hidden=101), size=1.0, unit="s"),
+    info(CounterOverflows(period=65536.0, column="t", place="line 5001"), size=2),
     info(Jitter(sigma=1e-3, interval=0.01), size=1e-3, unit="s"),
     info(Jitter(sigma=5e-4, interval=0.01, added=4.9e-3, unit="m/s"), channels=("accel_z",), size=5e-4, unit="s"),
     warning(BadStamps(what="missing", rows=2000, place="line 51"), size=2),

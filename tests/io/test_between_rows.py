@@ -168,7 +168,7 @@ def test_a_unit_for_dates_changes_nothing(tmp_path):
 def test_a_bad_date_is_named(tmp_path):
     rows = [f"2026-03-01 12:00:{k:02d},{k}\n" for k in range(60)]
     rows[30] = "2026-03-01 12:00:61,30\n"
-    with pytest.raises(DataError, match="line 32: column time has '2026-03-01 12:00:61', which is not a number"):
+    with pytest.raises(DataError, match="line 32: column time has '2026-03-01 12:00:61', which is not a time"):
         read(write(tmp_path / "log.csv", "time,gyro_x [deg/s]\n" + "".join(rows)))
 
 

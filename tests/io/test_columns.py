@@ -290,9 +290,27 @@ def test_the_sensors_own_stamp_before_that_of_arrival():
 
 
 def test_half_a_stamp_is_no_time():
-    assert choose(names("sec", "nanosec", "wx"), None).time is None
-    assert choose(names("header.stamp.secs", "header.stamp.nsecs", "wx"), None).time is None
+    assert choose(names("sec", "nanosec", "imu_sec", "imu_nanosec", "wx"), None).time is None
     assert choose(names("sec", "wx"), None).time == 0
+
+
+@pytest.mark.parametrize(
+    ("columns", "expected"),
+    [
+        (("sec", "nanosec", "wx"), (0, 1, 10**9)),
+        (("wx", "header.stamp.nsecs", "header.stamp.secs"), (2, 1, 10**9)),
+        (("tv_sec", "tv_usec", "wx"), (0, 1, 10**6)),
+        (("stamp [s]", "stamp [ns]", "wx"), (0, 1, 10**9)),
+        (("field.header.stamp.sec", "field.header.stamp.nanosec", "wx"), (0, 1, 10**9)),
+        (("t", "header.stamp.sec", "header.stamp.nanosec", "wx"), (1, 2, 10**9)),  # before that of the receiver
+        (("timestamp_s", "timestamp_ms", "wx"), (0, 1, 10**3)),
+        (("sec", "usec", "nsec", "wx"), None),
+        (("gps_sec", "nanosec", "wx"), None),
+    ],
+)
+def test_two_halves_are_a_stamp(columns, expected):
+    split = choose(names(*columns), None).split
+    assert (None if split is None else (split.seconds, split.part, split.per_second)) == expected
 
 
 @pytest.mark.parametrize(
@@ -387,7 +405,7 @@ BAD_STAMPS = {
     "backwards": [*range(20), *range(20)],
     "still": [0] * 40,
     "words": [f"12h{k}" for k in range(40)],
-    "a wrap": [(2**32 - 20_000 + k * 1000) % 2**32 for k in range(40)],
+    "a wrap": [(2**32 - 20_000 + k * 1000 + 9000 * (k >= 20)) % 2**32 for k in range(40)],  # with lost samples
 }
 
 

@@ -73,7 +73,7 @@ def test_rostopic_echo_p(tmp_path):
     path.write_text(lines(",".join(names) + "\n", body))
     record = read(path)
     check(record)
-    assert "time from 'field.header.stamp', not from 'time'" in record.provenance.conversions
+    assert "time from 'field.header.stamp', not from '%time'" in record.provenance.conversions
 
 
 XSENS = """// General information:

@@ -108,7 +108,7 @@ def test_a_stamp_beyond_all_others_makes_no_grid_up_to_it():
     t = np.cumsum(
         [0, 0, 2e-5, 2e-5, 1, 1, 1, 1, 1, 8, 13, 15, 30, 122, 824683, 951259, 1e6, 1e6, 1e6, 1e6, 90066216413.0]
     )
-    with contextlib.suppress(DataError):
+    with contextlib.suppress(DataError, OptionError):
         assert record_of(t, np.arange(21.0)).streams[0].grid.n < 1000
 
 

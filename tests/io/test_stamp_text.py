@@ -50,18 +50,18 @@ class TestText:
         assert read(path, unit={"time": unit}).streams[0].grid.rate == pytest.approx(128.0, rel=1e-13)
 
     def test_ticks(self, tmp_path):
-        path = log(tmp_path, "t", range(0, 1000, 10))
+        path = log(tmp_path, "t", range(0, 100_000, 10))
         record = read(path, unit={"time": "us"}, scale={"time": 40})  # a tick of 40 µs
         assert record.streams[0].grid.rate == pytest.approx(2500.0, rel=1e-13)
 
     def test_nanoseconds_in_text_stay_exact(self, tmp_path):
         start = 1_403_636_579_758_555_393
-        path = log(tmp_path, "t [ns]", [start + 10 * k for k in range(100)])
-        assert read(path).streams[0].grid.rate == pytest.approx(1e8, rel=1e-14)
-        path = log(tmp_path, "t [ns]", ["" if k == 50 else start + 10 * k for k in range(100)])
+        path = log(tmp_path, "t [ns]", [start + 10_000_000 * k for k in range(100)])
+        assert read(path).streams[0].grid.rate == pytest.approx(100, rel=1e-14)
+        path = log(tmp_path, "t [ns]", ["" if k == 50 else start + 10_000_000 * k for k in range(100)])
         record = read(path)
-        assert record.streams[0].grid.rate == pytest.approx(1e8, rel=1e-14)
-        assert codes(record, least="warning")[0] == "implausible_rate" or "bad_stamps" in codes(record)
+        assert record.streams[0].grid.rate == pytest.approx(100, rel=1e-14)
+        assert "bad_stamps" in codes(record)
         path = log(tmp_path, "t [ns]", [start, start + 2, start + 1, start + 3])  # the same double, all four
         with pytest.raises(DataError, match=f"line 4: time goes backwards .* from {start + 2} to {start + 1};"):
             read(path)

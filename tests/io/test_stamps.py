@@ -229,13 +229,6 @@ class TestNominal:
         assert finding.code == "rate_mismatch"
 
 
-def test_an_implausible_rate_is_told():
-    """Seconds in a column that says microseconds."""
-    (finding,) = found(np.arange(1000) / 200.0, second=1e-6).findings
-    assert finding.code == "implausible_rate"
-    assert finding.details.rate == pytest.approx(2e8)
-
-
 @pytest.mark.parametrize(
     ("stamps_of", "unit"),
     [

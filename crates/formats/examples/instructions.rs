@@ -51,7 +51,8 @@ fn run(work: &str, rate: &[f64], table: &str) -> Result<(), Failure> {
                 comment: Vec::new(),
                 skip_lines: 0,
                 columns: COLUMNS,
-                dates: false,
+                dates: None,
+                arrow: false,
                 most: u64::MAX,
                 tag: None,
             };

@@ -125,7 +125,16 @@ fn table(random: &mut Random, faults: bool) -> (Vec<u8>, Dialect, Vec<usize>, Op
     let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
     (
         text.into_bytes(),
-        Dialect { delimiter, comment, skip_lines, columns, dates: false, most: u64::MAX, tag: None },
+        Dialect {
+            delimiter,
+            comment,
+            skip_lines,
+            columns,
+            dates: None,
+            arrow: false,
+            most: u64::MAX,
+            tag: None,
+        },
         wanted,
         exact,
     )
@@ -175,7 +184,8 @@ fn dialect(columns: usize) -> Dialect {
         comment: vec![b"#".to_vec()],
         skip_lines: 1,
         columns,
-        dates: false,
+        dates: None,
+        arrow: false,
         most: u64::MAX,
         tag: None,
     }

@@ -1,5 +1,6 @@
 //! A table of numbers: how it is laid out, what is read of it, and why one is refused.
 
+use crate::date::Order;
 use crate::remarks::Remarks;
 
 /// What stands between two fields.
@@ -22,8 +23,10 @@ pub struct Dialect {
     pub skip_lines: usize,
     /// Fields of every line of data. One empty field more, after a trailing delimiter, is let pass.
     pub columns: usize,
-    /// Whether the exact column holds dates, see [`crate::date::nanoseconds`].
-    pub dates: bool,
+    /// How dates and times of the exact column are read, see [`crate::date::stamp`]; nothing if it holds numbers.
+    pub dates: Option<Order>,
+    /// Whether a time and an arrow stand before each row, `15:00:00.010 -> 0.1,0.2`: that time is the last column.
+    pub arrow: bool,
     /// Bytes that a compressed file may have.
     pub most: u64,
     /// The kind of row that is read, where a file has several; lines of other kinds are passed over.

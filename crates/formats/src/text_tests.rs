@@ -5,11 +5,21 @@ use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
 
 use super::*;
+use crate::date::Order;
 use crate::table::{Delimiter, Tag};
 
 fn dialect(delimiter: Delimiter, columns: usize) -> Dialect {
     let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
-    Dialect { delimiter, comment, skip_lines: 0, columns, dates: false, most: u64::MAX, tag: None }
+    Dialect {
+        delimiter,
+        comment,
+        skip_lines: 0,
+        columns,
+        dates: None,
+        arrow: false,
+        most: u64::MAX,
+        tag: None,
+    }
 }
 
 const COMMA: Delimiter = Delimiter::Byte(b',');
@@ -110,6 +120,31 @@ fn faults_name_their_place() {
     assert_eq!(read(&format!("1,{long}\n"), COMMA, 2), Err(not(1, 0, 1, &long[..40])));
     assert_eq!(read("1 2\n3\n", Delimiter::Whitespace, 2), Err(ragged(2, 1, 1)));
     assert_eq!(read("1 2\n3 4 5\n", Delimiter::Whitespace, 2), Err(ragged(2, 1, 3)));
+}
+
+#[test]
+fn a_time_and_an_arrow_before_each_row() {
+    let read = |text: &str, wanted: &[usize]| {
+        let dialect = Dialect { dates: Some(Order::DayFirst), arrow: true, ..dialect(COMMA, 3) };
+        read_columns(text.as_bytes(), &dialect, wanted, Some(2))
+    };
+    let text = "0:00:01.5 -> 1,2\n0:00:01.6 -> \n# c\n\"0:00:02\"->3,4,\r\n0:00:03 -> # c\n ->5,6\n";
+    let table = read(text, &[1, 2]).unwrap();
+    assert_eq!(table.columns[0], [2.0, 4.0, 6.0]);
+    assert_eq!(table.integers, Some(vec![1_500_000_000, 2_000_000_000, i64::MIN]));
+    assert!(table.columns[1][2].is_nan());
+    assert_eq!(table.remarks.others, 2);
+    for (text, line, got, expected) in [
+        ("1,2\n", 1, 2, 3),
+        ("1,2,3\n", 1, 3, 4),
+        ("0:00:01 -> 1,2\n0:00:02 -> 1\n", 2, 1, 2),
+        ("0:00:01 -> 1,2,3\n", 1, 3, 2),
+    ] {
+        let row = line - 1;
+        assert_eq!(read(text, &[0]).unwrap_err(), TextError::Ragged { line, row, got, expected }, "{text}");
+    }
+    let broken = read("0:00:01 -> 1,2\n0:0x:02 -> 1,2\n", &[0]).unwrap_err();
+    assert!(matches!(broken, TextError::NotANumber { line: 2, row: 1, column: 2, .. }), "{broken}");
 }
 
 #[test]

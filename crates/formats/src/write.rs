@@ -131,7 +131,8 @@ mod tests {
                 comment: Vec::new(),
                 skip_lines: 0,
                 columns: 2,
-                dates: false,
+                dates: None,
+                arrow: false,
                 most: u64::MAX,
                 tag: None,
             };

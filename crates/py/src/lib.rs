@@ -57,5 +57,5 @@ mod _core {
     #[pymodule_export]
     use crate::terms::{sinusoid_avar, term_avar, term_psd};
     #[pymodule_export]
-    use crate::text::{TextError, bytes_read, format_text, parse_text, read_text, write_text};
+    use crate::text::{TextError, bytes_read, format_text, parse_stamp, parse_text, read_text, write_text};
 }

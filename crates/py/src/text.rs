@@ -4,6 +4,7 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use sigmatau_formats::date::{Form, Order};
 use sigmatau_formats::{self as formats, Delimiter, Dialect, Encoding, Tag, TextError as Refused, Writing};
 use std::path::PathBuf;
 
@@ -12,8 +13,9 @@ pyo3::create_exception!(sigmatau._core, TextError, PyValueError);
 /// Columns, the exact one as integers, comments among the rows, and whether the last line has no line end.
 type Columns<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<i64>>>, Passed, bool);
 
-/// Encoding, decimal commas, lines, dates, most bytes of a compressed file, column and text of the rows' kind.
-type Fields<'a> = (&'a str, bool, Option<usize>, bool, u64, Option<(usize, &'a str)>);
+/// Encoding, decimal commas, lines, order of the dates, arrows, most bytes of a compressed file, column and text of the
+/// rows' kind.
+type Fields<'a> = (&'a str, bool, Option<usize>, Option<&'a str>, bool, u64, Option<(usize, &'a str)>);
 
 /// The fields of [`formats::Remarks`].
 type Passed = (usize, usize, usize, usize, Vec<(usize, String)>);
@@ -103,12 +105,36 @@ fn dialect(
     comment: Vec<String>,
     skip_lines: usize,
     columns: usize,
-    (_, _, _, dates, most, tag): Fields<'_>,
+    (_, _, _, dates, arrow, most, tag): Fields<'_>,
 ) -> PyResult<Dialect> {
     let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
     let comment = comment.into_iter().map(String::into_bytes).collect();
     let tag = tag.map(|(column, text)| Tag { column, text: text.as_bytes().to_vec() });
-    Ok(Dialect { delimiter, comment, skip_lines, columns, dates, most, tag })
+    let dates = dates.map(order_of).transpose()?;
+    Ok(Dialect { delimiter, comment, skip_lines, columns, dates, arrow, most, tag })
+}
+
+/// The form of a stamp and its nanoseconds, and whether the order of day and month matters; nothing for other text.
+#[pyfunction]
+pub fn parse_stamp(text: &str, order: &str) -> PyResult<Option<(&'static str, i64, bool)>> {
+    let stamp = formats::date::stamp(text.as_bytes(), order_of(order)?);
+    Ok(stamp.map(|stamp| {
+        let form = match stamp.form {
+            Form::Date => "date",
+            Form::Day => "day",
+            Form::Clock => "clock",
+            Form::Minutes => "minutes",
+        };
+        (form, stamp.nanos, stamp.ordered)
+    }))
+}
+
+fn order_of(order: &str) -> PyResult<Order> {
+    match order {
+        "day_first" => Ok(Order::DayFirst),
+        "month_first" => Ok(Order::MonthFirst),
+        other => Err(PyValueError::new_err(format!("no such order of day and month: {other:?}"))),
+    }
 }
 
 fn written((encoding, decimal_comma, lines, ..): Fields<'_>) -> PyResult<Writing> {

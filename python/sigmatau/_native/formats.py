@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +86,8 @@ def read_text(
     encoding: str = "ascii",
     decimal_comma: bool = False,
     lines: int | None = None,
-    dates: bool = False,
+    dates: DayOrder | None = None,
+    arrow: bool = False,
     most: int = _ANY_SIZE,
     tag: tuple[int, str] | None = None,
 ) -> TextColumns:
@@ -114,8 +115,10 @@ def read_text(
         Whether 0,5 is one half; then 0.5 is no number.
     lines : int or None
         Lines of the source after which it is taken to end.
-    dates : bool
-        Whether the exact column holds dates; they come as nanoseconds since 1970.
+    dates : {"day_first", "month_first"} or None
+        Order of day and month in dates of the exact column, which come as nanoseconds since 1970; None for numbers.
+    arrow : bool
+        Whether a time and an arrow stand before each row; the time is the last column.
     most : int
         Bytes that a compressed file may have. [bytes]
     tag : (int, str) or None
@@ -125,7 +128,7 @@ def read_text(
     ------
     TextReadError
     """
-    writing = (encoding, decimal_comma, lines, dates, most, tag)
+    writing = (encoding, decimal_comma, lines, dates, arrow, most, tag)
     how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, writing)
     try:
         found = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
@@ -142,6 +145,34 @@ def read_text(
         headers=headers,
         open_end=open_end,
     )
+
+
+DayOrder = Literal["day_first", "month_first"]
+
+
+@frozen
+class Stamp:
+    """A date or a time of day.
+
+    Attributes
+    ----------
+    form : {"date", "day", "clock", "minutes"}
+        What the text states: a day and a time, a day, a time, or minutes and seconds.
+    nanoseconds : int
+        Since 1970; a time without a day is on the first of 1970.
+    ordered : bool
+        Whether the order of day and month matters.
+    """
+
+    form: Literal["date", "day", "clock", "minutes"]
+    nanoseconds: int
+    ordered: bool
+
+
+def parse_stamp(text: str, order: DayOrder = "day_first") -> Stamp | None:
+    """The date or time of day that a text states; None for any other text."""
+    found = _core.parse_stamp(text, order)
+    return None if found is None else Stamp(form=found[0], nanoseconds=found[1], ordered=found[2])
 
 
 @frozen

@@ -33,6 +33,7 @@ from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import ABSURD, HEAD, Loaded, Table
 from sigmatau.io.read.table_streams import find_rate
 from sigmatau.io.read.time.clock_line import rate_change
+from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.stamps import rate_changed
 from sigmatau.record.record import stream_name
 
@@ -216,6 +217,8 @@ class Live:
                 resolve(replace(table, load=_loader(b"".join(_lines(head)[layout.skip_lines :]), layout)), self.options)
             raise
         self.options = self.options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
+        if choice.split or (choice.time is not None and is_date(table.columns[choice.time].first)):
+            choice = replace(choice, time=None, split=None)  # lines are read as plain numbers here
         self._layout, self._choice, self.unit = layout, choice, unit
         body = b"".join(_lines(head)[layout.skip_lines :])
         stamps, bad = np.empty(0), list[str]()
@@ -276,6 +279,7 @@ class Live:
             columns=len(self._layout.columns),
             wanted=self._wanted(),
             decimal_comma=self._layout.decimal_comma,
+            arrow=self._layout.arrow,
         ).columns
 
     def _numbers(self, lines: bytes) -> NDArray[np.float64]:

@@ -22,7 +22,7 @@ InputKind = Literal["rate", "increments", "accumulated"]
 RATES = (1e-6, 1e9)
 """Range of sampling rates; times, phases and squares of rates outside overflow a double. [Hz]"""
 
-PLAUSIBLE_RATES = (0.01, 1e5)
+PLAUSIBLE_RATES = (0.01, 5e4)
 """Sampling rates of inertial sensors. [Hz]"""
 
 CHUNK = 1 << 16

@@ -2,6 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use sigmatau_formats::date::Order;
 use sigmatau_formats::{Delimiter, Dialect, Encoding, Writing, read_columns, read_written};
 
 fuzz_target!(|data: &[u8]| {
@@ -18,7 +19,8 @@ fuzz_target!(|data: &[u8]| {
         comment: vec![b"#".to_vec(), b"//".to_vec()],
         skip_lines: usize::from(choice >> 6),
         columns,
-        dates: choice & 8 != 0,
+        dates: (choice & 8 != 0).then_some(Order::DayFirst),
+        arrow: choice & 16 != 0 && columns > 1,
         most: u64::MAX,
         tag: None,
     };

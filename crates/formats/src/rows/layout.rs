@@ -29,7 +29,7 @@ impl<'a> Layout<'a> {
         let comments =
             dialect.comment.iter().all(|c| c.first().is_some_and(|b| !b"+-.0123456789 \t\r".contains(b)));
         let exact_is_wanted = exact.is_none_or(|column| wanted.contains(&column));
-        let quick = parted && comments && exact_is_wanted;
+        let quick = parted && comments && exact_is_wanted && !dialect.arrow;
         Self { dialect, wanted: wanted.len(), places, exact, quick }
     }
     /// Whether a line is of the kind that is read.

@@ -1,5 +1,7 @@
 //! The slow way: one line of any spelling that is let pass, held to the layout.
 
+use memchr::memmem;
+
 use super::field::{LONG, bare, count, field_end, is_missing, is_space, number, trim, trim_with};
 use super::layout::Layout;
 use super::store::Rows;
@@ -30,6 +32,10 @@ impl Layout<'_> {
             Delimiter::Byte(b'\t') => trim_with(line, |b| b == b' ' || b == b'\r'),
             _ => trim(line),
         };
+        let (stamp, trimmed) = match self.dialect.arrow {
+            true => split_arrow(trimmed),
+            false => (None, trimmed),
+        };
         if trimmed.is_empty() {
             return Ok(());
         }
@@ -47,22 +53,43 @@ impl Layout<'_> {
         let got = match fields {
             Ok(got) => got,
             // A line that is no row at all is best told as such.
-            Err(fault) => match count(trimmed, self.dialect.delimiter, self.dialect.columns) {
-                got if got != self.dialect.columns => got,
+            Err(fault) => match count(trimmed, self.dialect.delimiter, self.fields()) {
+                got if got != self.fields() => got,
                 _ => return Err(fault),
             },
         };
-        if got != self.dialect.columns {
-            let expected = self.dialect.columns;
+        let (got, expected) = match stamp {
+            Some(stamp) if got == self.fields() => (got + self.stamp(stamp, rows)?, self.dialect.columns),
+            Some(_) => (got, self.fields()),
+            None if self.dialect.arrow => (got, got + 1),
+            None => (got, self.dialect.columns),
+        };
+        if got != expected {
             return Err(TextError::Ragged { line: rows.lines, row: rows.done, got, expected });
         }
         rows.done += 1;
         Ok(())
     }
 
+    /// Fields of a row, without the time before an arrow.
+    fn fields(&self) -> usize {
+        self.dialect.columns - usize::from(self.dialect.arrow)
+    }
+
+    /// Reads the time before an arrow, the last column; the number of fields.
+    fn stamp(&self, stamp: &[u8], rows: &mut Rows) -> Result<usize, TextError> {
+        let column = self.fields();
+        if let (true, Some(order)) = (self.exact == Some(column), self.dialect.dates) {
+            rows.date(stamp, column, self.places[column], order)?;
+        } else if let Some(place) = self.places[column] {
+            rows.columns[place].push(f64::NAN); // a time of day is no number
+        }
+        Ok(1)
+    }
+
     /// Counts a line that begins with the mark of a comment.
     fn remark(&self, line: &[u8], rows: &mut Rows) {
-        let columns = self.dialect.columns;
+        let columns = self.fields();
         let fields = count(line, self.dialect.delimiter, columns);
         let (mut numbers, mut start) = (0, 0);
         while fields == columns && start < line.len() {
@@ -81,10 +108,10 @@ impl Layout<'_> {
     /// Takes the numbers out of a line whose fields one byte parts; the number of fields.
     fn delimited(&self, line: &[u8], byte: u8, rows: &mut Rows) -> Result<usize, TextError> {
         let mut start = 0;
-        for column in 0..self.dialect.columns {
-            let end = if self.exact == Some(column) && self.dialect.dates {
+        for column in 0..self.fields() {
+            let end = if let (true, Some(order)) = (self.exact == Some(column), self.dialect.dates) {
                 let end = field_end(line, start, byte);
-                rows.date(&line[start..end], column, self.places[column])?;
+                rows.date(&line[start..end], column, self.places[column], order)?;
                 end
             } else if let Some(place) = self.places[column] {
                 rows.number(line, start, byte, column, place)?
@@ -93,7 +120,7 @@ impl Layout<'_> {
                 rows.words(column, &line[start..end])?;
                 end
             };
-            if self.exact == Some(column) && !self.dialect.dates {
+            if self.exact == Some(column) && self.dialect.dates.is_none() {
                 rows.integer(bare(&line[start..end]));
             }
             if end == line.len() {
@@ -101,7 +128,7 @@ impl Layout<'_> {
             }
             start = end + 1;
         }
-        Ok(count(line, Delimiter::Byte(byte), self.dialect.columns))
+        Ok(count(line, Delimiter::Byte(byte), self.fields()))
     }
 
     /// The same for a line whose fields are parted by runs of spaces and tabs.
@@ -113,23 +140,31 @@ impl Layout<'_> {
             let len = line[start..].iter().position(|&b| is_space(b));
             let end = len.map_or(line.len(), |len| start + len);
             fields += 1;
-            if let Some(&place) = self.places.get(column) {
+            if let Some(&place) = self.places[..self.fields()].get(column) {
                 let field = &line[start..end];
-                if self.exact == Some(column) && self.dialect.dates {
-                    rows.date(field, column, place)?;
+                if let (true, Some(order)) = (self.exact == Some(column), self.dialect.dates) {
+                    rows.date(field, column, place, order)?;
                 } else if let Some(place) = place {
                     let value = number(field).map_err(|_| rows.fault(column, field))?;
                     rows.columns[place].push(value);
                 } else {
                     rows.words(column, field)?;
                 }
-                if self.exact == Some(column) && !self.dialect.dates {
+                if self.exact == Some(column) && self.dialect.dates.is_none() {
                     rows.integer(bare(field));
                 }
             }
             start = end + line[end..].iter().take_while(|&&b| is_space(b)).count();
         }
         Ok(fields)
+    }
+}
+
+/// The time before an arrow, if there is one, and the rest of a line.
+fn split_arrow(line: &[u8]) -> (Option<&[u8]>, &[u8]) {
+    match memmem::find(line, b"->") {
+        Some(at) => (Some(trim(&line[..at])), trim(&line[at + 2..])),
+        None => (None, line),
     }
 }
 
@@ -171,16 +206,25 @@ impl Rows {
         }
     }
 
-    /// Reads a field as a date, in nanoseconds.
-    fn date(&mut self, field: &[u8], column: usize, place: Option<usize>) -> Result<(), TextError> {
+    /// Reads a field as a date or a time of day, in nanoseconds; a missing one is [`NO_INTEGER`].
+    fn date(
+        &mut self,
+        field: &[u8],
+        column: usize,
+        place: Option<usize>,
+        order: date::Order,
+    ) -> Result<(), TextError> {
         let text = bare(field);
-        let stamp =
-            date::nanoseconds(text).or_else(|| date::part(text)).ok_or_else(|| self.fault(column, field))?;
+        let stamp = match date::stamp(text, order) {
+            Some(stamp) => Some(stamp.nanos),
+            None if is_missing(text) => None,
+            None => return Err(self.fault(column, field)),
+        };
         if let Some(place) = place {
-            self.columns[place].push(stamp as f64);
+            self.columns[place].push(stamp.map_or(f64::NAN, |nanos| nanos as f64));
         }
         if let Some(integers) = &mut self.integers {
-            integers.push(stamp);
+            integers.push(stamp.unwrap_or(NO_INTEGER));
         }
         Ok(())
     }

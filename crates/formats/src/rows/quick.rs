@@ -103,7 +103,7 @@ impl Layout<'_> {
         rows: &mut Rows,
     ) -> Option<usize> {
         let is_exact = self.exact == Some(column) && rows.integers.is_some();
-        if is_exact && self.dialect.dates {
+        if is_exact && self.dialect.dates.is_some() {
             return None; // left to the slow way
         }
         let room = text[start..].first_chunk();

@@ -17,7 +17,8 @@ fn table(columns: usize) -> Dialect {
         comment: vec![b"#".to_vec()],
         skip_lines: 0,
         columns,
-        dates: false,
+        dates: None,
+        arrow: false,
         most: u64::MAX,
         tag: None,
     }

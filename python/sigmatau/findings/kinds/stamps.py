@@ -10,15 +10,20 @@ from sigmatau.frozen import frozen
 
 @frozen
 class ImplausibleRate(Details, code="implausible_rate"):
-    """The stamps give a rate that is not plausible for a sensor.
+    """The stamps of a gyro or accelerometer give less than 1 Hz: a log of averages, or of another unit of time.
 
     Attributes
     ----------
-    rate : float
-        Rate by the stamps. [Hz]
+    rate, other_rate : float
+        Rate by the stamps in use, and in the other unit. [Hz]
+    unit, other_unit : str
+        The units of time.
     """
 
     rate: float
+    unit: str
+    other_rate: float
+    other_unit: str
 
 
 @frozen
@@ -291,6 +296,25 @@ class BadStamps(Details, code="bad_stamps"):
 
     what: Literal["missing", "wrong", "repeated", "late"]
     rows: int
+    place: str
+
+
+@frozen
+class CounterOverflows(Details, code="counter_overflows"):
+    """The time stamps are of a counter or clock that begins again, and are counted on; the size is how often it does.
+
+    Attributes
+    ----------
+    period : float
+        After which it begins again. [units of the stamps]
+    column : str
+        Column of the stamps.
+    place : str
+        The first row after it, as the file counts it.
+    """
+
+    period: float
+    column: str
     place: str
 
 

@@ -11,6 +11,7 @@ from sigmatau.findings.wording.phrases import Words, clock, factor_text
 from sigmatau.results import seconds, two_digits
 
 _SURE = 1e-3  # relative error of a rate that is not worth stating
+_LEAST_SHARE = 0.01  # share of the intervals that is stated [%]
 _WITHOUT_STAMPS = "--channels time=none --rate HZ"
 _CLOCK_ERROR = 0.05  # relative difference of rates that no clock explains: RC oscillators are within 2 %
 
@@ -21,8 +22,9 @@ def _count(finding: Finding) -> int:
 
 def _implausible_rate(_: Finding, found: kinds.ImplausibleRate) -> Words:
     return Words(
-        f"the time stamps give {found.rate:.6g} Hz, which is not a plausible sensor rate; all times would be wrong",
-        "Give the unit with --unit time=s|ms|us|ns, or the rate with --rate HZ",
+        f"the time stamps give {found.rate:.4g} Hz if they are in {found.unit}, {found.other_rate:.4g} Hz if they are in"
+        f" {found.other_unit}; {found.unit} is used",
+        f"Give --unit time={found.other_unit} if the sensor's rate is {found.other_rate:.4g} Hz",
     )
 
 
@@ -113,7 +115,8 @@ def _irregular_stamps(_: Finding, found: kinds.IrregularStamps) -> Words:
 
 
 def _coarse_stamps(_: Finding, found: kinds.CoarseStamps) -> Words:
-    resolution = f"time stamps have a resolution of {found.step:.3g} s"
+    whole = abs(found.step - 1) < _SURE
+    resolution = "time stamps are whole seconds" if whole else f"time stamps have a resolution of {found.step:.3g} s"
     if found.period:
         faster = f"{1 / found.step:.6g}"
         return Words(
@@ -138,9 +141,12 @@ def _coarse_stamps(_: Finding, found: kinds.CoarseStamps) -> Words:
 
 
 def _host_stamps(finding: Finding, found: kinds.HostStamps) -> Words:
+    share = 100 * (finding.size or 0.0)
+    what = "the time stamps do not lie on an even grid"
+    if share >= _LEAST_SHARE:
+        what = f"the time stamps are bunched ({two_digits(share)} % of the intervals too short)"
     return Words(
-        f"the time stamps are bunched ({two_digits(100 * (finding.size or 0.0))} % of the intervals too short);"
-        f" samples treated as evenly spaced at {found.rate:.6g} Hz",
+        f"{what}; samples treated as evenly spaced at {found.rate:.6g} Hz",
         "Compare this rate with the sensor's, or log the time stamps or the counter of the sensor",
     )
 
@@ -177,6 +183,15 @@ def _bad_stamps(finding: Finding, found: kinds.BadStamps) -> Words:
     return Words(f"{_count(finding)} of {found.rows} rows {wrong}, the first at {found.place}; {done}", action)
 
 
+def _counter_overflows(finding: Finding, found: kinds.CounterOverflows) -> Words:
+    count = _count(finding)
+    times = "once" if count == 1 else f"{count} times"
+    return Words(
+        f"time stamps in column {found.column} begin again after {found.period:.10g} {times}, first at {found.place};"
+        " counted on"
+    )
+
+
 def _missing_values(finding: Finding, found: kinds.MissingValues) -> Words:
     equal = len(set(found.counts)) == 1
     count = (
@@ -206,5 +221,6 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.HostStamps: _host_stamps,
     kinds.Jitter: _jitter,
     kinds.BadStamps: _bad_stamps,
+    kinds.CounterOverflows: _counter_overflows,
     kinds.MissingValues: _missing_values,
 }

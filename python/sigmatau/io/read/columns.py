@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
@@ -20,6 +20,8 @@ from sigmatau.io.read.names import (
     unit_of,
 )
 from sigmatau.io.read.table import Column, listing
+from sigmatau.io.read.time.dates import is_date
+from sigmatau.io.read.time.split_stamps import SplitStamp, find_split_stamps
 from sigmatau.record.thermometers import NAMES
 
 _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
@@ -33,6 +35,14 @@ class Choice:
     time: int | None  # The column of the time stamps
     notes: tuple[str, ...] = ()  # Decisions, for the provenance of the record
     temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
+    split: SplitStamp | None = None  # The two columns of the time stamps, if they are split; the first one is `time`
+    other_times: tuple[int, ...] = ()  # Other columns that are time by their name, if `channels` does not name the one
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """All columns that are read, without the temperature."""
+        times = () if self.time is None else (self.time,)
+        return tuple(dict.fromkeys((*self.channels.values(), *times, *((self.split.part,) if self.split else ()))))
 
 
 def choose(
@@ -41,30 +51,42 @@ def choose(
     *,
     increments: bool = False,
     ask: Callable[[], OptionError] | None = None,
+    without_times: Collection[int] = (),
 ) -> Choice:
     """The channels, as the user names them or else by column names. `asked`: channel to column, see
     `sigmatau.io.read.read`; `increments`: whether increments are read where a log has rates too; `ask`: makes the question
-    that is raised if no name is known.
+    that is raised if no name is known; `without_times`: columns that are not time, whatever their name.
     """
     found = recognise(columns)
     found, beside = _of_one_kind(columns, found, increments=increments)
     without = asked is not None and no_time(columns, asked)
+    chosen = ChosenTime()
     if asked:
         named = _resolve(columns, {c: where for c, where in asked.items() if c.strip() != "time" or not without})
         time = named.pop("time", None)
-        notes: tuple[str, ...] = ("no time stamps, as asked",) if without else ()
-        if time is None and not without:
-            time, notes = find_time(columns, found, taken=set(named.values()), strict=False)
+        if without:
+            chosen = ChosenTime(notes=("no time stamps, as asked",))
+        elif time is not None:
+            pairs = (pair for pair in find_split_stamps(columns) if pair.seconds == time and time not in without_times)
+            chosen = ChosenTime(column=time, split=next(pairs, None))
+        else:
+            chosen = find_time(columns, found, taken={*named.values(), *without_times}, strict=False)
         sensors = {channel: index for channel, index in named.items() if channel.startswith(("gyro", "accel"))}
         for channel, index in sensors.items():
             twin = next(other for other, where in sensors.items() if where == index)
             if twin != channel:
                 raise OptionError(f"column {index + 1} is given twice, for {twin} and for {channel}", option="channels")
         if named:
-            return Choice(channels=_ordered(named), time=time, notes=notes)
+            return Choice(
+                channels=_ordered(named),
+                time=chosen.column,
+                notes=chosen.notes,
+                split=chosen.split,
+                other_times=chosen.others,
+            )
     else:
-        time, notes = find_time(columns, found, taken=set(), strict=True)
-    notes = (*notes, *beside)
+        chosen = find_time(columns, found, taken=without_times, strict=True)
+    time, notes = chosen.column, (*chosen.notes, *beside)
     channels: dict[str, int] = {}
     for index, match in enumerate(found):
         if match is None or match[0] == "time" or index == time:
@@ -85,7 +107,14 @@ def choose(
         raise ask() if ask is not None else _unknown_names(columns)
     taken = {index for index, match in enumerate(found) if match is not None}
     thermometer = find_thermometer(columns, [key_of(bare_name(column)) for column in columns], taken)
-    return Choice(channels=_ordered(channels), time=time, notes=notes, temperature=thermometer)
+    return Choice(
+        channels=_ordered(channels),
+        time=time,
+        notes=notes,
+        temperature=thermometer,
+        split=chosen.split,
+        other_times=chosen.others,
+    )
 
 
 def _first_of_each(found: Sequence[tuple[str, str | None] | None], time: int | None) -> str:
@@ -156,32 +185,63 @@ def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChosenTime:
+    """The time column, if there is one."""
+
+    column: int | None = None
+    notes: tuple[str, ...] = ()
+    split: SplitStamp | None = None  # Its two columns, if it is split
+    others: tuple[int, ...] = ()  # Other columns that look like time
+
+
+_OF_SENSOR = re.compile(TIMES[1])  # the stamp of the sensor, which precedes that of the receiver
+
+
 def find_time(
-    columns: Sequence[Column], found: Sequence[tuple[str, str | None] | None], *, taken: set[int], strict: bool
-) -> tuple[int | None, tuple[str, ...]]:
-    """The time column, if one is recognised and is not read as a channel; and notes."""
+    columns: Sequence[Column],
+    found: Sequence[tuple[str, str | None] | None],
+    *,
+    taken: Collection[int],
+    strict: bool,
+) -> ChosenTime:
+    """The time column, if one is recognised by its name, or is the only one of dates. `taken`: columns that are something
+    else; `strict`: whether several such columns are an error.
+    """
     keys = [sensor_key(unit_of(column)[0]) for column in columns]
-    halves = [k for k in keys if SPLIT_STAMP.search(k)]
+    pairs = [pair for pair in find_split_stamps(columns) if not {pair.seconds, pair.part} & set(taken)]
+    halves = [i for i, key in enumerate(keys) if SPLIT_STAMP.search(key) and i not in taken]
+    excluded = {*taken, *(index for pair in pairs for index in (pair.seconds, pair.part))}
     times = [
         i
         for i, match in enumerate(found)
-        if match is not None and match[0] == "time" and i not in taken and not (keys[i] in halves and len(halves) > 1)
+        if match is not None and match[0] == "time" and i not in excluded and not (i in halves and len(halves) > 1)
     ]
-    for names in TIMES:
-        best = [i for i in times if any(re.fullmatch(names, stem) for stem, _ in readings(keys[i], None))]
-        if len(best) > 1:
-            if not strict:
-                return None, ()
-            listed = " and ".join(f"{i + 1} {columns[i].name!r}" for i in best)
-            raise OptionError(
-                f"columns {listed} both look like time; choose one, e.g. --channels time={best[0] + 1}",
-                option="channels",
-            )
-        if best:
-            others = [columns[i].name for i in times if i != best[0]]
-            note = f"time from {columns[best[0]].name!r}, not from {', '.join(map(repr, others))}" if others else ""
-            return best[0], (note,) if note else ()
-    return (times[0] if len(times) == 1 else None), ()
+    if not times and not pairs:
+        times = [i for i, column in enumerate(columns) if i not in taken and is_date(column.first)]
+    ranked = [
+        [i for i in times if any(re.fullmatch(names, stem) for stem, _ in readings(keys[i], None))] for names in TIMES
+    ]
+    pair = pairs[0] if len(pairs) == 1 else None
+    if pair is not None and not ranked[0]:
+        stem = re.sub(r"_?[a-z]+$", "", keys[pair.seconds])
+        if _OF_SENSOR.fullmatch(stem) or not ranked[1]:
+            names = f"{columns[pair.seconds].name!r} and {columns[pair.part].name!r}"
+            joined = (f"time from {names}, joined",)
+            return ChosenTime(column=pair.seconds, notes=joined, split=pair, others=tuple(times))
+    best = next((group for group in ranked if group), times if len(times) == 1 else [])
+    if len(best) > 1 and strict:
+        listed = " and ".join(f"{i + 1} {columns[i].name!r}" for i in best)
+        raise OptionError(
+            f"columns {listed} both look like time; choose one, e.g. --channels time={best[0] + 1}",
+            option="channels",
+        )
+    if len(best) != 1:
+        return ChosenTime()
+    others = tuple(i for i in times if i != best[0])
+    names = ", ".join(repr(columns[i].name) for i in others)
+    notes = (f"time from {columns[best[0]].name!r}, not from {names}",) if others else ()
+    return ChosenTime(column=best[0], notes=notes, others=others)
 
 
 def _ordered(channels: Mapping[str, int]) -> dict[str, int]:
@@ -212,6 +272,7 @@ def _places(columns: Sequence[Column], channel: str, where: str | int) -> list[t
             [i for i, c in enumerate(columns) if unit_of(c)[0] == text],
             [i for i, c in enumerate(columns) if c.name.strip().lower() == text.lower()],
             [i for i, c in enumerate(columns) if unit_of(c)[0].lower() == text.lower()],
+            [i for i, c in enumerate(columns) if c.name.strip() == f"%{text}"],
         ):
             if text and len(same) == 1:
                 return [(channel, same[0])]

@@ -270,7 +270,7 @@ def bare_name(column: Column) -> str:
 def key_of(name: str) -> str:
     """A name in the form that is compared: in lower case, with underscores, without prefixes."""
     key = re.sub(r"[\[(]([012])[\])]$", lambda m: "_" + "xyz"[int(m[1])], name.strip().lower())
-    key = re.sub(r"[\s./:\-]+", "_", key).strip("_")
+    key = re.sub(r"[\s./:%\-]+", "_", key).strip("_")
     return _PREFIX.sub("", key)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -11,11 +11,13 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.column_findings import column_findings
-from sigmatau.io.read.columns import Choice, choose, find_time
+from sigmatau.io.read.columns import Choice, choose
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.suggestions import ask_for_columns, by_gravity
-from sigmatau.io.read.table import Table, is_date
+from sigmatau.io.read.table import Table
+from sigmatau.io.read.time.dates import is_date
+from sigmatau.io.read.time.plausible import epoch_unit
 from sigmatau.record.record import QUANTITIES, stream_name
 from sigmatau.record.streams import InputKind
 
@@ -24,14 +26,17 @@ Resolved = tuple[Choice, dict[str, str], list[Finding]]
 SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
 
-def resolve(table: Table, options: Options) -> Resolved:
-    """The columns, the unit of each channel as spelled, and findings; raises as `assemble` does."""
+def resolve(table: Table, options: Options, *, without_times: Collection[int] = ()) -> Resolved:
+    """The columns, the unit of each channel as spelled, and findings; raises as `assemble` does. `without_times`: columns
+    that are not time, whatever their name.
+    """
     by_mean = None if options.channels else by_gravity(table)
     choice = choose(
         table.columns,
         options.channels if by_mean is None else by_mean[0],
         increments=options.input == "increments",
         ask=partial(ask_for_columns, table),
+        without_times=without_times,
     )
     if options.sensors:
         read = {channel: i for channel, i in choice.channels.items() if stream_name(channel) in options.sensors}
@@ -39,7 +44,6 @@ def resolve(table: Table, options: Options) -> Resolved:
     _check_keys(choice, options)
     _check_kind(table, choice, options)
     choice = _without_text_stamps(table, choice, options)
-    choice = _without_dead_stamps(table, choice, options)
     unit, findings = _units(table, choice, options)
     findings = [*findings, *column_findings(table, choice, options, by_name=not options.channels and by_mean is None)]
     return choice, unit, findings if by_mean is None else [by_mean[1], *findings]
@@ -87,30 +91,6 @@ def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choi
     return choice
 
 
-def _without_dead_stamps(table: Table, choice: Choice, options: Options) -> Choice:
-    """The choice with another time column, if the log has one and all stamps of the chosen one are 0."""
-    if choice.time is None or "time" in options.channels or not _is_zero(table.columns[choice.time].first):
-        return choice
-    matches = recognise(table.columns)
-    matches[choice.time] = None
-    taken = {*choice.channels.values(), choice.time}
-    other, _ = find_time(table.columns, matches, taken=taken, strict=False)
-    if other is None or _is_zero(table.columns[other].first or "0"):
-        return choice
-    if table.load([choice.time], choice.time).columns[choice.time].any():
-        return choice
-    note = f"time from {table.label(other)}: all stamps in {table.label(choice.time)} are 0"
-    return replace(choice, time=other, notes=(*(n for n in choice.notes if not n.startswith("time from ")), note))
-
-
-def _is_zero(text: str) -> bool:
-    """Whether the text of a first row is the number 0."""
-    try:
-        return float(text) == 0
-    except ValueError:
-        return False
-
-
 def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[Finding]]:
     """Unit of each channel, as spelled by the user or the file, with findings."""
     recognised = recognise(table.columns)
@@ -128,6 +108,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
             stated = match[1]
         given = options.unit.get(channel, options.unit.get(stream))
+        if channel == "time" and choice.split is not None:
+            given, stated = None, "ns"  # as they are joined
         if channel == "time" and is_date(table.columns[index].first):
             given = None  # dates have no unit
         if given is not None and stated is not None and not _same(given, stated):
@@ -175,10 +157,18 @@ def _overruled(channel: str, given: str, stated: str, *, known: bool = True, sca
 
 def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:
     """The option that is needed for the rate, beside the units."""
-    known = table.rate is not None if choice.time is None else "time" in unit
+    known = table.rate is not None if choice.time is None else "time" in unit or _shows_unit(table, choice.time)
     if options.states_rate or known:
         return ""
     return " --rate HZ" if choice.time is None else " --unit time=s (or ms, us, ns)"
+
+
+def _shows_unit(table: Table, time: int) -> bool:
+    """Whether the first stamp counts from 1970 in a unit that its size shows."""
+    try:
+        return epoch_unit(float(table.columns[time].first)) is not None
+    except ValueError:
+        return False
 
 
 def _check_unit(channel: str, spelled: str, stream: str) -> None:

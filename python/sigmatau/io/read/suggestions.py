@@ -25,6 +25,7 @@ from sigmatau.io.read.columns import as_option, find_time
 from sigmatau.io.read.name_tables import NOT_A_SENSOR
 from sigmatau.io.read.names import bare_name, key_of, recognise, signal_name, stated_unit
 from sigmatau.io.read.table import Column, Table, listing
+from sigmatau.io.read.time.dates import is_date
 
 _EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
 _GYRO_MEAN = 0.2  # largest mean of a gyro beside gravity that is read without a question, over the size of gravity
@@ -108,7 +109,7 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
         for index, (column, match) in enumerate(zip(table.columns, matches, strict=True))
         if match is not None or NOT_A_SENSOR.search(column.name)
     }
-    time, _ = find_time(table.columns, matches, taken=set(), strict=False)
+    time = find_time(table.columns, matches, taken=set(), strict=False).column
     found = identify(loaded, time=time, excluded=frozenset(excluded))
     if found is None:
         return None
@@ -160,7 +161,7 @@ def _signals(columns: Sequence[Column]) -> str:
     known = recognise(columns)
     signals: dict[str, int] = {}
     for index, column in enumerate(columns):
-        if known[index] is None and column.name.strip() and stated_unit(column):
+        if known[index] is None and column.name.strip() and stated_unit(column) and not is_date(column.first):
             signals[signal_name(column, taken=signals)] = index
     if not 0 < len(signals) <= _EXAMPLE_SIGNALS:
         return ""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import importlib
-import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
@@ -26,11 +25,6 @@ FORMATS = (
 
 
 _LISTED = 12
-_DATE = re.compile(
-    r"\d{4}([-/])\d\d\1\d\d[Tt ]\d\d:\d\d(?::\d\d(?:[.,]\d++)?)?(?: ?(?:[Zz]|[Uu][Tt][Cc]|[+-]\d\d(?::?\d\d)?))?"
-)
-_DAY = re.compile(r"\d{4}([-/])\d\d\1\d\d")
-_CLOCK = re.compile(r"\d\d:\d\d:\d\d(?:[.,]\d++)?")
 _WORD = 50
 
 
@@ -144,24 +138,6 @@ class Format(Protocol):
     def read(self, path: Path, head: Head) -> Sequence[Table]:
         """The tables of a file that `sniff` accepted; raises `DataError`."""
         ...
-
-
-def is_date(text: str) -> bool:
-    """Whether a field is a date and time; they are read to the nanosecond since 1970."""
-    return _DATE.fullmatch(text) is not None
-
-
-def with_days(columns: Sequence[Column]) -> tuple[tuple[Column, ...], dict[int, int | None]]:
-    """The columns, a time of day as a date with the day of the column beside it; and that column by the one of the time."""
-    days: dict[int, int | None] = {}
-    found = list(columns)
-    for index, column in enumerate(columns):
-        if _CLOCK.fullmatch(column.first):
-            beside = [k for k in (index - 1, index + 1) if 0 <= k < len(columns) and _DAY.fullmatch(columns[k].first)]
-            days[index] = beside[0] if beside else None
-            day = columns[beside[0]].first if beside else "1970-01-01"
-            found[index] = replace(column, first=f"{day} {column.first}")
-    return tuple(replace(c, unit="ns") if is_date(c.first) else c for c in found), days
 
 
 def listing(columns: Sequence[Column]) -> str:

@@ -22,6 +22,9 @@ from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.suggestions import gravity_on_gyro
 from sigmatau.io.read.table import Loaded, Table, all_without_absurd
 from sigmatau.io.read.time import rows
+from sigmatau.io.read.time.dates import is_date
+from sigmatau.io.read.time.plausible import refuse_implausible, slow_rate
+from sigmatau.io.read.time.split_stamps import join
 from sigmatau.io.read.time.stamps import Timing, later
 from sigmatau.io.read.time.timing import (
     jitter_findings,
@@ -51,9 +54,8 @@ class Part:
 
 def part(table: Table, options: Options) -> Part:
     """Streams, conversions and findings of one table; raises as `assemble` does."""
-    resolved = resolve(table, options)
+    resolved, loaded = _resolved(table, options)
     choice = resolved[0]
-    loaded, choice = _loaded(table, choice)
     raw, unwritten = without_unwritten(loaded.columns, choice.time, [table.label(i) for i in range(len(table.columns))])
     loaded = replace(loaded, columns=raw, findings=(*loaded.findings, *unwritten))
     try:
@@ -118,6 +120,10 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         else:
             shared = shared or timed(table, choice, raw, unit.get("time"), in_all_rows)
             timing = shared
+        rate = (options.of_streams([name]) if name in own else in_all_rows).rate
+        slow = () if rate is not None else _check_rate(name, table, choice, timing, rows)
+        if slow and slow[0] not in overruled:
+            overruled = [*overruled, *slow]
         if not RATES[0] <= timing.rate <= RATES[1]:
             raise DataError(
                 f"its sampling rate is {timing.rate:g} Hz by {timing.source}, outside {RATES[0]:g} to {RATES[1]:g} Hz;"
@@ -161,7 +167,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         streams += warm
         notes = [*notes, noted]
     begins = min(stream.grid.start for stream in streams)
-    used = {*choice.channels.values(), choice.time, *(warmth if streams[-1].quantity == "temperature" else ())}
+    used = {*choice.columns, *(warmth if streams[-1].quantity == "temperature" else ())}
     return Part(
         topic=table.topic,
         streams=tuple(streams),
@@ -199,9 +205,51 @@ def _refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[
         raise interleaving.error(table.label(choice.channels[interleaving.channel]))
 
 
+def _check_rate(name: str, table: Table, choice: Choice, timing: Timing, rows: int) -> tuple[Finding, ...]:
+    """A finding about a slow rate of a gyro or accelerometer by its stamps; raises `OptionError` for an impossible one."""
+    if name not in SI or choice.time is None or timing.second is None:
+        return ()
+    n = timing.n or rows
+    is_dated = is_date(table.columns[choice.time].first)
+    refuse_implausible(name, table.label(choice.time), timing.rate, n, None if is_dated else timing.second)
+    return () if is_dated else slow_rate(timing.rate, n, timing.second)
+
+
+def _resolved(table: Table, options: Options) -> tuple[Resolved, Loaded]:
+    """Columns and units, and the columns, with the time stamps of another column if the first choice has none."""
+    resolved = resolve(table, options)
+    loaded, choice = _loaded(table, resolved[0])
+    if choice.split is not None:
+        split = choice.split
+        joined = join(split, loaded.columns[split.seconds], loaded.columns[split.part])
+        if joined is None:  # two clocks
+            whole = np.all(np.mod(loaded.columns[split.seconds][:_MIN_ROWS], 1) == 0)
+            resolved = resolve(table, options, without_times={split.seconds if whole else split.part})
+            loaded, choice = _loaded(table, resolved[0])
+        else:
+            loaded = replace(loaded, columns={**loaded.columns, split.seconds: joined})
+    if choice.time is not None and len(choice.other_times) == 1 and _is_constant(loaded.columns[choice.time]):
+        loaded_first = loaded.columns[choice.time]
+        idle = {choice.time, *((choice.split.part,) if choice.split else ())}
+        resolved = resolve(table, options, without_times=idle)
+        loaded, other = _loaded(table, resolved[0])
+        if other.time is not None:
+            first, value = table.label(choice.time), loaded_first[0]
+            choice = replace(
+                other, notes=(*other.notes, f"time from {table.label(other.time)}: all stamps in {first} are {value}")
+            )
+        else:
+            choice = other
+    return (choice, *resolved[1:]), loaded
+
+
+def _is_constant(array: NDArray[Any]) -> bool:
+    return len(array) > 1 and array[0] == array[-1] and bool(np.all(array == array[0]))
+
+
 def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
     """The columns, infinite values as missing ones, with the temperature if it can be read."""
-    wanted = {*choice.channels.values(), *(() if choice.time is None else (choice.time,))}
+    wanted = set(choice.columns)
     loaded: Loaded | None = None
     warm = choice.temperature
     if warm is not None and warm.index not in wanted:

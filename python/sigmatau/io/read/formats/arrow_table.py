@@ -17,7 +17,7 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import WIDEST, parts, pick, real_columns
 from sigmatau.io.read.formats.damage import fault, first_line
 from sigmatau.io.read.table import Column, Loaded, Table
-from sigmatau.io.read.time.rows import NO_STAMP
+from sigmatau.io.read.time.dates import NO_STAMP
 
 _INDEX = re.compile(r"^__index_level_\d+__$")  # pandas, of an index without a name
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import datetime as dt
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +18,8 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import fault
-from sigmatau.io.read.table import Column, Head, Loaded, Table, is_date
+from sigmatau.io.read.table import Column, Head, Loaded, Table
+from sigmatau.io.read.time.dates import NO_STAMP, is_date, parse_stamps
 from sigmatau.record import memory
 
 _BOM = b"\xef\xbb\xbf"
@@ -96,8 +96,8 @@ class _Field:
         if self.values.dtype.kind == "f":
             return self.values
         if isinstance(self.values[0], str) and is_date(self.values[0]):
-            times = np.array([_nanoseconds(value) for value in self.values], dtype=np.int64)
-            return times if exact else np.where(times == _MISSING, np.nan, times.astype(np.float64))
+            times = parse_stamps(self.name, self.values.tolist())
+            return times if exact else np.where(times == NO_STAMP, np.nan, times.astype(np.float64))
         try:
             return np.array([np.nan if value is None else value for value in self.values], dtype=np.float64)
         except (ValueError, TypeError, OverflowError):
@@ -106,17 +106,6 @@ class _Field:
                 f", row {row} (counted from 0): field {self.name} has {str(self.values[row])[:40]!r}, which is not a"
                 " number; correct or delete the row"
             ) from None
-
-
-def _nanoseconds(value: object) -> int:
-    """A date in nanoseconds since 1970, as UTC without an offset; the mark of a missing one for anything else."""
-    try:
-        moment = dt.datetime.fromisoformat(str(value).replace("/", "-"))
-    except ValueError:
-        return int(_MISSING)
-    moment = moment if moment.tzinfo else moment.replace(tzinfo=dt.UTC)
-    since = moment - dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
-    return (since.days * 86_400 + since.seconds) * 1_000_000_000 + since.microseconds * 1000
 
 
 def _packed(values: list[Any]) -> NDArray[Any]:

@@ -346,7 +346,7 @@ class _Loader:
             raise DataError("does not fit in memory; cut it, or record less")
         data = self.path.read_bytes()
         lines = self._yaml_lines(data) if self.records.yaml else self._pair_lines(data)
-        return Text(source=lines, layout=self.records.layout(), encoding="ascii", gzip=False, days={})
+        return Text(source=lines, layout=self.records.layout(), encoding="ascii", gzip=False, dates={})
 
     def _pair_lines(self, data: bytes) -> bytes:
         """The text with spaces for marks, and each record on its first line."""

@@ -39,6 +39,7 @@ _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGN
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _EXCHANGED = str.maketrans(",.", ".,")
 _SEPARATOR = re.compile(r'"?sep=.{1,3}$', re.IGNORECASE)  # for Excel
+_ARROW = re.compile(r"\s*(\d{1,2}:\d\d:\d\d(?:[.,:]\d{1,9})?)\s*->")  # of the serial monitor of the Arduino IDE
 _UNIT_GAP = re.compile(r"(?<!\s)\s++(?=[\[(])")
 _IN_BRACKETS = re.compile(r"[\[(][^\])]{0,80}[\])]")
 
@@ -52,6 +53,7 @@ class Layout:
     columns: tuple[Column, ...]
     notes: tuple[str, ...]  # Properties of the table, for the provenance of the record
     decimal_comma: bool = False  # Whether 0,5 is one half
+    arrow: bool = False  # Whether ``15:00:00.010 ->`` stands before each row; that clock is the last column
     rate: StatedRate | None = None  # What a line above the table states
     last: int = 0  # Number of the last line that was searched
     counts_per_second: int | None = (
@@ -61,7 +63,8 @@ class Layout:
     def fits(self, line: str) -> bool:
         """Whether a line has as many fields as a row of this layout, or is blank."""
         text = line.translate(_EXCHANGED) if self.decimal_comma else line
-        columns = len(self.columns)
+        columns = len(self.columns) - self.arrow
+        text = _ARROW.sub("", text) if self.arrow else text
         fields = _Line(0, text.strip() if self.delimiter != "\t" else text, comment=False).split(self.delimiter)
         return not text.strip() or len(fields) == columns or (len(fields) == columns + 1 and not fields[-1])
 
@@ -77,6 +80,7 @@ class _Line:
     number: int  # counted from 1
     text: str
     comment: bool
+    clock: str = ""  # the time before an arrow, which is not part of the text
     fields: dict[str | None, list[str]] = field(default_factory=dict)
     plain: list[float] | Literal[False] | None = None  # of a row of numbers with commas between; None if not known yet
 
@@ -146,7 +150,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) 
     """
     text, read_as = decode(data, whole=whole)
     written = f", {encoding}" if encoding else read_as
-    lines = _lines(text, skip)
+    lines, arrow = _without_arrows(_lines(text, skip))
     rows = [line for line in lines if not line.comment]
     if not rows:
         what = "comments and blank lines" if lines else "blank lines"
@@ -182,6 +186,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) 
         f"{kind} text{commas}, {'no header' if header is None else f'header on line {header}'}{written}",
         *layout_notes,
         *_note_above(rows, header),
+        *(("time of day before -> on each line, read as column clock",) if arrow else ()),
         *(f"line {line.number} skipped: its numbers are not those of a sample" for line in skipped),
     ]
     rate = find_rate([(line.number, line.text) for line in before])
@@ -196,9 +201,11 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) 
         columns=tuple(
             Column(name=n, unit=u, first=f)
             for n, u, f in zip(names, units, first.split(delimiter)[:columns], strict=True)
-        ),
+        )
+        + ((Column(name="clock", first=first.clock),) if arrow else ()),
         notes=tuple(notes),
         decimal_comma=decimal_comma,
+        arrow=arrow,
     )
 
 
@@ -265,7 +272,8 @@ def _is_odd(rows: list[_Line], delimiter: str | None, columns: int) -> bool:
 
 def header_fields(text: str, layout: Layout) -> list[str]:
     """The names in a comment line among the rows; nothing if it is not a header."""
-    fields = _header_fields(_Line(0, text, comment=True), layout.delimiter, len(layout.columns))
+    columns = len(layout.columns) - layout.arrow
+    fields = _header_fields(_Line(0, text, comment=True), layout.delimiter, columns)
     return fields if names_something(fields) else []
 
 
@@ -315,6 +323,19 @@ def _lines(text: str, skip: int) -> list[_Line]:
         if line:
             lines.append(_Line(number, line, line.lstrip().startswith(COMMENTS)))
     return lines
+
+
+def _without_arrows(lines: list[_Line]) -> tuple[list[_Line], bool]:
+    """The lines without the time and the arrow before each, as a serial monitor writes them; and whether they have them."""
+    found = [_ARROW.match(line.text) if "->" in line.text else None for line in lines]
+    if 2 * sum(match is not None for match in found) < max(len(lines), 1):
+        return lines, False
+    rest = []
+    for line, match in zip(lines, found, strict=True):
+        text = line.text[match.end() :].strip() if match else line.text
+        if text:
+            rest.append(_Line(line.number, text, text.startswith(COMMENTS), clock=match[1] if match else ""))
+    return rest, True
 
 
 def bare_fields(text: str, delimiter: str | None) -> list[str]:
@@ -551,7 +572,7 @@ def _header_fields(line: _Line, delimiter: str | None, columns: int) -> list[str
     """The names in a line, if it has one for each column and no numbers; else nothing."""
     text = line.text
     if line.comment:
-        text = re.sub(r"^\s*(?:#+|%+|//+)\s*", "", text)
+        text = re.sub(r"^\s*(?:#+|%+(?!time\b)|//+)\s*", "", text)  # %time is a name, of rostopic
         if columns == 1 and len(_IN_BRACKETS.sub("", text).split()) != 1:
             return []  # a comment
     if not text:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import formats
+from sigmatau._native.formats import DayOrder
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place, SkippedLines
@@ -34,7 +35,8 @@ from sigmatau.io.read.formats.layout import (
 from sigmatau.io.read.formats.preamble import SAMPLE_TIME, unwrapped
 from sigmatau.io.read.formats.row_kinds import Kinds, find_kinds, first_values, rows_of_kind
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import HEAD, Column, Head, Loaded, RowKind, Table, is_date, with_days
+from sigmatau.io.read.table import HEAD, Column, Head, Loaded, RowKind, Table
+from sigmatau.io.read.time.dates import NO_STAMP, ORDERS, DateColumn, continued, date_columns, is_ordered, order_of
 from sigmatau.record import memory
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
@@ -161,13 +163,13 @@ def _table_of(
     if beginning.skip:
         skipped = f"the first {beginning.skip} lines skipped" if beginning.skip > 1 else "the first line skipped"
         layout = replace(layout, notes=(*layout.notes, skipped))
-    dated, days = with_days(layout.columns)
+    dated, dates = date_columns(layout.columns)
     text = Text(
         source=source,
         layout=replace(layout, columns=dated),
         encoding=beginning.encoding,
         gzip=head.gzip,
-        days=days,
+        dates=dates,
         kind=kind,
     )
 
@@ -281,33 +283,31 @@ class Text:
     layout: Layout
     encoding: str
     gzip: bool
-    days: Mapping[int, int | None]  # column of the day, by that of the time of day
+    dates: Mapping[int, DateColumn]  # columns of dates and times of day
     kind: RowKind | None = None  # the kind of the rows that are read
 
     def load(self, wanted: tuple[int, ...], exact: int | None) -> Loaded:
         found: tuple[Finding, ...] = ()
         until: int | None = None
+        order = self._order(exact)
         try:
-            read = self._read(wanted, exact, None)
+            read = self._read(wanted, exact, None, order)
         except formats.TextReadError as error:
             until, damage = self._break(error, exact)
             try:
-                read = self._read(wanted, exact, until)
+                read = self._read(wanted, exact, until, order)
             except formats.TextReadError:
                 raise _explained(error, self.layout) from None
             found = (Finding(details=replace(damage, kept=len(read.columns[0])), severity="error"),)
         last = until
         if (stop := self._other_header(read)) is not None:
             last = stop - 1
-            read = self._read(wanted, exact, last)
+            read = self._read(wanted, exact, last, order)
             kept = SkippedLines(what="header", line=stop, kept=len(read.columns[0]))
             found = (Finding(details=kept, severity="error"),)
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, read.columns, strict=True))
         if exact is not None and read.integers is not None:
-            raw[exact] = read.integers
-            day = self.days.get(exact)
-            if day is not None and (days := self._read((day,), day, last).integers) is not None:
-                raw[exact] = read.integers + days
+            raw[exact] = self._with_days(exact, read.integers, last)
         if read.hidden and (stop is None or read.first_hidden < stop):
             hidden = SkippedLines(what="comments", line=read.first_hidden, count=read.hidden)
             found = (*found, Finding(details=hidden, severity="error"))
@@ -315,6 +315,49 @@ class Text:
             raw = {index: column[:-1] for index, column in raw.items()}
             found = (*found, Finding(details=SkippedLines(what="last"), severity="info"))
         return Loaded(columns=raw, findings=found)
+
+    def _with_days(self, column: int, stamps: NDArray[np.int64], lines: int | None) -> NDArray[np.int64]:
+        """Times of day with the days of the column that has them, and counted on after midnight; other stamps unchanged."""
+        date = self.dates.get(column)
+        if date is None or not date.period:
+            return stamps
+        if date.day is not None:
+            days = self._read((date.day,), date.day, lines, self._order(date.day)).integers
+            if days is not None:
+                missing = (stamps == NO_STAMP) | (days == NO_STAMP)
+                stamps = np.where(missing, NO_STAMP, stamps + np.where(missing, 0, days))
+        return continued(stamps, date.period)
+
+    def _order(self, column: int | None) -> DayOrder | None:
+        """The order of day and month in a column of dates; None if the column has no dates."""
+        if column is None or not self._has_dates(column):
+            return None
+        first = self.layout.columns[column].first
+        if not is_ordered(first):
+            return ORDERS[0]
+        lines: int | None = None
+        stamps: dict[DayOrder, NDArray[np.int64]] = {}
+        while not stamps:
+            broken = dict.fromkeys(ORDERS, 0)
+            for order in ORDERS:
+                try:
+                    read = self._read((column,), column, lines, order)
+                except formats.TextReadError as error:
+                    broken[order] = error.line
+                else:
+                    if read.integers is not None:
+                        stamps[order] = read.integers
+            farthest = max(broken, key=lambda order: broken[order])
+            if stamps or min(broken.values()) < max(broken.values()) or lines is not None:
+                break
+            lines = broken[farthest] - 1  # the same damage in both orders
+        if not stamps:
+            return farthest
+        named = repr(self.layout.columns[column].name) if self.layout.columns[column].name else str(column + 1)
+        return order_of(named, first, stamps)
+
+    def _has_dates(self, column: int) -> bool:
+        return column in self.dates or any(date.day == column for date in self.dates.values())
 
     def _is_open(self, read: formats.TextColumns) -> bool:
         """Whether the last number may be truncated: no line end follows, and it has fewer decimals than the one above."""
@@ -350,7 +393,7 @@ class Text:
 
     def _other_header(self, read: formats.TextColumns) -> int | None:
         """The line of the first header that names other columns."""
-        own = [column.name for column in self.layout.columns]
+        own = [column.name for column in self.layout.columns[: len(self.layout.columns) - self.layout.arrow]]
         for line, text in read.headers:
             # In text with decimal commas the decoder exchanges commas and points.
             fields = header_fields(text.translate(_EXCHANGED) if self.layout.decimal_comma else text, self.layout)
@@ -359,7 +402,9 @@ class Text:
                 return line
         return None
 
-    def _read(self, wanted: tuple[int, ...], exact: int | None, lines: int | None) -> formats.TextColumns:
+    def _read(
+        self, wanted: tuple[int, ...], exact: int | None, lines: int | None, order: DayOrder | None
+    ) -> formats.TextColumns:
         return formats.read_text(
             self.source if isinstance(self.source, bytes) else str(self.source),
             delimiter=self.layout.delimiter,
@@ -371,7 +416,8 @@ class Text:
             encoding=self.encoding,
             decimal_comma=self.layout.decimal_comma,
             lines=lines,
-            dates=exact is not None and (is_date(self.layout.columns[exact].first) or exact in self.days.values()),
+            dates=order,
+            arrow=self.layout.arrow,
             most=self._most(),
             tag=None if self.kind is None else (self.kind.column, self._in_figures(self.kind.label)),
         )
@@ -401,7 +447,8 @@ class Text:
         if error.kind in ("ragged", "not_a_number", "too_long"):
             line = truncation.line_at(self.source, error.line, self.encoding)
             columns = len(self.layout.columns)
-            short = error.got < error.expected if error.kind == "ragged" else error.column == columns - 1
+            end = columns - 1 - self.layout.arrow
+            short = error.got < error.expected if error.kind == "ragged" else error.column == end
             if line.last and not line.ended and short and error.kind != "too_long":
                 return error.line - 1, Damaged(truncated=True, place=Place("line", error.line))
             # In damaged compressed data earlier lines may be wrong and still look like rows.
@@ -409,7 +456,7 @@ class Text:
                 return error.line - 1, Damaged(place=Place("line", error.line), reason="bytes that are not text")
         if error.kind == "not_a_number" and error.column == exact and error.row == 0:
             raise _no_time(error, self.layout)
-        raise _explained(error, self.layout) from None
+        raise _explained(error, self.layout, dates=self._has_dates(error.column)) from None
 
     def line(self, row: int) -> int:
         """The line of a row; the text is read again, so this is only used for errors and findings."""
@@ -418,6 +465,8 @@ class Text:
         rows = -1
         for number, line in enumerate(truncation.lines_of(self.source, self.encoding), 1):
             text = line.strip(blank)
+            if self.layout.arrow and b"->" in text:
+                text = text.partition(b"->")[2].strip(blank)
             rows += (
                 number > self.layout.skip_lines
                 and bool(text)
@@ -447,12 +496,12 @@ def _no_time(error: formats.TextReadError, layout: Layout) -> DataError:
     name = layout.columns[error.column].name or f"number {error.column + 1}"
     return DataError(
         f", line {error.line}: the time column {name} has {error.text!r}, which is neither a number nor a date"
-        " (such as 2026-03-01 12:00:00.000); name another column by --channels time=…, or ignore it by --channels time=none"
-        " --rate HZ"
+        " or time (such as 2026-03-01 12:00:00.000); name another column by --channels time=…, or ignore it by --channels"
+        " time=none --rate HZ"
     )
 
 
-def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
+def _explained(error: formats.TextReadError, layout: Layout, *, dates: bool = False) -> DataError:
     place = f", line {error.line}"
     if layout.decimal_comma:
         error.text = error.text.translate(_EXCHANGED)  # as in the file
@@ -465,7 +514,8 @@ def _explained(error: formats.TextReadError, layout: Layout) -> DataError:
     if error.kind == "not_a_number":
         name = layout.columns[error.column].name or f"number {error.column + 1}"
         return DataError(
-            f"{place}: column {name} has {error.text!r}, which is not a number; correct or delete the line"
+            f"{place}: column {name} has {error.text!r}, which is not a {'time' if dates else 'number'}; correct or delete"
+            " the line"
         )
     if error.kind == "too_long":
         return DataError(f"{place}: longer than 1 MiB, so it is not a row; delete it")

@@ -16,7 +16,8 @@ from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
 from sigmatau.io.read.formats.damage import archive_ends, damaged, library_faults, refuse_expansion
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import HEAD, Head, Table, is_date, need
+from sigmatau.io.read.table import HEAD, Head, Table, need
+from sigmatau.io.read.time.dates import is_date
 from sigmatau.record import memory
 
 _WORKBOOK = "xl/workbook.xml"

@@ -38,6 +38,7 @@ _EXACT_STAMPS = 0.05  # root mean square distance from the grid up to which stam
 _MAX_LOSSES = 4  # times the samples present: losses at random that exact stamps may show
 # Relative error of the share of whole intervals, and correlation of neighbouring intervals, of losses at random.
 _SHARE_ERROR, _INTERVAL_CORRELATION = 0.25, 0.15
+_COARSE = 2.0  # intervals in a step of a clock that makes bunches by itself
 _ONE_STEP = 1.05  # steps of the clock within which stamps of evenly spaced samples lie, with a little jitter
 _LEAST_PIECE = 0.1  # share of the rows that the longest piece between pauses must have
 
@@ -116,7 +117,8 @@ def fit_grid(
         return finished(t, None, "host", usual, intervals, pieces=0)
     lost = lost[start:stop] - lost[start]
     places = np.arange(stop - start) + lost.astype(np.int64) if lost[-1] > 0 else None
-    return finished(t[start:stop], places, kind, usual, intervals[start : stop - 1], start=start, pieces=pieces)
+    fitted = finished(t[start:stop], places, kind, usual, intervals[start : stop - 1], start=start, pieces=pieces)
+    return fitted if kind == "grid" else _by_ticks(fitted, t[start:stop], intervals[start : stop - 1], step)
 
 
 def _stairs(intervals: NDArray[np.float64], t: NDArray[np.float64], step: float) -> tuple[float, float] | None:
@@ -132,7 +134,25 @@ def _stairs(intervals: NDArray[np.float64], t: NDArray[np.float64], step: float)
     first, last = int(up[0]), int(up[-1])
     interval = float(t[last] - t[first]) / (last - first)
     width = float(np.ptp(t - interval * np.arange(n)))
-    return (interval, 1 / (last - first)) if width <= _ONE_STEP * step + interval else None
+    if width > _ONE_STEP * step + interval:
+        return None
+    late = (width - step) / interval  # samples by which ticks come late, beside one that any staircase may show
+    return interval, max(1.0, late) / (last - first)
+
+
+def _by_ticks(fitted: GridFit, t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> GridFit:
+    """Bunches that a coarse clock makes: the interval by the samples between its first and its last tick. Others, and
+    those of a piece with pauses, are returned as they are.
+    """
+    ticks = np.flatnonzero(intervals) + 1
+    single = np.abs(intervals[ticks - 1] - step) < 0.5 * step
+    if not (step > _COARSE * fitted.interval and len(ticks) > 2 and single.all()):
+        return fitted
+    first, last = int(ticks[0]), int(ticks[-1])
+    interval = float(t[last] - t[first]) / (last - first)
+    counts = np.diff(ticks)
+    bound = max(1.0, float(np.ptp(counts))) / (last - first)
+    return replace(fitted, kind="coarse", interval=interval, error=bound * interval, drift=None, bound=bound)
 
 
 def _even_line(t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> bool:

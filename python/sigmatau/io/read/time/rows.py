@@ -21,8 +21,9 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.table import Loaded, Table
+from sigmatau.io.read.time.dates import NO_STAMP
+from sigmatau.io.read.time.overflows import continue_overflows
 
-NO_STAMP = np.iinfo(np.int64).min  # Stands for a missing stamp among integers, as NumPy's NaT does
 _LARGEST_STAMP = 1e100  # in any unit
 _MAX_OUT_OF_ORDER = 0.01  # share of rows that may be out of order: a delayed packet, not a log with mixed clocks
 # Distance of a moved row from its new neighbours: it must fill a hole of 1 to 3 missing rows. [intervals]
@@ -85,6 +86,10 @@ def in_order(
     )  # in unsigned integers a step back is a large step forward
     shortest = intervals.min() if len(intervals) else 1
     if len(intervals) and (not signed or shortest < 0):
+        over = continue_overflows(stamps, lambda k: where(_row(rows, k)), name)
+        if over is not None:
+            stamps = over[0]
+            findings.append(over[1])
         stamps = _unswapped(stamps)
         back = np.flatnonzero(stamps[1:] < stamps[:-1])
         intervals = np.diff(stamps)

@@ -19,7 +19,6 @@ from sigmatau.findings.kinds.stamps import (
     Gap,
     Gaps,
     HostStamps,
-    ImplausibleRate,
     IrregularStamps,
     LongPauses,
     RateChange,
@@ -66,6 +65,7 @@ class Timing:
 
     rate: float  # Sampling rate. [Hz]
     measured: float | None = None  # By the time stamps, or stated by the file; None if neither has one. [Hz]
+    second: float | None = None  # One unit of the stamps; None without stamps, or if their unit is not known. [s]
     # Time of the first sample; without whole seconds if the stamps count from an epoch. [s]
     start: float = 0.0
     source: str = "given"  # How the rate was found, in words
@@ -132,6 +132,7 @@ def fit(
         rows = (np.arange(len(stamps)) if rows is None else rows)[found.start : found.stop]
     return Timing(
         rate=1.0 / tau0,
+        second=second if known else None,
         start=start,
         source=source,
         jitter=found.jitter * second,
@@ -143,7 +144,6 @@ def fit(
         notes=notes,
         findings=(
             *used.findings,
-            *(_implausible_rate(1.0 / tau0) if known else ()),
             *_pauses(found, used, second, place),
             *_resolution_or_host(found, used, second, step),
             *(_rate_change(found, used, second, place) or (*_gaps(found, second, place), *_rate_drift(found, tau0))),
@@ -193,13 +193,6 @@ def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
         f" give e.g. --unit time={example[0]}, or --rate HZ",
         option="unit",
     )
-
-
-def _implausible_rate(rate: float) -> tuple[Finding, ...]:
-    """A finding if no usual sensor has this rate."""
-    if PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]:
-        return ()
-    return (Finding(details=ImplausibleRate(rate=rate), severity="warning", size=rate, unit="Hz"),)
 
 
 def _gaps(

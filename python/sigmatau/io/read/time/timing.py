@@ -19,6 +19,7 @@ from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
+from sigmatau.io.read.time.plausible import unit_by_size
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.io.read.time.stamps import Timing
 from sigmatau.record.missing import missing_values
@@ -67,8 +68,11 @@ def timed(
         raise RecordTooShortError(
             f"has {len(used.stamps)} rows with a time stamp", need=MIN_SAMPLES, got=len(used.stamps)
         )
-    second = None
-    if spelled is not None:
+    second, by_size = None, ""
+    if spelled is None and options.rate is None:
+        ends, mean = used.stamps[[0, -1]].astype(np.float64), float(used.intervals.sum()) / len(used.intervals)
+        spelled = by_size = unit_by_size(float(ends[0]), float(ends[1]), mean, len(used.stamps)) or ""
+    if spelled:
         second = units.find(spelled).factor * float(options.scale.get("time", 1.0))
         if second < 0:
             raise OptionError("the scale of time must be positive", option="scale")
@@ -78,7 +82,8 @@ def timed(
     findings = found.findings
     notes = found.notes
     if options.rate is None:
-        notes = (*notes, f"sampling rate {found.rate:.6g} Hz from {found.source}")
+        size = (f"time stamps in {by_size} by their size, counted from 1970",) if by_size else ()
+        notes = (*notes, *size, f"sampling rate {found.rate:.6g} Hz from {found.source}")
     elif second is None:
         notes = (f"time stamps in column {name} checked for order and gaps only",)
     else:

@@ -1,0 +1,122 @@
+"""Dates and times of day in text columns: their form, the day beside a time, and times that continue after midnight."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native import formats
+from sigmatau._native.formats import DayOrder
+from sigmatau.errors import OptionError
+from sigmatau.io.read.table import Column
+
+ORDERS: tuple[DayOrder, DayOrder] = ("day_first", "month_first")
+NO_STAMP = np.iinfo(np.int64).min  # Stands for a missing stamp, as NumPy's NaT does
+_DAY = 86_400_000_000_000  # [ns]
+_PERIODS = {"clock": _DAY, "minutes": _DAY // 24}  # after which a time without a day begins again [ns]
+_LONGEST_STEP = 1.5 * _DAY  # of a log that runs over midnight: with day and month exchanged the step is 27 days or more
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DateColumn:
+    """A column of dates or of times of day."""
+
+    day: int | None = None  # The column of the day, if this one has the time only
+    period: int = 0  # The time after which its stamps begin again; 0 for dates. [ns]
+
+
+def is_date(text: str) -> bool:
+    """Whether a field is a time of day, with or without its date; they are read to the nanosecond."""
+    found = _stamp(text)
+    return found is not None and found.form != "day"
+
+
+def is_ordered(text: str) -> bool:
+    """Whether a field is a date with day and month in an order that another program may exchange: ``07/08/2026``."""
+    found = _stamp(text)
+    return found is not None and found.ordered
+
+
+def date_columns(columns: Sequence[Column]) -> tuple[tuple[Column, ...], Mapping[int, DateColumn]]:
+    """The columns, those of dates and times in nanoseconds; and how these are read, by their number."""
+    stamps = [_stamp(column.first) for column in columns]
+    days = [index for index, stamp in enumerate(stamps) if stamp is not None and stamp.form == "day"]
+    found: dict[int, DateColumn] = {}
+    for index, stamp in enumerate(stamps):
+        if stamp is not None and stamp.form == "date":
+            found[index] = DateColumn()
+        elif stamp is not None and stamp.form != "day":
+            adjacent = [k for k in days if abs(k - index) == 1]
+            day = adjacent[0] if adjacent else days[0] if len(days) == 1 else None
+            found[index] = DateColumn(day=day, period=_PERIODS[stamp.form])
+    return tuple(replace(column, unit="ns") if k in found else column for k, column in enumerate(columns)), found
+
+
+def _stamp(text: str) -> formats.Stamp | None:
+    if not text[:1].isdigit() or text.isdigit():
+        return None
+    return formats.parse_stamp(text, ORDERS[0]) or formats.parse_stamp(text, ORDERS[1])
+
+
+def continued(stamps: NDArray[np.int64], period: int) -> NDArray[np.int64]:
+    """Times of a clock that begins again after a period, counted on: 00:00:00 after 23:59:59 is the next day.
+
+    A step back by more than half the period is the beginning of the next one, and a step ahead by as much goes back into
+    the period before, if there was one: a row that comes late over midnight.
+    """
+    present = stamps[stamps != NO_STAMP]
+    steps = np.diff(present)
+    turns = np.flatnonzero(np.abs(steps) > period // 2)
+    if not len(turns):
+        return stamps
+    counts = [0]
+    for step in steps[turns].tolist():
+        counts.append(max(counts[-1] + (1 if step < 0 else -1), 0))
+    result = stamps.copy()
+    result[stamps != NO_STAMP] = (
+        present + np.repeat(counts, np.diff(turns, prepend=-1, append=len(present) - 1)) * period
+    )
+    return result
+
+
+def parse_stamps(name: str, texts: Sequence[object]) -> NDArray[np.int64]:
+    """Dates or times of day in nanoseconds, counted on after midnight; the smallest integer for a text that is neither.
+    Raises `OptionError` as `order_of` does.
+    """
+    first = next((text for text in texts if isinstance(text, str) and is_date(text)), "")
+    orders = ORDERS if is_ordered(first) else ORDERS[:1]
+    parsed = {
+        order: [formats.parse_stamp(text, order) if isinstance(text, str) else None for text in texts]
+        for order in orders
+    }
+    stamps = {
+        order: np.array([NO_STAMP if stamp is None else stamp.nanoseconds for stamp in found], dtype=np.int64)
+        for order, found in parsed.items()
+    }
+    fewest = min(int(np.count_nonzero(values == NO_STAMP)) for values in stamps.values())
+    stamps = {order: values for order, values in stamps.items() if np.count_nonzero(values == NO_STAMP) == fewest}
+    chosen = stamps[order_of(repr(name), first, stamps)]
+    form = _stamp(first)
+    return continued(chosen, _PERIODS[form.form]) if form is not None and form.form in _PERIODS else chosen
+
+
+def order_of(name: str, first: str, stamps: Mapping[DayOrder, NDArray[np.int64]]) -> DayOrder:
+    """The order of day and month in a column that can be read in these orders; raises `OptionError` if its values do
+    not show it. It does not matter if the intervals are the same.
+    """
+    if len(stamps) == 1:
+        return next(iter(stamps))
+    steps = {order: np.diff(values[values != NO_STAMP]) for order, values in stamps.items()}
+    if np.array_equal(steps[ORDERS[0]], steps[ORDERS[1]]):
+        return ORDERS[0]
+    smooth = [order for order in ORDERS if np.abs(steps[order]).max() <= _LONGEST_STEP]
+    if len(smooth) == 1:
+        return smooth[0]
+    raise OptionError(
+        f"the order of day and month in column {name} ({first}) is not stated; write the dates as year-month-day, or ignore"
+        " them by --channels time=none --rate HZ",
+        option="channels",
+    )

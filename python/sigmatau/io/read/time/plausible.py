@@ -1,0 +1,96 @@
+"""Units of time that the stamps themselves show, and rates and lengths that no log of a gyro or accelerometer has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sigmatau import units
+from sigmatau.errors import OptionError
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.stamps import ImplausibleRate
+from sigmatau.record.streams import PLAUSIBLE_RATES
+
+_UNITS = ("s", "ms", "us", "ns")
+_RARE_UNITS = ("min", "h")
+_EPOCH = (9.4e8, 2.3e9)  # years 1999 to 2042, counted from 1970. [s]
+_SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes it a usual one [s]
+_LEAST_SAMPLES = 100  # fewer samples may be a cut of a log, however short
+_SLOW = 1.0  # rate below which a log is of averages, or its unit of time is wrong [Hz]
+_SENSORS = {"gyro": "a gyro", "accel": "an accelerometer"}
+_ROUNDING = 1e-6  # relative difference up to which two rates are of one unit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """Rate and length of a log in a unit of time."""
+
+    unit: str
+    rate: float  # [Hz]
+    length: float  # [s]
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether a gyro or accelerometer may have this rate."""
+        return PLAUSIBLE_RATES[0] <= self.rate <= PLAUSIBLE_RATES[1]
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether a log of a gyro or accelerometer usually has such a rate and length."""
+        return self.is_possible and self.rate >= _SLOW and self.length >= _SHORTEST
+
+
+def readings(interval: float, n: int) -> list[Reading]:
+    """Rate and length of a log of n samples with this interval of its stamps, by unit of time."""
+    sizes = [(unit, units.find(unit).factor) for unit in (*_UNITS, *_RARE_UNITS)]
+    return [Reading(unit=unit, rate=1 / (interval * size), length=n * interval * size) for unit, size in sizes]
+
+
+def epoch_unit(stamp: float) -> str | None:
+    """The unit in which a stamp counts from 1970 to a date of our days; None if there is none."""
+    return next((unit for unit in _UNITS if _EPOCH[0] <= stamp * units.find(unit).factor <= _EPOCH[1]), None)
+
+
+def unit_by_size(first: float, last: float, interval: float, n: int) -> str | None:
+    """The unit of stamps that count from 1970: 10 digits are seconds, 13 milliseconds, 16 microseconds, 19 nanoseconds.
+    None if they do not, or if no log has the rate that this unit gives.
+    """
+    unit = epoch_unit(first)
+    if unit is None or epoch_unit(last) != unit:
+        return None
+    return next((unit for reading in readings(interval, n) if reading.unit == unit and reading.is_possible), None)
+
+
+def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: float | None) -> None:
+    """Raise `OptionError` for a rate or length that no log of a gyro or accelerometer has. `name`: the column of the
+    stamps; `second`: one unit of the stamps in use, None for dates [s].
+    """
+    used = Reading(unit="", rate=rate, length=n / rate)
+    others = [] if second is None else readings(1 / (rate * second), n)
+    likely = [reading for reading in others if reading.is_usual]
+    is_short = used.length < _SHORTEST and n >= _LEAST_SAMPLES and any(reading.unit in _UNITS for reading in likely)
+    if used.is_possible and not is_short:
+        return
+    likely = likely or [reading for reading in others if reading.is_possible]
+    offered = " or ".join(f"--unit time={r.unit} ({_number(r.rate)} Hz, {_number(r.length)} s)" for r in likely)
+    raise OptionError(
+        f"the time stamps in column {name} give {_number(used.rate)} Hz for {_number(used.length)} s, which is not a log of"
+        f" {_SENSORS[sensor]}; give {offered + ', or ' if offered else ''}--rate HZ",
+        option="unit",
+    )
+
+
+def slow_rate(rate: float, n: int, second: float) -> tuple[Finding, ...]:
+    """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; none if no smaller one is plausible."""
+    if rate >= _SLOW:
+        return ()
+    found = readings(1 / (rate * second), n)
+    used = next((r for r in found if abs(r.rate / rate - 1) < _ROUNDING), None)
+    other = next((r for r in found if r.is_usual and r.unit in _UNITS), None)
+    if used is None or other is None:
+        return ()
+    details = ImplausibleRate(rate=rate, unit=used.unit, other_rate=other.rate, other_unit=other.unit)
+    return (Finding(details=details, severity="warning", size=rate, unit="Hz"),)
+
+
+def _number(value: float) -> str:
+    return f"{float(f'{value:.4g}'):g}"

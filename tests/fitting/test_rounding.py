@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from known import seed_of
 from sigmatau import ChannelModel, GaussMarkov, NoiseModel, Record, analyze, simulate
@@ -91,7 +92,9 @@ def test_a_process_beside_the_rounding():
 
 def test_coarse_values_with_a_resonance():
     """The covariance holds the numbers of processes beside the terms; each has the factor of its own interval."""
-    x = np.tile([1.0, -1.0], 10_000)
+    rng, decay = np.random.default_rng(seed_of("coarse resonance")), math.exp(-math.pi * 2 / 100)
+    ringing = lfilter([1], [1, -2 * decay * math.cos(2 * math.pi * 10 / 100), decay**2], rng.standard_normal(20_000))
+    x = np.round(0.2 * ringing / ringing.std() + 0.25 * rng.standard_normal(20_000) + 0.3)
     fitted = analyze(Record.from_arrays(rate=100, gyro_x=x)).fits["gyro_x"]
     names, covariance = fitted.covariance
     assert fitted.verdict == "widened"

@@ -71,17 +71,19 @@ def _power_of_resonances(fitted: NoiseFit) -> float:
 
 
 def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
-    """Whether vibration hides the noise: it has most of the power, and is more than some steady lines; or it has much of it,
-    and the white noise of the model is below half of the Allan variance at all averaging times.
+    """Whether vibration hides the noise: it has most of the power, or it has much of it and the white noise of the model is
+    below half of the Allan variance at all averaging times. Some steady lines hide nothing.
 
     `unsteady` is the p-value of a white level that is the same in all eighths of the record.
     """
     share = vibration_share(fitted)
-    if share <= MAX_SHARE:
-        return share > MAX_HIDING_SHARE and _is_hidden(fitted, stream)
+    if share <= MAX_HIDING_SHARE:
+        return False
     lines = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid)
-    steady = len(fitted.sinusoid) <= _STEADY_LINES and _power_of_resonances(fitted) <= _STEADY_RESONANCES * lines
-    return not (steady and unsteady >= _UNSTEADY and fitted.verdict != "widened")
+    few = len(fitted.sinusoid) <= _STEADY_LINES and _power_of_resonances(fitted) <= _STEADY_RESONANCES * lines
+    if share <= MAX_SHARE:
+        return not few and _is_hidden(fitted, stream)
+    return not (few and unsteady >= _UNSTEADY and fitted.verdict != "widened")
 
 
 def with_limits(fitted: NoiseFit, stream: Stream) -> NoiseFit:

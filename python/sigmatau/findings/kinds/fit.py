@@ -272,7 +272,7 @@ class FewDegreesOfFreedom(Details, code="few_degrees_of_freedom"):
     Attributes
     ----------
     freedom : float
-        Of its square, from its standard error.
+        Of its square, from its standard error. [1]
     duration : float
         Of the record. [s]
     """

@@ -146,8 +146,8 @@ The verdict needs one of two conditions:
 
 - Lines and narrow resonances have more than {MAX_SHARE:g} of the power, beside random walk and quantization noise. At most
   three lines beside a white level that is steady are exempt: a steady line hides nothing.
-- They have more than {MAX_HIDING_SHARE:g} of it, are more than three lines, and the random walk of the model is below {HIDDEN:g}
-  times the limit of the curve: it shows at no averaging time.
+- They have more than {MAX_HIDING_SHARE:g} of it, are more than three lines, and the random walk of the model is below
+  {HIDDEN:g} times the limit of the curve: it shows at no averaging time.
 
 ## Quiet real records
 

@@ -143,7 +143,9 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
         streams = "yes" if KINDS[name].streams else "no"
         rows.append(
             [
-                name,
+                name
+                if KINDS[name].longest is None
+                else f"{name}, {text.number(min(n, KINDS[name].longest or n))} rows",
                 text.size(found["bytes"]),
                 "automatically" if not KINDS[name].options else "with " + ", ".join(map(_option, KINDS[name].options)),
                 streams,

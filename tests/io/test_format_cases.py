@@ -22,7 +22,7 @@ def test_the_random_walk_is_in_its_interval(field_data, name, options, rate, axe
     record = read(field_data / "cases" / name, **options)
     assert len(record.channels) == axes
     assert record.streams[0].grid.rate == pytest.approx(rate, rel=1e-4)
-    fits = analyze(record).fits
+    fits = analyze(record, at_rest=True).fits  # some are too short to tell motion
     gyros = [channel for channel in record.channels if channel.startswith("gyro")]
     for channel in gyros:
         value = fits[channel]["random_walk"].to("deg/sqrt(h)")

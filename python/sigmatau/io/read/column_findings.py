@@ -38,24 +38,24 @@ def column_findings(table: Table, choice: Choice, options: Options, *, by_name: 
         for channel, i in choice.channels.items()
         if not {channel, stream_name(channel)} & options.unit.keys()
     }
-    found = _mixed_units(table.columns, by_file)
+    findings = _mixed_units(table.columns, by_file)
     if not by_name:
-        return found
+        return findings
     spare = [
         index
         for index, column in enumerate(table.columns)
         if index not in used and column.name.strip() and _is_numeric(column)
     ]
-    found += _incomplete(table.columns, choice.channels, spare)
+    findings += _incomplete(table.columns, choice.channels, spare)
     if table.format in _OF_MESSAGES:
-        return found
-    unnamed = {finding.details.number for finding in found if isinstance(finding.details, IncompleteSensor)}
+        return findings
+    unnamed = {finding.details.number for finding in findings if isinstance(finding.details, IncompleteSensor)}
     names = tuple(
         table.columns[index].name
         for index in spare
         if index + 1 not in unnamed and not _BESIDE_SAMPLES.fullmatch(key_of(bare_name(table.columns[index])))
     )
-    return [*found, Finding(details=UnusedColumns(columns=names), severity="info")] if names else found
+    return [*findings, Finding(details=UnusedColumns(columns=names), severity="info")] if names else findings
 
 
 def _is_numeric(column: Column) -> bool:
@@ -68,7 +68,7 @@ def _is_numeric(column: Column) -> bool:
 
 def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: Sequence[int]) -> list[Finding]:
     """Sensors of which exactly two axes are read, though another column has a similar name or the other sensor has three."""
-    found = []
+    findings = []
     for sensor in _SENSORS:
         axes = {axis: channels[f"{sensor}_{axis}"] for axis in "xyz" if f"{sensor}_{axis}" in channels}
         if len(axes) != 2:
@@ -79,15 +79,17 @@ def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: S
         best = max(likeness, key=likeness.__getitem__, default=None)
         if best is not None and likeness[best] < _SIMILAR:
             best = None
-        if best is None and not _is_complete(channels, next(other for other in _SENSORS if other != sensor)):
+        if best is None and not _is_complete(channels, next(name for name in _SENSORS if name != sensor)):
             continue  # some sensors have two axes
         details = IncompleteSensor(
             missing=f"{sensor}_{missing}",
             column="" if best is None else columns[best].name,
             number=None if best is None else best + 1,
         )
-        found.append(Finding(details=details, severity="warning", channels=tuple(f"{sensor}_{axis}" for axis in axes)))
-    return found
+        findings.append(
+            Finding(details=details, severity="warning", channels=tuple(f"{sensor}_{axis}" for axis in axes))
+        )
+    return findings
 
 
 def _is_complete(channels: Mapping[str, int], sensor: str) -> bool:
@@ -97,7 +99,7 @@ def _is_complete(channels: Mapping[str, int], sensor: str) -> bool:
 
 def _mixed_units(columns: Sequence[Column], channels: Mapping[str, int]) -> list[Finding]:
     """Sensors whose axes have different units in the file."""
-    found = []
+    findings = []
     for sensor in _SENSORS:
         axes = {channel: index for channel, index in channels.items() if channel.startswith(f"{sensor}_")}
         stated = {channel: unit for channel, index in axes.items() if (unit := unit_of(columns[index])[1]) is not None}
@@ -105,5 +107,5 @@ def _mixed_units(columns: Sequence[Column], channels: Mapping[str, int]) -> list
             details = MixedUnits(
                 units=tuple((unit_of(columns[axes[channel]])[0], unit) for channel, unit in stated.items())
             )
-            found.append(Finding(details=details, severity="warning", channels=tuple(stated)))
-    return found
+            findings.append(Finding(details=details, severity="warning", channels=tuple(stated)))
+    return findings

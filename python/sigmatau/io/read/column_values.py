@@ -119,11 +119,13 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
         if column.kind == "noise" and index != time and index not in vectors
     ]
     sensors = {
-        found
+        explained
         for tiles in _tilings(noisy)
-        if (found := _sensors([_Tile.of(t, data) for t in tiles], singles=len(noisy) - 3 * len(tiles))) is not None
+        if (explained := _sensors([_Tile.of(t, data) for t in tiles], singles=len(noisy) - 3 * len(tiles))) is not None
     }
-    both = {found for found in sensors if None not in found}  # gravity explains more than a magnetic field does
+    both = {
+        explained for explained in sensors if None not in explained
+    }  # gravity explains more than a magnetic field does
     sensors = both or sensors
     if len(sensors) != 1:
         return None

@@ -46,29 +46,29 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
         loaded = table.load(list(range(count)), None).columns
     except DataError:  # raised again when the record is read
         return None
-    found = identify(loaded, time=None, excluded=frozenset())
-    if found is None or found.gyro is None or found.accel is None or found.counts_per_g is not None:
+    identified = identify(loaded, time=None, excluded=frozenset())
+    if identified is None or identified.gyro is None or identified.accel is None or identified.counts_per_g is not None:
         return None
     first = count - 6
-    if (found.time == 0) != (count == 7) or min(found.gyro[0], found.accel[0]) != first:
+    if (identified.time == 0) != (count == 7) or min(identified.gyro[0], identified.accel[0]) != first:
         return None
-    if found.gyro_mean > _GYRO_MEAN * found.gravity:
+    if identified.gyro_mean > _GYRO_MEAN * identified.gravity:
         return None
     details = ColumnsByGravity(
-        gyro=(found.gyro[0] + 1, found.gyro[-1] + 1),
-        accel=(found.accel[0] + 1, found.accel[-1] + 1),
+        gyro=(identified.gyro[0] + 1, identified.gyro[-1] + 1),
+        accel=(identified.accel[0] + 1, identified.accel[-1] + 1),
         time=1 if count == 7 else None,
-        gravity=found.gravity,
-        other=found.gyro_mean,
+        gravity=identified.gravity,
+        other=identified.gyro_mean,
     )
-    channels: dict[str, str | int] = {} if found.time is None else {"time": 1}
-    channels |= {name: f"{first + 1}:{last}" for name, (first, *_, last) in _places(found).items()}
+    channels: dict[str, str | int] = {} if identified.time is None else {"time": 1}
+    channels |= {name: f"{first + 1}:{last}" for name, (first, *_, last) in _places(identified).items()}
     return channels, Finding(details=details, severity="info")
 
 
-def _places(found: Identified) -> dict[str, tuple[int, int, int]]:
+def _places(identified: Identified) -> dict[str, tuple[int, int, int]]:
     """First, second and last column of each sensor; the last counted from 1, as in an option."""
-    sensors = {"gyro": found.gyro, "accel": found.accel}
+    sensors = {"gyro": identified.gyro, "accel": identified.accel}
     return {name: (axes[0], axes[1], axes[2] + 1) for name, axes in sensors.items() if axes is not None}
 
 
@@ -110,31 +110,33 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
         if match is not None or NOT_A_SENSOR.search(column.name)
     }
     time = find_time(table.columns, matches, taken=set(), strict=False).column
-    found = identify(loaded, time=time, excluded=frozenset(excluded))
-    if found is None:
+    identified = identify(loaded, time=time, excluded=frozenset(excluded))
+    if identified is None:
         return None
     channels: dict[str, int] = {}
-    for sensor, axes in (("gyro", found.gyro), ("accel", found.accel)):
+    for sensor, axes in (("gyro", identified.gyro), ("accel", identified.accel)):
         if axes is None:
             continue
         named = _axes_by_name(table.columns, axes, sensor)
         if named is None:
             return None
         channels |= {f"{sensor}_{axis}": index for axis, index in named.items()}
-    if found.time is not None:
-        channels["time"] = found.time
+    if identified.time is not None:
+        channels["time"] = identified.time
     first = {
         channel: min(channels.get(f"{channel[:-1]}{axis}", index) for axis in "xyz")
         for channel, index in channels.items()
     }
     option = as_option(dict(sorted(channels.items(), key=lambda item: (first[item[0]], item[0]))))
-    if found.accel is None:
+    if identified.accel is None:
         evidence = "columns have the mean and the noise of a gyro, and none has gravity"
     else:
-        evidence = f"gravity ({found.gravity:.4g}) is in columns {found.accel[0] + 1} to {found.accel[-1] + 1}"
-    if found.counts_per_g is not None:
-        evidence += f", {found.counts_per_g} counts per g"
-        option += f" --unit accel=g --scale accel={1 / found.counts_per_g:.6g}"
+        evidence = (
+            f"gravity ({identified.gravity:.4g}) is in columns {identified.accel[0] + 1} to {identified.accel[-1] + 1}"
+        )
+    if identified.counts_per_g is not None:
+        evidence += f", {identified.counts_per_g} counts per g"
+        option += f" --unit accel=g --scale accel={1 / identified.counts_per_g:.6g}"
     return _Suggestion(option=option, evidence=evidence)
 
 
@@ -146,12 +148,12 @@ def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[
     if not any(names):
         return dict(zip("xyz", axes, strict=True))
     keys = [key_of(bare_name(columns[index])) for index in axes]
-    other = {"gyro": "acc", "accel": "gyr"}[sensor]
+    opposite = {"gyro": "acc", "accel": "gyr"}[sensor]
     letters = [key[-1:] for key in keys]
     stems = {key[:-1] for key in keys}
     if sorted(letters) != list("xyz") or len(stems) != 1:
         letters, stems = [key[:1] for key in keys], {key[1:] for key in keys}
-    if sorted(letters) != list("xyz") or len(stems) != 1 or any(other in key for key in keys):
+    if sorted(letters) != list("xyz") or len(stems) != 1 or any(opposite in key for key in keys):
         return None
     return dict(sorted(zip(letters, axes, strict=True)))
 

@@ -159,7 +159,7 @@ def _npz(path: Path) -> Table:
         with zipfile.ZipFile(path) as archive:
             first = min((m.header_offset for m in archive.infolist()), default=0)
             names = [n for n in archive.namelist() if n.endswith(".npy")]
-            others = tuple(
+            unread = tuple(
                 printable(member.orig_filename.replace("\0", ""))
                 for member in archive.infolist()
                 if not (member.filename.endswith(".npy") or member.filename.endswith("/"))
@@ -186,7 +186,7 @@ def _npz(path: Path) -> Table:
         (f"archive of {', '.join(n.removesuffix('.npy') for n in names)}",),
         (
             *archive_ends(path, first),
-            *((Finding(details=UnreadArrays(names=others), severity="warning"),) if others else ()),
+            *((Finding(details=UnreadArrays(names=unread), severity="warning"),) if unread else ()),
         ),
     )
 

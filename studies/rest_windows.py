@@ -231,7 +231,7 @@ def text(results: Mapping[str, Any]) -> str:
             for rate in RATES:
                 counts = [results[f"evidence, {kind}, {rate:g}"][f"{sensor} {length}"] for kind in MOTIONS]
                 total, hidden = (sum(count[k] for count in counts) for k in (0, 1))
-                row.append(f"{hidden} of {total}")
+                row.append(f"{hidden} of {total}" if total else "–")
             lines.append(f"| {' | '.join(row)} |")
     lines.append(_WINDOWS)
     at_rest = total = 0
@@ -273,6 +273,9 @@ peak to peak. Number of windows without a sign of motion in the samples of one k
 """
 
 _WINDOWS = f"""
+Accelerometers alone do not show a phone that is kept still, nor always a drone, in windows of any length; below 10 Hz
+aliased motion is white.
+
 From these tables: the shortest record is 10 s with gyros and 20 s with accelerometers alone, and 150 samples. A shorter
 record that shows no motion is too short to tell, with exit code 5, unless `--at-rest` is given.
 

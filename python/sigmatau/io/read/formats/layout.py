@@ -16,7 +16,13 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.preamble import SAMPLE_TIME, StatedRate, counts_per_second, find_rate
+from sigmatau.io.read.formats.preamble import (
+    SAMPLE_TIME,
+    StatedRate,
+    counts_per_second,
+    find_rate,
+    units_of_mt_manager,
+)
 from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.table import FORMATS, Column
 
@@ -189,7 +195,11 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) 
         *(("time of day before -> on each line, read as column clock",) if arrow else ()),
         *(f"line {line.number} skipped: its numbers are not those of a sample" for line in skipped),
     ]
-    rate = find_rate([(line.number, line.text) for line in before])
+    above = [(line.number, line.text) for line in before]
+    rate = find_rate(above)
+    units_by_manual = units_of_mt_manager(above, names, units)
+    if units_by_manual != tuple(units):
+        notes.append("units of acceleration and angular rate by the manual of MT Manager")
     fine = [k for k, name in enumerate(names) if name.lower() == SAMPLE_TIME]
     counts = [row.values(delimiter)[fine[0]] for row in data_rows] if fine and rate else []
     return Layout(
@@ -200,7 +210,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) 
         skip_lines=first.number - 1,
         columns=tuple(
             Column(name=n, unit=u, first=f)
-            for n, u, f in zip(names, units, first.split(delimiter)[:columns], strict=True)
+            for n, u, f in zip(names, units_by_manual, first.split(delimiter)[:columns], strict=True)
         )
         + ((Column(name="clock", first=first.clock),) if arrow else ()),
         notes=tuple(notes),

@@ -22,6 +22,10 @@ _RATE_TOLERANCE = 0.01  # of the counts between two rows, which are rounded to w
 _ROWS = 20  # rows whose counts are compared with the stated rate; fewer cannot show a regular interval
 
 
+# Units of MT Manager's exports, which do not state them: Xsens, MT Manager User Manual, table of exported data.
+_MT_MANAGER_UNITS = {"acc_": "m/s^2", "gyr_": "rad/s"}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatedRate:
     """A sampling rate that a line above the table states with its unit."""
@@ -41,6 +45,15 @@ def find_rate(lines: Sequence[tuple[int, str]]) -> StatedRate | None:
         if rate > 0:
             stated.setdefault(rate, StatedRate(rate=rate, source=f"{match['name']!r} on line {number}"))
     return next(iter(stated.values())) if len(stated) == 1 else None
+
+
+def units_of_mt_manager(
+    lines: Sequence[tuple[int, str]], names: Sequence[str], units: Sequence[str | None]
+) -> tuple[str | None, ...]:
+    """The units of the columns, with those of MT Manager's manual if a numbered line names that program."""
+    if not any("MT Manager" in text for _, text in lines):
+        return tuple(units)
+    return tuple(unit or _MT_MANAGER_UNITS.get(name.lower()[:4]) for name, unit in zip(names, units, strict=True))
 
 
 def counts_per_second(counts: Sequence[float], rate: float) -> int | None:

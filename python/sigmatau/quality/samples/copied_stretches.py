@@ -15,7 +15,7 @@ from sigmatau.record.streams import Stream
 _LEAST_ROWS = 64  # rows of a copy that is reported, at least
 _FALSE_ALARM = 1e-6  # probability that a record of noise has equal stretches of that length
 _KEY = 8  # samples whose bits make a key
-_ONE_OF = 16  # keys that are looked at: those of a remainder, which are the same in a stretch and in its copy
+_ONE_OF = 8  # keys that are looked at: those of a remainder, which are the same in a stretch and in its copy
 _LAGS = 8  # distances between equal keys that are looked at, the most frequent
 _LOOKED_AT = 4096  # samples by which the axis with the most values is chosen
 _MIX = 0x9E3779B97F4A7C15  # odd, of the golden ratio: Fibonacci hashing
@@ -62,10 +62,11 @@ def _frequent_lags(x: Floats) -> list[int]:
     """Distances between places with the same eight samples, the most frequent first."""
     mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
-    at = np.flatnonzero((pairs[: len(x) - _KEY] >> np.uint64(_HIGH)) & np.uint64(_ONE_OF - 1) == 0)
+    fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)  # of coarse values pairs are too few
+    at = np.flatnonzero((fours[: len(x) - _KEY] >> np.uint64(_HIGH)) & np.uint64(_ONE_OF - 1) == 0)
     at = at[(x[at] != x[at + _KEY - 1]) & np.isfinite(x[at])]  # neither stuck nor missing
-    keys = pairs[at]
-    for k in range(2, _KEY):
+    keys = fours[at]
+    for k in range(4, _KEY):
         keys = (keys ^ mixed[at + k]) * np.uint64(_MIX)
     order = np.argsort(keys, kind="stable")
     at, keys = at[order], keys[order]

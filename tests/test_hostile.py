@@ -347,7 +347,7 @@ class TestCalls:
             st.fit(self.record())
 
     def test_an_analysis_where_its_content_is_meant(self):
-        analysis = st.analyze(self.record())
+        analysis = st.analyze(self.record(), at_rest=True)
         assert st.NoiseModel.from_result(analysis).to_dict() == analysis.model.to_dict()
         with pytest.raises(DataError, match="a result of sigmatau analyze is an object, not int"):
             st.NoiseModel.from_result(3)

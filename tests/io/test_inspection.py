@@ -40,6 +40,16 @@ def test_what_would_be_asked_for(tmp_path):
     assert st.inspect(path, unit={"gyro": "deg/s"}, rate=10).tables[0].wanting == ""
 
 
+@pytest.mark.parametrize(
+    ("gravity", "example"),
+    [(9.81, "gyro=rad/s,accel=m/s^2"), (1.0, "gyro=deg/s,accel=g"), (1000.0, "gyro=deg/s,accel=mg")],
+)
+def test_the_example_of_a_unit_is_that_in_which_gravity_is_seen(tmp_path, gravity, example):
+    path = tmp_path / "b.csv"
+    path.write_text("gx,gy,gz,ax,ay,az\n" + f"0.01,0.02,0.03,{0.6 * gravity},0,{-0.8 * gravity}\n" * 40)
+    assert f"e.g. --unit {example} (" in st.inspect(path, rate=10).tables[0].wanting
+
+
 def test_the_unit_that_is_asked_for_leaves_those_that_are_stated(tmp_path):
     path = tmp_path / "b.csv"
     path.write_text("gyro_x,gyro_y [rad/s],accel_x\n" + "1,2,3\n" * 40)

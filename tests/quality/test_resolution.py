@@ -133,3 +133,14 @@ def test_noise_in_steps():
     found = resolution(Record.from_arrays(rate=100, gyro_x=counts("prints", 2)).streams[0], "gyro_x")
     assert found.step == pytest.approx(1.0)
     assert found.ratio == pytest.approx(math.sqrt(4 + 1 / 12), rel=0.05)  # 500 blocks of 32, their median
+
+
+@pytest.mark.parametrize("steps", [0.3, 0.6])
+@pytest.mark.parametrize("drift", [0.0, 30.0])
+def test_rates_that_were_made_of_differences_of_angles(steps, drift):
+    """The rounding of the angle in double precision is not the step of its increments, nor an end of a range."""
+    pulses = np.round(np.cumsum(np.random.default_rng(seed_of(f"pulses {steps} {drift}")).normal(drift, steps, 30_000)))
+    step = 1.2345e-6
+    record = Record.from_arrays(rate=100, gyro=np.diff(pulses * step) * 100, unit={"gyro": "rad/s"})
+    assert resolution(record.streams[0], "gyro").step == pytest.approx(100 * step, rel=1e-6)
+    assert "saturation" not in {finding.code for finding in check(record)}

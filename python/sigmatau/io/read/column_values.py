@@ -43,6 +43,8 @@ _WHITE, _BLOCK = 0.02, 256
 GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))
 """Sizes of gravity in g, m/s^2 and mg, with room for biases and scale errors."""
 
+GRAVITY_UNITS = ("g", "m/s^2", "mg")
+
 _M_S2 = GRAVITY[1]
 _COUNTS_PER_G = (2048, 4096, 8192, 16384)  # whole numbers of 16 bits at 16, 8, 4 and 2 g: InvenSense, Bosch
 _COUNTS_ROOM = 0.08  # deviation of gravity in counts: bias of 60 mg and 3 % of scale of the MPU-6050's datasheet

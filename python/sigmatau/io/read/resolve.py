@@ -14,7 +14,7 @@ from sigmatau.io.read.column_findings import column_findings
 from sigmatau.io.read.columns import Choice, choose
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.suggestions import ask_for_columns, by_gravity
+from sigmatau.io.read.suggestions import ask_for_columns, by_gravity, unit_of_gravity
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.plausible import epoch_unit
@@ -146,7 +146,9 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         else:
             hint = " (whole numbers may be counts: then give --scale too)" if counts and not options.scale else ""
         lacks = _lacks_rate(table, choice, unit, options) + hint
-        raise _ask_for_units(missing, options.input, stated={stream_name(c) for c in unit}, no_rate=lacks)
+        shown = None if "accel" in map(stream_name, options.scale) else unit_of_gravity(table, choice.channels)
+        examples = _example_units(options.input, shown)
+        raise _ask_for_units(missing, options.input, examples, stated={stream_name(c) for c in unit}, no_rate=lacks)
     return unit, overruled
 
 
@@ -192,11 +194,21 @@ def _same(one: str, other: str) -> bool:
         return one == other
 
 
-def _ask_for_units(missing: list[str], kind: InputKind, *, stated: set[str], no_rate: str) -> OptionError:
+def _example_units(kind: InputKind, accel: str | None) -> dict[str, str]:
+    """Units of an example, by sensor; `accel`: the unit in which the accelerometer shows gravity. A log in m/s^2 usually has
+    rad/s, and a gyro in rad/s that is read as one in deg/s would be 57 times too good.
+    """
+    if kind != "rate":
+        return {"gyro": "rad", "accel": "m/s"}
+    return {"gyro": "rad/s" if accel == SI["accel"] else "deg/s", "accel": accel or "g"}
+
+
+def _ask_for_units(
+    missing: list[str], kind: InputKind, examples: Mapping[str, str], *, stated: set[str], no_rate: str
+) -> OptionError:
     """`stated`: sensors of which another channel has a unit, which that of the sensor would replace."""
     streams = list(dict.fromkeys(map(stream_name, missing)))
     asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
-    examples = {"gyro": "deg/s", "accel": "g"} if kind == "rate" else {"gyro": "rad", "accel": "m/s"}
     example = "--unit " + ",".join(f"{name}={examples.get(s, '1')}" for name, s in asked.items())
     known = [si if kind == "rate" else units.integral(si) for s, si in SI.items() if s in streams]
     table = "; ".join(f"{', '.join(units.known(si))}" for si in known)

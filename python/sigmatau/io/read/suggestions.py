@@ -14,6 +14,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import ColumnsByGravity
 from sigmatau.io.read.column_values import (
     GRAVITY,
+    GRAVITY_UNITS,
     MIN_ROWS,
     ROWS_TESTED,
     Identified,
@@ -24,7 +25,7 @@ from sigmatau.io.read.column_values import (
 from sigmatau.io.read.columns import as_option, find_time
 from sigmatau.io.read.name_tables import NOT_A_SENSOR
 from sigmatau.io.read.names import bare_name, key_of, recognise, signal_name, stated_unit
-from sigmatau.io.read.table import Column, Table, listing
+from sigmatau.io.read.table import Column, Table, all_without_absurd, listing
 from sigmatau.io.read.time.dates import is_date
 
 _EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
@@ -64,6 +65,22 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
     channels: dict[str, str | int] = {} if identified.time is None else {"time": 1}
     channels |= {name: f"{first + 1}:{last}" for name, (first, *_, last) in _places(identified).items()}
     return channels, Finding(details=details, severity="info")
+
+
+def unit_of_gravity(table: Table, channels: Mapping[str, int]) -> str | None:
+    """The unit in which three axes of an accelerometer have the mean of gravity; None if there is none."""
+    axes = [channels[name] for name in ("accel_x", "accel_y", "accel_z") if name in channels]
+    if len(axes) < 3:
+        return None
+    try:
+        loaded = dict(all_without_absurd(table.load(axes, None).columns))
+    except DataError:  # raised again when the record is read
+        return None
+    samples = np.stack([np.asarray(loaded[index][:ROWS_TESTED], dtype=np.float64) for index in axes])
+    if not np.isfinite(samples).any(axis=1).all():
+        return None
+    size = float(np.linalg.norm(np.nanmedian(samples, axis=1)))
+    return next((unit for unit, (low, high) in zip(GRAVITY_UNITS, GRAVITY, strict=True) if low <= size <= high), None)
 
 
 def _places(identified: Identified) -> dict[str, tuple[int, int, int]]:

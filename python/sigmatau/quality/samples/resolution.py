@@ -84,9 +84,8 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
 def resolution(stream: Stream, channel: str) -> Resolution | None:
     """Step and noise of a channel; None if its values have no common step that can be told from none."""
     x = sample_of(stream, channel, most=_LOOKED_AT)
-    rounding = _rounding(stream, channel)
-    if stream.samples.transforms[stream.channels.index(channel)].kind == "increments":
-        rounding = max(rounding, rounding_dust(x, stream.grid.n))
+    # Rates may have been made outside of differences of angles: no step is so small beside the noise.
+    rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
     step = common_step(x, rounding=rounding) or step_of_changes(np.diff(x))
     if not step:
         return None

@@ -532,7 +532,7 @@ def test_as_a_module_on_a_terminal_without_unicode(one):
     )  # fmt: skip
     assert "random walk" in done.stdout
     assert "deg/sqrt(h)" in done.stdout
-    assert done.stderr == "More: -v * report: --report r.html * filter: --export kalibr=imu.yaml\n"
+    assert done.stderr == "More: -v * report: --report r.html * filter: --export state-space=model.json\n"
 
 
 class TestSimulate:

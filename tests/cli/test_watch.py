@@ -108,6 +108,35 @@ class TestLines:
         with pytest.raises(DataError, match="binary data"):
             Live(options(rate=1)).push(data, last=True)
 
+    @pytest.mark.parametrize("labels", [("0", "1"), ("Gyro", "Accel"), ("left", "left", "right")])
+    @pytest.mark.parametrize("size", [11, 10**6])
+    def test_rows_of_several_sensors_are_refused(self, labels, size):
+        rows = (f"{k / 100:.2f},{labels[k % len(labels)]},{(k * 7 % 13) / 9},{(k * 5 % 11) / 9}" for k in range(600))
+        text = "\n".join(["time [s],sensor_id,gyro_x [deg/s],gyro_y [deg/s]", *rows, ""]).encode()
+        with pytest.raises(DataError, match=rf"column 2 'sensor_id' has {labels[0]} and {labels[-1]}.*one sensor only"):
+            pushed(Live(options()), text, size)
+
+    def test_clock_times_ask_for_the_rate(self):
+        rows = (f"10:00:{k // 50:02d}.{k % 50 * 2:02d},{k % 7},{k % 5}" for k in range(300))
+        text = "\n".join(["Time,gyro_x [deg/s],gyro_y [deg/s]", *rows, ""]).encode()
+        with pytest.raises(OptionError, match=r"column 'Time' has dates or clock times.*give --rate HZ"):
+            pushed(Live(options()), text, 1000)
+        live = Live(options(rate=50))
+        assert (len(pushed(live, text, 1000)), live.rate) == (300, 50)
+
+    def test_columns_before_an_arrow_are_suggested(self):
+        noise = np.random.default_rng(seed_of("arrow")).standard_normal((300, 6)) * 0.01
+        rows = (f"10:00:{k // 50:02d}.{k % 50 * 2:02d} -> {','.join(f'{x:.4f}' for x in row)}" for k, row in
+                enumerate(noise + np.array([0, 0, 9.81, 0, 0, 0])))  # fmt: skip
+        with pytest.raises(OptionError, match=r"gravity \(9\.81") as asked:
+            Live(options()).push("\n".join([*rows, ""]).encode(), last=True)
+        assert "run with --channels accel=1:3,gyro=4:6,time=7" in asked.value.for_command_line()
+
+    def test_a_labview_file_is_named(self):
+        text = b"LabVIEW Measurement\t\nWriter_Version\t2\n***End_of_Header***\t\n" + b"0\t1\n" * 100
+        with pytest.raises(DataError, match=r"is a LabVIEW measurement file.*sigmatau analyze"):
+            Live(options()).push(text, last=True)
+
     def test_scales_and_offsets(self):
         text, y = table(header="t,a,b")
         live = Live(

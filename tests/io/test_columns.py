@@ -361,6 +361,16 @@ def test_everything_missing_is_asked_for_at_once(tmp_path):
         read(path)
 
 
+def test_counts_of_another_sensor_are_asked_for_beside_a_scale(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("gyro_x,accel_x\n" + "15,250\n25,100\n" * 4)
+    with pytest.raises(OptionError, match=r"unit of gyro_x.*whole numbers may be counts: then give --scale too"):
+        read(path, rate=10, unit={"accel": "g"}, scale={"accel": 0.001})
+    with pytest.raises(OptionError, match="unit of gyro_x") as asked:
+        read(path, rate=10, unit={"accel": "g"}, scale={"accel": 0.001, "gyro": 0.01})
+    assert "counts" not in str(asked.value)
+
+
 def test_dates_as_stamps_do_not_bar_a_file_whose_rate_is_given(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("timestamp,gyro_x [deg/s]\n" + "2026-01-01T00:00:00Z,2.5\n2026-01-01T00:00:01Z,1.0\n" * 4)

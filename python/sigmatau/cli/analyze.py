@@ -419,7 +419,10 @@ def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
     """What comes next: options that were not given."""
     offers = ["-v"]
     offers += ["report: --report r.html"] if outputs.report is None else []
-    offers += ["filter: --export kalibr=imu.yaml"] if analysis.fits and not exports.files else []
+    example = (
+        "kalibr=imu.yaml" if {"gyro", "accel"} <= set(map(stream_name, analysis.fits)) else "state-space=model.json"
+    )
+    offers += [f"filter: --export {example}"] if analysis.fits and not exports.files else []
     return f"More: {' · '.join(offers)}"
 
 

@@ -168,7 +168,11 @@ def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str
     for error in failures:
         if isinstance(error, DataError):
             lacking = " and no ".join(kind for sensor, kind in KINDS.items() if sensor not in rates)
-            what = f"the log has no {lacking}, which this target requires" if lacking else error.message
+            what = (
+                f"the log has no {lacking}, which this target requires; state-space takes any sensor"
+                if lacking
+                else error.message
+            )
             raise OptionError(what, option="export").about(error.source)
         if error.option in ("filter_rate", "step"):
             raise error

@@ -25,8 +25,10 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import RateChange
 from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.formats import lvm
 from sigmatau.io.read.formats.keyed import find_records, in_words
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, NoRowsError, find_layout
+from sigmatau.io.read.formats.row_kinds import find_kinds
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
@@ -188,6 +190,8 @@ class Live:
             head.translate(None, _PRINTABLE)
         ) > 0.01 * len(head):
             raise DataError("is binary data, no table of text")
+        if lvm.sniff(head, Path()):
+            raise DataError("is a LabVIEW measurement file, which watch does not read: run sigmatau analyze FILE")
         named = _named_words(head)
         if named is not None:
             self._marks = True
@@ -202,6 +206,8 @@ class Live:
         if wait and head.count(b"\n") < layout.skip_lines + _FIRST_LINES:
             self._lines_needed = layout.skip_lines + _FIRST_LINES
             return None
+        # Always the same lines, however many have come.
+        _refuse_kinds(b"".join(_lines(head)[: layout.skip_lines + _FIRST_LINES]))
         table = Table(
             format="text",
             columns=layout.columns,
@@ -217,7 +223,13 @@ class Live:
                 resolve(replace(table, load=_loader(b"".join(_lines(head)[layout.skip_lines :]), layout)), self.options)
             raise
         self.options = self.options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
-        if choice.split or (choice.time is not None and is_date(table.columns[choice.time].first)):
+        if choice.time is not None and (choice.split or is_date(table.columns[choice.time].first)):
+            if self.options.rate is None:
+                what = "has seconds and their fractions in two columns" if choice.split else "has dates or clock times"
+                raise OptionError(
+                    f"column {table.label(choice.time)} {what}, which watch does not read: give --rate HZ",
+                    option="rate",
+                )
             choice = replace(choice, time=None, split=None)  # lines are read as plain numbers here
         self._layout, self._choice, self.unit = layout, choice, unit
         body = b"".join(_lines(head)[layout.skip_lines :])
@@ -334,6 +346,18 @@ class Live:
             self._block *= 2
 
 
+def _refuse_kinds(lines: bytes) -> None:
+    """Raise `DataError` if a column tells that the rows are of several sensors, which one rate does not fit."""
+    kinds = find_kinds(lines.decode("latin-1"))
+    if kinds is None or len(kinds.labels) < 2:
+        return
+    place = kinds.kind_of(kinds.labels[0]).place()
+    raise DataError(
+        f"{place}, so the rows are of several sensors. Pass on the rows of one sensor only, or save the log and run"
+        " sigmatau analyze FILE"
+    )
+
+
 def _named_words(head: bytes) -> Layout | None:
     """The layout of lines of names and values, with spaces for the marks between them; None for other lines."""
     if b":" not in head and b"=" not in head:
@@ -378,6 +402,7 @@ def _loader(rows: bytes, layout: Layout) -> Callable[[Sequence[int], int | None]
                 columns=len(layout.columns),
                 wanted=tuple(wanted),
                 decimal_comma=layout.decimal_comma,
+                arrow=layout.arrow,
             )
         except formats.TextReadError as error:
             raise DataError(error.text) from None

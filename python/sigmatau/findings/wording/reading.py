@@ -172,7 +172,7 @@ def _incomplete_sensor(finding: Finding, it: kinds.IncompleteSensor) -> Words:
     column = _short(it.column, _NAME)
     return Words(
         f"{it.missing} is missing; column {it.number} {column!r} has a similar name and is not used",
-        f"Correct the name of the column, or give --channels {it.missing}={it.number} and the other channels",
+        f"Correct the name of the column, or name all columns: --channels {it.missing}={it.number},…",
     )
 
 
@@ -188,7 +188,7 @@ def _mixed_units(finding: Finding, it: kinds.MixedUnits) -> Words:
 
 
 def _unread_arrays(finding: Finding, it: kinds.UnreadArrays) -> Words:
-    what = f"{_number(len(it.names), 'members')} of the archive not read, not an array by name"
+    what = f"{_number(len(it.names), 'members')} of the archive not read, because the name is not that of an array"
     return Words(f"{what}: {_listed(it.names)}", _AGAIN)
 
 

@@ -133,8 +133,9 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
                 if unknown is not None and units.needs_scale(unknown):
                     scale_hint = f": give --scale too, e.g. --scale {stream_name(missing[0])}=0.01"
                 first = table.columns[index].first
+                is_scaled = channel in options.scale or stream in options.scale
                 counts = counts or (
-                    first.lstrip("+-").isdigit() and first.strip("+-0") != ""
+                    not is_scaled and first.lstrip("+-").isdigit() and first.strip("+-0") != ""
                 )  # an integer other than 0
             continue
         if stream in SI or channel == "time":
@@ -144,7 +145,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if unknown_units and len(unknown_units) == len(missing):
             hint = f" (the file has {', '.join(unknown_units)}{scale_hint})"
         else:
-            hint = " (whole numbers may be counts: then give --scale too)" if counts and not options.scale else ""
+            hint = " (whole numbers may be counts: then give --scale too)" if counts else ""
         lacks = _lacks_rate(table, choice, unit, options) + hint
         shown = None if "accel" in map(stream_name, options.scale) else unit_of_gravity(table, choice.channels)
         examples = _example_units(options.input, shown)

@@ -136,9 +136,7 @@ def _tables_of_kinds(
         further = find_kinds(kind_text, without=kinds.column)
         if further is not None and len(further.labels) > 1:
             both = f"{kind.place()}, and {further.kind_of(label).place()}"
-            raise DataError(
-                f"{both}: rows of several sensors by both; save the rows of each to a file of its kind_text"
-            )
+            raise DataError(f"{both}: rows of several sensors by both; save the rows of each sensor to its own file")
         columns, notes = with_sensor_names(layout.columns, label, first_values(kind_text, kinds, label))
         named = replace(
             layout,

@@ -119,7 +119,7 @@ class TestLines:
     def test_clock_times_ask_for_the_rate(self):
         rows = (f"10:00:{k // 50:02d}.{k % 50 * 2:02d},{k % 7},{k % 5}" for k in range(300))
         text = "\n".join(["Time,gyro_x [deg/s],gyro_y [deg/s]", *rows, ""]).encode()
-        with pytest.raises(OptionError, match=r"column 'Time' has dates or clock times.*give --rate HZ"):
+        with pytest.raises(OptionError, match=r"column 'Time' has dates or clock times.*give `rate=HZ`"):
             pushed(Live(options()), text, 1000)
         live = Live(options(rate=50))
         assert (len(pushed(live, text, 1000)), live.rate) == (300, 50)

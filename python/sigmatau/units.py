@@ -168,7 +168,7 @@ def _table() -> dict[str, Unit]:
             "mg/h": g * 1e-3 / _HOUR,
             "ug/h": g * 1e-6 / _HOUR,
         },
-        "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": _HOUR},
+        "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": _HOUR, "d": 24 * _HOUR},
         "Hz": {"Hz": 1.0, "kHz": 1e3},
     }
     return {
@@ -218,6 +218,7 @@ _WORDS = (
     (r"\bseconds?\b|\bsecs?\b", "s"),
     (r"\bminutes?\b", "min"),
     (r"\bhours?\b|\bhrs?\b", "h"),
+    (r"^days?$", "d"),
     (r"\bhertz\b", "hz"),
     (r"\bg's\b|\bgs\b|\bgn\b|\bg0\b", "g"),
     (r"\bmilli[ -]", "m"),

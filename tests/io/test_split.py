@@ -110,12 +110,12 @@ def test_a_bag_of_one_part(bag):
 
 
 def test_at_the_command_line(bag, capsys):
-    assert main(["analyze", str(bag), "--quiet"]) == 0
+    assert main(["analyze", str(bag), "--quiet", "--at-rest"]) == 0
     assert "gyro_x" in capsys.readouterr().out
     assert main(["inspect", str(bag), "--quiet"]) == 0
     assert f"{N} rows" in capsys.readouterr().out
     # A folder of such folders is several logs.
-    assert main(["analyze", str(bag.parent), "--quiet"]) == 0
+    assert main(["analyze", str(bag.parent), "--quiet", "--at-rest"]) == 0
     assert "bag" in capsys.readouterr().out
 
 

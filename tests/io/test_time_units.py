@@ -255,5 +255,5 @@ class TestOverflows:
         ],
     )
     def test_other_steps_back_are_refused(self, tmp_path, stamps):
-        with pytest.raises(StampError, match="time goes backwards"):
+        with pytest.raises(StampError, match=r"time (goes backwards|begins again)"):
             read(log(tmp_path, "time [s]", np.round(stamps, 3)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from sigmatau import units
@@ -11,11 +12,16 @@ from sigmatau.findings.kinds.stamps import ImplausibleRate
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
 _UNITS = ("s", "ms", "us", "ns")
-_RARE_UNITS = ("min", "h")
+_RARE_UNITS = ("min", "h", "d")
 _EPOCH = (9.4e8, 2.3e9)  # years 1999 to 2042, counted from 1970. [s]
+_DAY_NUMBERS = (
+    (36161, 52232),
+    (730120, 746191),
+)  # the same years in Excel, counted from 1899, and in MATLAB, from 0. [d]
 _SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes it a usual one [s]
 _LEAST_SAMPLES = 100  # fewer samples may be a cut of a log, however short
 _SLOW = 1.0  # rate below which a log is of averages, or its unit of time is wrong [Hz]
+_FREQUENT = 100.0  # rate near which most logs are: what is closer to it is offered first [Hz]
 _SENSORS = {"gyro": "a gyro", "accel": "an accelerometer"}
 _ROUNDING = 1e-6  # relative difference up to which two rates are of one unit
 
@@ -51,13 +57,16 @@ def epoch_unit(stamp: float) -> str | None:
 
 
 def unit_by_size(first: float, last: float, interval: float, n: int) -> str | None:
-    """The unit of stamps that count from 1970: 10 digits are seconds, 13 milliseconds, 16 microseconds, 19 nanoseconds.
-    None if they do not, or if no log has the rate that this unit gives.
+    """The unit of stamps that count from 1970: 10 digits are seconds, 13 milliseconds, 16 microseconds, 19 nanoseconds;
+    or days, of the day numbers of Excel and MATLAB. None if they do not, or if no log has the rate that this unit gives.
     """
+    possible = {reading.unit for reading in readings(interval, n) if reading.is_possible}
     unit = epoch_unit(first)
-    if unit is None or epoch_unit(last) != unit:
+    if unit is None and possible.isdisjoint(_UNITS):
+        unit = "d" if any(low <= first <= last <= high for low, high in _DAY_NUMBERS) else None
+    elif epoch_unit(last) != unit:
         return None
-    return next((unit for reading in readings(interval, n) if reading.unit == unit and reading.is_possible), None)
+    return unit if unit in possible else None
 
 
 def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: float | None) -> None:
@@ -71,6 +80,7 @@ def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: floa
     if used.is_possible and not is_short:
         return
     likely = likely or [reading for reading in others if reading.is_possible]
+    likely.sort(key=lambda reading: abs(math.log(reading.rate / _FREQUENT)))
     offered = " or ".join(f"--unit time={r.unit} ({_number(r.rate)} Hz, {_number(r.length)} s)" for r in likely)
     raise OptionError(
         f"the time stamps in column {name} give {_number(used.rate)} Hz for {_number(used.length)} s, which is not a log of"

@@ -111,6 +111,10 @@ def in_order(
     return Rows(stamps=stamps, intervals=intervals.astype(np.float64, copy=False), rows=rows, findings=tuple(findings))
 
 
+_LEAST_RUN = 100.0  # shortest run before it; less is disorder [intervals]
+_RESTART = 10.0  # distance from the first stamp up to which a log has begun again [intervals]
+
+
 def _row(rows: NDArray[np.int64] | None, k: int) -> int:
     return k if rows is None else int(rows[k])
 
@@ -149,6 +153,12 @@ def _sorted(
             kept = np.delete(np.arange(len(stamps)), wrong)
             return kept, _finding("wrong", len(wrong), len(stamps), at)
     times = "" if len(back) == 1 else f", and {len(back) - 1} times more after it"
+    usual, back_to = _usual(stamps), float(stamps[row]) - float(stamps[0])
+    if abs(back_to) <= _RESTART * usual and float(stamps[row - 1]) - float(stamps[row]) >= _LEAST_RUN * usual:
+        raise StampError(
+            f", {place}: time begins again in column {name}, from {stamps[row - 1]} to {stamps[row]}{times}; the rows are of"
+            " several runs or sensors, cut the file there"
+        )
     raise StampError(
         f", {place}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
         f" sort the rows, cut the file there{_wrapped(stamps, row)}, or ignore the stamps with --channels time=none"

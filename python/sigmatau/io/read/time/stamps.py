@@ -157,8 +157,10 @@ def _start(stamp: Any, second: float) -> tuple[float, tuple[str, ...]]:  # noqa:
     start = first * second
     if abs(start) < _LARGEST_START:
         return start, ()
-    ticks = round(1 / second) if second < 1 else 1
-    whole, rest = divmod(first, ticks) if second <= 1 else (0, first)
+    if second > 1:
+        return start % 1, (f"{start // 1:.0f} s taken off the time stamps",)
+    ticks = round(1 / second)
+    whole, rest = divmod(first, ticks)
     return float(rest) * second, (f"{int(whole)} s taken off the time stamps",)
 
 
@@ -176,8 +178,12 @@ def mismatch(given: float, other: float, kind: InputKind = "rate", *, stated: bo
 def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str) -> OptionError:
     """An error that asks for the unit of the stamps and lists the rate that each unit gives."""
     mean = float(intervals.sum()) / len(intervals)
-    rates = [(symbol, 1 / (mean * units.find(symbol).factor)) for symbol in ("s", "ms", "us", "ns")]
-    likely = [(symbol, rate) for symbol, rate in rates if PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]] or rates
+    offers = [
+        [(symbol, 1 / (mean * units.find(symbol).factor)) for symbol in symbols]
+        for symbols in (("s", "ms", "us", "ns"), ("min", "h", "d"))
+    ]
+    possible = [[row for row in rows if PLAUSIBLE_RATES[0] <= row[1] <= PLAUSIBLE_RATES[1]] for rows in offers]
+    likely = possible[0] or possible[1] or offers[0]
     offered = ", ".join(f"as {symbol} {float(f'{rate:.4g}'):g} Hz" for symbol, rate in likely)
     # A clock that counts from 1970 shows a present year in one unit only; otherwise a rate near 100 Hz is the most likely.
     first = float(stamps[0])

@@ -19,6 +19,7 @@ from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
+from sigmatau.io.read.time.clock_digits import read_clock_digits
 from sigmatau.io.read.time.plausible import unit_by_size
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.io.read.time.stamps import Timing
@@ -55,6 +56,9 @@ def timed(
         return Timing(rate=rate, measured=table.rate, rows=own, findings=known or ())
     name = table.label(choice.time)
     stamps_raw = raw[choice.time]
+    clock = read_clock_digits(stamps_raw) if spelled in {None, "s"} else None
+    if clock is not None:
+        stamps_raw, spelled = clock, "s"
     members = [i for channel, i in choice.channels.items() if not stream or stream_name(channel) == stream]
     if own is None:
         used = in_order(stamps_raw, [raw[i] for i in members], table.where, name)
@@ -81,8 +85,11 @@ def timed(
     found = stamps.fit(used, second, table.where, name, rate=options.rate)
     findings = found.findings
     notes = found.notes
+    if clock is not None:
+        notes = (*notes, f"time stamps in column {name} are the digits of hours, minutes and seconds")
     if options.rate is None:
-        size = (f"time stamps in {by_size} by their size, counted from 1970",) if by_size else ()
+        epoch = "as day numbers" if by_size == "d" else "counted from 1970"
+        size = (f"time stamps in {by_size} by their size, {epoch}",) if by_size else ()
         notes = (*notes, *size, f"sampling rate {found.rate:.6g} Hz from {found.source}")
     elif second is None:
         notes = (f"time stamps in column {name} checked for order and gaps only",)

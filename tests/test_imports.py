@@ -40,6 +40,7 @@ def test_help_of_the_command_loads_no_numbers(argv):
         "sigmatau",
         "sigmatau._version",
         "sigmatau.cli",
+        "sigmatau.cli.words",
         "sigmatau.cli.app",
         "sigmatau.cli.earlier",
         "sigmatau.process",

@@ -16,6 +16,7 @@ import inspect
 import re
 import sys
 import textwrap
+from dataclasses import fields
 from functools import cache
 
 import pytest
@@ -236,6 +237,7 @@ def test_kind_of_finding(kind):
     """The parameters of a finding are public as data: ``finding.details``, and ``details`` in JSON."""
     sections = docstring(kind)
     problems = [*problems_of_form(sections)]
-    own = {name: str(of) for name, of in vars(kind).get("__annotations__", {}).items() if name != "kind"}
+    constant = {field.name for field in fields(kind) if not field.init}  # the kind of a reason
+    own = {name: str(of) for name, of in vars(kind).get("__annotations__", {}).items() if name not in constant}
     problems += problems_of_entries(sections, "Attributes", own)
     assert not problems, "\n".join([kind.__name__, *problems])

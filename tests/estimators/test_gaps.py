@@ -167,7 +167,7 @@ def test_degrees_of_freedom_are_those_of_the_pairs(lost):
         y[MASKS[lost]] = np.nan
         found.append(allan(Record.from_arrays(rate=100, gyro_x=y), threads=1)["gyro_x"].avar)
     scatter = np.std(found, axis=0, ddof=1) / np.mean(found, axis=0)
-    curve = analyze(Record.from_arrays(rate=100, gyro_x=1e-4 * y)).curves["gyro_x"]
+    curve = analyze(Record.from_arrays(rate=100, gyro_x=1e-4 * y), at_rest=True).curves["gyro_x"]
     few = curve.m <= N // 8
     stated = np.sqrt(2 / curve.edf)
     assert stated[few] == pytest.approx(scatter[few], rel=0.1 + 3 * 0.04)
@@ -179,7 +179,7 @@ def test_a_short_record_with_gaps_is_not_sent_to_the_likelihood(method):
     values = np.random.default_rng(seed_of("short with gaps")).standard_normal(300)
     values[100:103] = np.nan
     record = Record.from_arrays(rate=100, gyro_x=1e-3 * values)
-    (found,) = [one for one in analyze(record, method=method).findings if one.code == "too_short"]
+    (found,) = [one for one in analyze(record, method=method, at_rest=True).findings if one.code == "too_short"]
     assert not found.details.reasons[0].suits_likelihood
     assert "likelihood" not in str(found)
     assert found.action.startswith("Record longer")

@@ -130,7 +130,9 @@ def test_random_layouts(tmp_path):
     assert outcomes["refused"] > 1000
 
 
-@pytest.mark.parametrize("command", [["analyze"], ["deviation", "--kind", "hadamard"]], ids=["analyze", "deviation"])
+@pytest.mark.parametrize(
+    "command", [["analyze", "--at-rest"], ["deviation", "--kind", "hadamard"]], ids=["analyze", "deviation"]
+)
 def test_command_line(tmp_path, capsys, command):
     path = tmp_path / "log.bin"
     path.write_bytes(packed("<I6f"))

@@ -35,6 +35,7 @@ _ANY_NUMBER = re.compile(rb"(?<![A-Za-z_\d.])" + _NUMBER + rb"(?![\w.])")
 _WORDS_FOR_NUMBERS = re.compile(rb"[eE]|nan|inf|null|none", re.IGNORECASE)
 _ONE_DIGIT = b"0123456789+-. "
 _LINES = 400  # of the head in which records are looked for
+_COMMENTS = (b"#", b"%", b"//")  # marks of lines that are not records
 _LEAST_RECORDS = 3  # that must be alike
 _LONGEST_RECORD = 12  # lines of a record that is not YAML
 _DOCUMENT = b"\n---"
@@ -124,8 +125,8 @@ def find_records(head: bytes) -> _Records | None:
     lines = head.split(b"\n")[:_LINES]
     lines = lines[:-1] if len(lines) > 1 else lines
     skeletons = [_ANY_NUMBER.sub(b"#", _GLUED.sub(b" ", line)).strip() for line in lines]
-    paired = [k for k, line in enumerate(lines) if _PAIR.search(line)]
-    filled = [k for k, line in enumerate(lines) if line.strip()]
+    filled = [k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith(_COMMENTS)]
+    paired = [k for k in filled if _PAIR.search(lines[k])]
     if len(paired) < _LEAST_RECORDS or 2 * len(paired) < len(filled):
         return None
     # The last of the lines show what repeats: text above the records does not.

@@ -50,6 +50,18 @@ def test_sensors_in_turn_are_found(kind, sensors, axes):
     assert sorted(found.means) == pytest.approx(sorted(expected), abs=4 * 1.25 * np.sqrt(sensors / 4096))
 
 
+@pytest.mark.parametrize("axes", [3, 6])
+@pytest.mark.parametrize("turns", [(0, 0, 1), (0, 1, 0), (0, 0, 0, 1)])
+def test_two_sensors_of_different_rates_are_found(turns, axes):
+    rng = np.random.default_rng(seed_of(f"sensors of different rates {turns} {axes}"))
+    samples = rng.normal(size=(ROWS, axes)) + np.resize(BIASES[np.array(turns), :axes], (ROWS, axes))
+    intervals = np.where(np.resize(turns, ROWS) == 1, 0.4, 1.0)  # the rows of the slower one are in between
+    found = find_interleaving(channels(samples), np.cumsum(intervals) * PERIOD)
+    assert found is not None
+    assert (found.sensors, found.period) == (2, len(turns))
+    assert f"every {'third' if len(turns) == 3 else 'fourth'} row" in str(found.error("2"))
+
+
 def test_sensors_in_turn_are_found_after_lost_rows():
     rng = np.random.default_rng(seed_of("lost rows"))
     samples = rng.normal(size=(ROWS, 6)) + np.tile(BIASES[:2], (ROWS // 2, 1))

@@ -32,6 +32,13 @@ _EVEN_SHIFT = 2.0  # the same for even stamps, or none: twice the largest step o
 _UNEQUAL = (
     1.15  # smallest ratio of the differences on two axes of one sensor: a simulated line has one size on all axes
 )
+_PAIR = 2  # sensors of different rates that are told apart
+_SAME_SENSOR = (
+    0.3  # difference of the means of two turns of one sensor, over the scatter: 4 standard errors of a median
+)
+_UNEVEN_INTERVALS = (
+    0.2  # smallest difference of the intervals by turn, over their mean, of two sensors of different rates
+)
 _EVEN_AXES = 2  # axes of either sensor, or one more of a single sensor
 _NEIGHBOURS = 6.0  # correlation of neighbouring rows beyond that of rows of one turn, over its standard error
 
@@ -41,13 +48,14 @@ class Interleaving:
     """Sensors whose rows take turns."""
 
     sensors: int
+    period: int  # rows after which the sensors repeat; more than sensors if they have different rates
     channel: str  # with the largest difference
     means: tuple[float, ...]  # of this channel, by turn; in the unit of the log
     bunched: bool  # whether the stamps come in groups
 
     def error(self, label: str) -> DataError:
         """The error of a log with such rows; `label`: the column of the channel."""
-        turn = {2: "second", 3: "third", 4: "fourth"}[self.sensors]
+        turn = {2: "second", 3: "third", 4: "fourth"}[self.period]
         size = max(self.means) - min(self.means)
         return DataError(
             f"has rows of {self.sensors} interleaved sensors: the means of every {turn} row of {self.channel} (column"
@@ -61,9 +69,11 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
     `channels`: columns of gyro and accelerometer, each of shape (n,), in the order of the file; `stamps`: shape (n,).
 
     If stamps come in groups (``0, 0.06, 10, 10.06 ms``), two axes must have means that depend on the turn. A first-in
-    first-out memory makes such stamps too, but not the means. If stamps are even, or absent, the means must differ by twice
-    the scatter on two axes of both sensors, or on three axes of one by different amounts, and neighbouring rows must
-    not be more alike than rows of one turn. All parts of the log must show the same means.
+    first-out memory makes such stamps too, but not the means. Two sensors of which one has two or three rows for each
+    row of the other have means in one proportion, as a line at a third of the rate has, but also uneven stamps. If
+    stamps are even, or absent, the means must differ by twice the scatter on two axes of both sensors, or on three axes
+    of one by different amounts, and neighbouring rows must not be more alike than rows of one turn. All parts of the log
+    must show the same means.
     """
     names = list(channels)
     if not names or len(channels[names[0]]) < _MIN_PARTS * _ROWS:
@@ -76,16 +86,23 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
             continue
         means, scatter = turns
         shift = np.divide(np.ptp(means, axis=1), scatter, out=np.zeros(len(names)), where=scatter > 0)
+        sensors = period
         bunched = stamps is not None and _is_bunched(np.asarray(stamps[: _MIN_PARTS * _ROWS]), period)
         if bunched:
             is_interleaved = bool(np.count_nonzero(shift >= _BUNCHED_SHIFT) >= _EVEN_AXES)
         else:
             relative = means / np.where(scatter > 0, scatter, 1.0)[:, None]
-            is_interleaved = _is_large(names, shift, relative) and not _are_neighbours_alike(parts)
+            apart = period > _PAIR and _has_single_turn_apart(relative) and not _is_even(stamps, period)
+            is_interleaved = _is_large(names, shift, relative, in_proportion=apart) and not _are_neighbours_alike(parts)
+            sensors = _PAIR if apart else period
         if is_interleaved:
             largest = int(np.argmax(shift))
             return Interleaving(
-                sensors=period, channel=names[largest], means=tuple(means[largest].tolist()), bunched=bunched
+                sensors=sensors,
+                period=period,
+                channel=names[largest],
+                means=tuple(means[largest].tolist()),
+                bunched=bunched,
             )
     return None
 
@@ -151,8 +168,30 @@ def _is_bunched(stamps: NDArray[Any], period: int) -> bool:
     return bool(abs(share - (period - 1) / period) < _EXCEPTIONS / 2 and repeated > 1 - _EXCEPTIONS)
 
 
-def _is_large(names: Sequence[str], shift: NDArray[np.float64], means: NDArray[np.float64]) -> bool:
-    """Whether the means differ by much on enough axes, and not as a line would make them. `means`: over the scatter."""
+def _has_single_turn_apart(means: NDArray[np.float64]) -> bool:
+    """Whether all turns but one have the same means, as two or three rows of a sensor have for each of a slower one.
+    `means`: over the scatter, shape (channels, turns).
+    """
+    spreads = [np.ptp(np.delete(means, turn, axis=1), axis=1).max() for turn in range(means.shape[1])]
+    return bool(min(spreads) <= _SAME_SENSOR)
+
+
+def _is_even(stamps: NDArray[Any] | None, period: int) -> bool:
+    """Whether the intervals between rows do not depend on the turn, as far as is known."""
+    if stamps is None:
+        return True
+    with np.errstate(invalid="ignore"):
+        intervals = np.diff(np.asarray(stamps[: _ROWS * period + 1]).astype(np.float64))
+    by_turn = np.median(intervals[: len(intervals) // period * period].reshape(-1, period), axis=0)
+    return not float(np.ptp(by_turn)) > _UNEVEN_INTERVALS * float(np.mean(by_turn))
+
+
+def _is_large(
+    names: Sequence[str], shift: NDArray[np.float64], means: NDArray[np.float64], *, in_proportion: bool
+) -> bool:
+    """Whether the means differ by much on enough axes, and not as a line would make them. `means`: over the scatter;
+    `in_proportion`: whether the means of all axes may have the same proportions.
+    """
     large = shift >= _EVEN_SHIFT
     axes = [np.array([name.startswith(sensor) for name in names]) & large for sensor in ("gyro", "accel")]
     counts = [int(np.count_nonzero(of_sensor)) for of_sensor in axes]
@@ -163,6 +202,8 @@ def _is_large(names: Sequence[str], shift: NDArray[np.float64], means: NDArray[n
     )
     if not both and not unequal:
         return False
+    if in_proportion:
+        return True
     # A line has one phase on all axes of a rigid body, and three turns or more then have means in one proportion.
     sizes = np.linalg.svd(means[large], compute_uv=False)
     return bool(np.count_nonzero(sizes >= _EVEN_SHIFT / 2) >= means.shape[1] - 1)

@@ -116,6 +116,26 @@ class TestLines:
         with pytest.raises(DataError, match=rf"column 2 'sensor_id' has {labels[0]} and {labels[-1]}.*one sensor only"):
             pushed(Live(options()), text, size)
 
+    @pytest.mark.parametrize("size", [11, 3000, 10**6])
+    def test_lines_that_were_written_twice_are_skipped(self, size):
+        text, y = table()
+        header, *rows = text.splitlines(keepends=True)
+        live = Live(options())
+        assert (
+            pushed(live, b"".join([header, *(row * (1 + k % 2) for k, row in enumerate(rows))]), size).tolist()
+            == y.tolist()
+        )
+        assert (live.lines, live.repeated) == (300, 150)
+        assert live.rate == pytest.approx(50)
+        assert live.rate_by_stamps() == pytest.approx(50)
+
+    def test_samples_within_a_second_are_not_repeats(self):
+        rows = (f"{k // 10},{k % 3},{k % 2}" for k in range(300))
+        text = "\n".join(["time [s],gyro_x [deg/s],gyro_y [deg/s]", *rows, ""]).encode()
+        live = Live(options())
+        assert len(pushed(live, text, 1000)) == 300
+        assert live.repeated == 0
+
     def test_clock_times_ask_for_the_rate(self):
         rows = (f"10:00:{k // 50:02d}.{k % 50 * 2:02d},{k % 7},{k % 5}" for k in range(300))
         text = "\n".join(["Time,gyro_x [deg/s],gyro_y [deg/s]", *rows, ""]).encode()

@@ -23,7 +23,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.kinds.reading import SkippedMessages
-from sigmatau.findings.kinds.stamps import IrregularStamps, RateMismatch
+from sigmatau.findings.kinds.stamps import BadStamps, IrregularStamps, RateMismatch
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import Options, check_skip
 from sigmatau.quality.selection.live import LiveStretches
@@ -226,6 +226,10 @@ class _Watched:
         if self.live.lost:
             lost = SkippedMessages(count=self.live.lost, unit="lines", example=self.live.lost_example)
             found.append(Finding(details=lost, severity="warning"))
+        if self.live.repeated:
+            total = self.live.lines + self.live.repeated
+            repeated = BadStamps(what="repeated", rows=total, place="the beginning of the input")
+            found.append(Finding(details=repeated, severity="warning", size=self.live.repeated))
         if self.live.leaps:
             found.append(
                 Finding(details=IrregularStamps(interval=1 / self.live.rate, leaps=self.live.leaps), severity="warning")

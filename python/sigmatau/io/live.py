@@ -12,9 +12,8 @@ import queue
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -24,15 +23,23 @@ from sigmatau._native import formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import RateChange
+from sigmatau.io.live_lines import (
+    find_named_layout,
+    has_repeated_rows,
+    loader_of,
+    not_loaded,
+    refuse_kinds,
+    split_lines,
+    without_absurd,
+    without_repeats,
+)
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats import lvm
-from sigmatau.io.read.formats.keyed import find_records, in_words
+from sigmatau.io.read.formats.keyed import in_words
 from sigmatau.io.read.formats.layout import COMMENTS, Layout, NoRowsError, find_layout
-from sigmatau.io.read.formats.row_kinds import find_kinds
-from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
-from sigmatau.io.read.table import ABSURD, HEAD, Loaded, Table
+from sigmatau.io.read.table import HEAD, Table
 from sigmatau.io.read.table_streams import find_rate
 from sigmatau.io.read.time.clock_line import rate_change
 from sigmatau.io.read.time.dates import is_date
@@ -121,6 +128,7 @@ class Live:
     lost: int = 0  # Lines that could not be read
     lost_example: str = ""  # What was wrong with the last of them
     lines: int = 0  # Lines of data that were read
+    repeated: int = 0  # Lines that repeat the line before, with its stamp
     leaps: int = 0  # Intervals between stamps that are negative or longer than 20 sample intervals
     _rest: bytes = b""
     _marks: bool = False  # Whether the values have names, with marks between
@@ -129,6 +137,8 @@ class Live:
     _choice: Choice | None = None
     _intervals: tuple[int, float] = (0, 0.0)
     _last_stamp: float | None = None
+    _repeats: bool = False  # Whether lines with the stamp of the line before are skipped
+    _last_row: NDArray[np.float64] | None = None
     _blocks: list[float] = field(default_factory=list)  # mean intervals of so many lines each [s]
     _block: int = 16
     _pending: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
@@ -192,7 +202,7 @@ class Live:
             raise DataError("is binary data, no table of text")
         if lvm.sniff(head, Path()):
             raise DataError("is a LabVIEW measurement file, which watch does not read: run sigmatau analyze FILE")
-        named = _named_words(head)
+        named = find_named_layout(head)
         if named is not None:
             self._marks = True
             head = in_words(head)
@@ -207,12 +217,12 @@ class Live:
             self._lines_needed = layout.skip_lines + _FIRST_LINES
             return None
         # Always the same lines, however many have come.
-        _refuse_kinds(b"".join(_lines(head)[: layout.skip_lines + _FIRST_LINES]))
+        refuse_kinds(b"".join(split_lines(head)[: layout.skip_lines + _FIRST_LINES]))
         table = Table(
             format="text",
             columns=layout.columns,
             notes=(),
-            load=_not_loaded,
+            load=not_loaded,
             where=lambda row: f"row {row} of the data",
         )
         try:
@@ -220,7 +230,10 @@ class Live:
         except OptionError:
             # The question may name columns by the samples that have come; without it nothing depends on how many have.
             with contextlib.suppress(DataError):
-                resolve(replace(table, load=_loader(b"".join(_lines(head)[layout.skip_lines :]), layout)), self.options)
+                resolve(
+                    replace(table, load=loader_of(b"".join(split_lines(head)[layout.skip_lines :]), layout)),
+                    self.options,
+                )
             raise
         self.options = self.options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
         if choice.time is not None and (choice.split or is_date(table.columns[choice.time].first)):
@@ -232,13 +245,15 @@ class Live:
                 )
             choice = replace(choice, time=None, split=None)  # lines are read as plain numbers here
         self._layout, self._choice, self.unit = layout, choice, unit
-        body = b"".join(_lines(head)[layout.skip_lines :])
+        body = b"".join(split_lines(head)[layout.skip_lines :])
         stamps, bad = np.empty(0), list[str]()
         if choice.time is not None:
             at = self._wanted().index(choice.time)
             # Always the same lines, however many have come: the rate must not depend on how the input is cut.
-            good, bad = self._good(b"".join(_lines(body)[:_FIRST_LINES]))
-            good = [part for columns in good for part in _without_absurd(columns, bad)]
+            good, bad = self._good(b"".join(split_lines(body)[:_FIRST_LINES]))
+            good = [part for columns in good for part in without_absurd(columns, bad)]
+            self._repeats = has_repeated_rows(good, at)
+            good = [without_repeats(columns, None) if self._repeats else columns for columns in good]
             stamps = np.concatenate([stamps, *(columns[at] for columns in good)])
             if len(stamps) < 3 and self.options.rate is None:
                 raise OptionError("gives too few time stamps to tell the rate: say --rate HZ", option="rate")
@@ -269,12 +284,12 @@ class Live:
                 bad.append(error.text or f"{error.got} fields in place of {error.expected}")
             else:
                 return good, bad
-            split = _lines(lines)
+            split = split_lines(lines)
             before = b"".join(split[: until - 1])
             if before.strip():
                 good.append(self._parse(before))
             lines = b"".join(split[until:])
-        for line in _lines(lines):
+        for line in split_lines(lines):
             try:
                 good.append(self._parse(line))
             except formats.TextReadError as error:
@@ -297,9 +312,10 @@ class Live:
     def _numbers(self, lines: bytes) -> NDArray[np.float64]:
         assert self._choice is not None
         good, bad = self._good(lines)
-        good = [part for columns in good for part in _without_absurd(columns, bad)]
+        good = [part for columns in good for part in without_absurd(columns, bad)]
         self.lost += len(bad)
         self.lost_example = bad[-1] if bad else self.lost_example
+        good = self._skip_repeats(good) if self._repeats else good
         wanted = self._wanted()
         at = {index: k for k, index in enumerate(wanted)}
         channels = self._choice.channels
@@ -314,6 +330,16 @@ class Live:
             scale = self.options.scale.get(channel, self.options.scale.get(stream, 1.0))
             samples[:, k] = (samples[:, k] - offset) * scale
         return samples
+
+    def _skip_repeats(self, good: list[list[NDArray[np.float64]]]) -> list[list[NDArray[np.float64]]]:
+        """The stretches without lines that repeat the line before."""
+        stretches = []
+        for columns in good:
+            different = without_repeats(columns, self._last_row)
+            self.repeated += len(columns[0]) - len(different[0])
+            self._last_row = np.array([column[-1] for column in columns]) if len(columns[0]) else self._last_row
+            stretches += [different] if len(different[0]) else []
+        return stretches
 
     def _note_stamps(self, stretches: list[NDArray[np.float64]], *, broken: bool) -> None:
         """Intervals within stretches; where a line was lost, none."""
@@ -344,72 +370,3 @@ class Live:
                 self._pending = np.concatenate((np.full(self._block, self._blocks.pop()), self._pending))
             self._blocks = np.array(self._blocks).reshape(-1, 2).mean(axis=1).tolist()
             self._block *= 2
-
-
-def _refuse_kinds(lines: bytes) -> None:
-    """Raise `DataError` if a column tells that the rows are of several sensors, which one rate does not fit."""
-    kinds = find_kinds(lines.decode("latin-1"))
-    if kinds is None or len(kinds.labels) < 2:
-        return
-    place = kinds.kind_of(kinds.labels[0]).place()
-    raise DataError(
-        f"{place}, so the rows are of several sensors. Pass on the rows of one sensor only, or save the log and run"
-        " sigmatau analyze FILE"
-    )
-
-
-def _named_words(head: bytes) -> Layout | None:
-    """The layout of lines of names and values, with spaces for the marks between them; None for other lines."""
-    if b":" not in head and b"=" not in head:
-        return None
-    records = find_records(head)
-    if records is None or records.lines > 1 or records.glued:
-        return None
-    layout = records.layout()
-    sensors = any(match is not None and match[0] != "time" for match in recognise(layout.columns))
-    return layout if sensors else None
-
-
-def _lines(piece: bytes) -> list[bytes]:
-    """Lines with their ends, as the reader of tables counts them: a carriage return alone ends none."""
-    lines = piece.split(b"\n")
-    return [line + b"\n" for line in lines[:-1]] + ([lines[-1]] if lines[-1] else [])
-
-
-def _without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[list[NDArray[np.float64]]]:
-    """The stretches between rows with a number that no sensor says, or without one; those rows are added to `bad`."""
-    absurd = np.zeros(len(columns[0]), dtype=bool)
-    for column in columns:
-        absurd |= ~(np.abs(column) <= ABSURD)  # missing numbers too
-    if not absurd.any():
-        return [columns]
-    rows = np.flatnonzero(absurd)
-    bad += [next(f"{column[row]:g}" for column in columns if not abs(column[row]) <= ABSURD) for row in rows]
-    borders = [-1, *rows.tolist(), len(absurd)]
-    stretches = [(a + 1, b) for a, b in pairwise(borders) if b > a + 1]
-    return [[column[a:b] for column in columns] for a, b in stretches]
-
-
-def _loader(rows: bytes, layout: Layout) -> Callable[[Sequence[int], int | None], Loaded]:
-    """The loading of columns from the rows that have come."""
-
-    def load(wanted: Sequence[int], _: int | None) -> Loaded:
-        try:
-            read = formats.read_text(
-                rows,
-                delimiter=layout.delimiter,
-                comment=COMMENTS,
-                columns=len(layout.columns),
-                wanted=tuple(wanted),
-                decimal_comma=layout.decimal_comma,
-                arrow=layout.arrow,
-            )
-        except formats.TextReadError as error:
-            raise DataError(error.text) from None
-        return Loaded(columns=dict(zip(wanted, read.columns, strict=True)))
-
-    return load
-
-
-def _not_loaded(*_: object) -> Loaded:
-    raise DataError("the samples have not come yet")  # its columns are told by their names

@@ -153,7 +153,7 @@ The verdict needs one of two conditions:
 
 Parts of real records at rest, all axes. Median and largest number of lines, resonances and Gauss-Markov processes, and of
 the share of the power. The number of lines is not a limit: ch104.mat has 100 lines, the most that are kept, in 53 minutes,
-and the right random walk.
+and is a quiet record.
 
 | record | length [s] | axes | lines | resonances | processes | share | disturbed |
 |---|---|---|---|---|---|---|---|"""

@@ -203,3 +203,17 @@ def test_shared_layouts(name, field_data):
     with pytest.raises(OptionError) as caught:
         read(field_data / "cases" / name)
     assert str(caught.value).endswith(f"run with --channels {SHARED[name]}")
+
+
+@pytest.mark.parametrize("columns", [6, 13, 40])
+def test_the_first_rows_fit_a_terminal(columns, tmp_path):
+    values = np.random.default_rng(seed_of(f"rows {columns}")).standard_normal((200, columns)) * 1e5
+    path = tmp_path / "log.txt"
+    np.savetxt(path, values, fmt="%.6f")
+    with pytest.raises(OptionError) as asked:
+        read(path)
+    lines = asked.value.rows.split("\n")
+    assert max(map(len, lines)) <= 80
+    assert f"{values[2, 5]:.6g}" in asked.value.rows
+    assert ("40 columns" in asked.value.rows) == (columns == 40)
+    assert len(lines) == {6: 4, 13: 13, 40: 17}[columns]

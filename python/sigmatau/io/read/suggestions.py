@@ -32,7 +32,8 @@ _EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
 _GYRO_MEAN = 0.2  # largest mean of a gyro beside gravity that is read without a question, over the size of gravity
 _SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
 _ROWS_SHOWN = 3
-_COLUMNS_SHOWN = 12
+_COLUMNS_SHOWN = 16
+_WIDTH = 80  # characters of a line of a terminal
 _DIGITS_SHOWN = 6
 _WHOLE_SHOWN = 1e19  # numbers below have their last digit shown if they are whole
 _WORD_SHOWN = 12  # characters of a text
@@ -188,14 +189,21 @@ def _signals(columns: Sequence[Column]) -> str:
 
 
 def _first_rows(table: Table, loaded: Mapping[int, NDArray[Any]]) -> str:
-    """The first rows as a small table, below the numbers of the columns."""
+    """The first rows as a small table, below the numbers of the columns; a line for each column if they are too wide."""
     shown = range(min(len(table.columns), _COLUMNS_SHOWN))
     rows = [[str(index + 1) for index in shown]]
     rows += [[_cell(table.columns[index], loaded.get(index), row) for index in shown] for row in range(_ROWS_SHOWN)]
-    widths = [max(len(line[k]) for line in rows) for k in range(len(shown))]
     more = f"  … {len(table.columns)} columns" if len(table.columns) > len(shown) else ""
-    lines = ["  " + "  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)) for line in rows]
+    lines = _aligned(rows)
+    if len(lines[0] + more) > _WIDTH:
+        return "\n".join([*_aligned([list(column) for column in zip(*rows, strict=True)]), *([more] if more else [])])
     return "\n".join([lines[0] + more, *lines[1:]])
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of cells in columns of one width."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  " + "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
 
 
 def _cell(column: Column, values: NDArray[Any] | None, row: int) -> str:

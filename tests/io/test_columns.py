@@ -484,3 +484,13 @@ def test_an_unknown_unit_is_no_reason_for_a_scale(tmp_path):
     with pytest.raises(OptionError, match=r"the file has gyro_x in 'furlong/s'\)") as caught:
         read(path, rate=10)
     assert "--scale" not in str(caught.value)
+
+
+def test_a_single_column_may_be_a_gyro(tmp_path):
+    path = tmp_path / "log.txt"
+    path.write_text("0.5\n0.25\n0.75\n" * 9)
+    with pytest.raises(OptionError) as asked:
+        read(path)
+    assert "unit of x; give e.g. --unit x=1 --rate HZ" in asked.value.for_command_line()
+    assert asked.value.for_command_line().endswith("if it is a gyro, give --channels gyro=1 --unit gyro=deg/s")
+    assert read(path, rate=10, channels={"gyro": 1}, unit={"gyro": "deg/s"}).channels == ("gyro",)

@@ -149,7 +149,10 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         lacks = _lacks_rate(table, choice, unit, options) + hint
         shown = None if "accel" in map(stream_name, options.scale) else unit_of_gravity(table, choice.channels)
         examples = _example_units(options.input, shown)
-        raise _ask_for_units(missing, options.input, examples, stated={stream_name(c) for c in unit}, no_rate=lacks)
+        is_unnamed = len(missing) == 1 and stream_name(missing[0]) not in SI and not options.channels
+        column = choice.channels[missing[0]] + 1 if is_unnamed else None
+        stated_sensors = {stream_name(c) for c in unit}
+        raise _ask_for_units(missing, options.input, examples, stated=stated_sensors, no_rate=lacks, column=column)
     return unit, overruled
 
 
@@ -205,15 +208,24 @@ def _example_units(kind: InputKind, accel: str | None) -> dict[str, str]:
 
 
 def _ask_for_units(
-    missing: list[str], kind: InputKind, examples: Mapping[str, str], *, stated: set[str], no_rate: str
+    missing: list[str],
+    kind: InputKind,
+    examples: Mapping[str, str],
+    *,
+    stated: set[str],
+    no_rate: str,
+    column: int | None,
 ) -> OptionError:
-    """`stated`: sensors of which another channel has a unit, which that of the sensor would replace."""
+    """`stated`: sensors of which another channel has a unit, which that of the sensor would replace; `column`: the only
+    one, from 1, which may be a gyro without its name.
+    """
     streams = list(dict.fromkeys(map(stream_name, missing)))
     asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
     example = "--unit " + ",".join(f"{name}={examples.get(s, '1')}" for name, s in asked.items())
     known = [si if kind == "rate" else units.integral(si) for s, si in SI.items() if s in streams]
     table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
     listed = f" (known: {table})" if table else " (any word; 1 for none)"
+    listed += f"; if it is a gyro, give --channels gyro={column} --unit gyro=deg/s" if column is not None else ""
     return OptionError(
         f"does not state the unit of {', '.join(missing)}; give e.g. {example}{no_rate}{listed}", option="unit"
     )

@@ -59,7 +59,8 @@ def test_reading_off_loads_no_scipy(tmp_path):
 
 NOT_OF_AN_ANALYSIS = (
     *("scipy", "matplotlib", "pandas", "numpy.testing", "numpy.f2py", "numpy.random", "multiprocessing", "concurrent"),
-    *("zipfile", "tomllib", "logging"),
+    *("zipfile", "tomllib", "logging", "difflib"),
+    *(f"sigmatau.io.read.{name}" for name in ("column_values", "devices", "instance_tables", "suggestions")),
     *("sigmatau.exporting", "sigmatau.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),
     *("sigmatau.plot", "sigmatau.fitting.planning", "sigmatau.io.write", "sigmatau.estimators.stability"),
     "sigmatau.findings.kinds.exporting",

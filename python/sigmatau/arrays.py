@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -63,6 +66,19 @@ def median_and_spread(x: NDArray[np.float64]) -> tuple[float, float]:
     """
     middle = median(x)
     return middle, SIGMA_OF_MAD * median(np.abs(x - middle))
+
+
+def distinct(values: NDArray[_Scalar]) -> NDArray[_Scalar]:
+    """The different values of an array without NaN, in order. NumPy's `unique` imports masked arrays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> distinct(np.array([3, 1, 3, 2]))
+    array([1, 2, 3])
+    """
+    ordered = np.sort(values, axis=None)
+    return ordered[np.concatenate(([True], ordered[1:] != ordered[:-1]))] if len(ordered) else ordered
 
 
 def runs(mask: ArrayLike) -> list[tuple[int, int]]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import distinct
 from sigmatau.fitting.components import LINEAR, densities, power_of_interval
 from sigmatau.fitting.noise_fit import NoiseFit
 
@@ -19,9 +20,9 @@ _MOST_EXACT = 100  # cluster sizes whose degrees of freedom are computed; others
 
 def degrees_of_freedom(fitted: NoiseFit, sizes: Sizes) -> Floats | None:
     """See `NoiseFit.degrees_of_freedom`."""
-    grid = np.unique(sizes)
+    grid = distinct(sizes)
     if len(grid) > _MOST_EXACT:
-        grid = grid[np.unique(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
+        grid = grid[distinct(np.round(np.geomspace(1, len(grid), _MOST_EXACT)).astype(int)) - 1]
     theta = [fitted.model.get(name, 0.0) ** 2 * fitted.tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
     if not any(theta) and not fitted.gauss_markov:  # a line alone has no scatter
         return None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sigmatau.arrays import distinct
 from sigmatau.noise.terms import avar
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def line_ranges(fitted: NoiseFit) -> Mapping[str, Span | None]:
     if not observed or fitted.tau_min is None:
         return {}
     octaves = np.log2(max(fitted.n / _LONGEST, 1))
-    m = np.unique(np.rint(2 ** np.arange(0, octaves + 1e-9, 1 / _PER_OCTAVE)).astype(np.int64))
+    m = distinct(np.rint(2 ** np.arange(0, octaves + 1e-9, 1 / _PER_OCTAVE)).astype(np.int64))
     m = m[m * fitted.tau0 >= fitted.tau_min * (1 - 1e-9)]
     ranges: dict[str, Span | None] = dict.fromkeys(observed)
     if not len(m):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import distinct
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.noise.terms import avar
@@ -127,7 +128,7 @@ def _solved(
     curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Logarithms of the squared coefficients, and the mean share of each line (columns) in the range of each (rows)."""
-    used = np.unique(np.concatenate(list(ranges.values())))
+    used = distinct(np.concatenate(list(ranges.values())))
     shape = np.log([avar(name, 1.0, m=curve.m[used], tau0=curve.tau0) for name in ranges])
     weight = np.array([np.isin(used, at) / curve.error[used] ** 2 for at in ranges.values()])
     weight /= weight.sum(axis=1, keepdims=True)

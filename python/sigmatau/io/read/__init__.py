@@ -20,7 +20,6 @@ from sigmatau.io.read import assemble
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
-from sigmatau.io.read.instance_tables import separate_instances
 from sigmatau.io.read.options import Options, check_skip, stated_options
 from sigmatau.io.read.registry import reader_of, require_text
 from sigmatau.io.read.table import HEAD, Head, Table
@@ -193,7 +192,12 @@ def _tables(file: Path, skip: int) -> Sequence[Table]:
 
         require_text(head, file)
         return text.read(file, head, skip=skip)
-    return separate_instances(reader_of(head, file).read(file, head))
+    tables = reader_of(head, file).read(file, head)
+    if len(tables) != 1 or tables[0].format == "text":
+        return tables  # the reader separates the rows of text
+    from sigmatau.io.read.instance_tables import separate_instances
+
+    return separate_instances(tables)
 
 
 def _of_zarr(place: str, layout: str | None, skip: int) -> Sequence[Table]:

@@ -13,7 +13,6 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged
-from sigmatau.io.read.devices import pair_topics
 from sigmatau.io.read.instances import sensor_of
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
@@ -149,6 +148,8 @@ def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options
     """
     if len(tables) == 1:
         return options
+    from sigmatau.io.read.devices import pair_topics
+
     named: dict[int, tuple[str, ...]] = {}
     for device in pair_topics([(each, sensors(each)) for each in tables]):
         named |= {id(device.gyro): ("gyro",), id(device.accel): ("accel",)}
@@ -223,6 +224,8 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
     by_word = [table for table in tables if wanted & _named_sensors(table)]
     if wanted and len(by_word) == len(wanted) and _of_own_sensors(by_word):
         return by_word
+    from sigmatau.io.read.devices import pair_topics
+
     devices = pair_topics([(table, sensors(table)) for table in tables if table.rows != 0])
     sensor_by_device = {id(device.gyro): ("gyro",) for device in devices} | {
         id(device.accel): ("accel",) for device in devices

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from difflib import SequenceMatcher
 
 from sigmatau import units
 from sigmatau.findings.finding import Finding
@@ -24,7 +23,7 @@ _SIMILAR = 0.7  # smallest similarity of a damaged name with those of the other 
 _OF_MESSAGES = frozenset({"mcap", "rosbag1", "rosbag2", "ulog", "dataflash", "novatel", "vectornav"})
 
 # Columns beside the samples whose meaning is clear: no message names them.
-_BESIDE_SAMPLES = re.compile(
+_BESIDE_SAMPLES = (
     r"(?:.*_)?(?:index|n|id|seq|sequence|frame_?id|row|count|counter|packet_?counter|sample|number|line)(?:_.*)?|.*covariance.*|"
     r".*(?:n?secs?|nanosec)|" + "|".join(TIMES)
 )
@@ -53,7 +52,7 @@ def column_findings(table: Table, choice: Choice, options: Options, *, by_name: 
     names = tuple(
         table.columns[index].name
         for index in spare
-        if index + 1 not in unnamed and not _BESIDE_SAMPLES.fullmatch(key_of(bare_name(table.columns[index])))
+        if index + 1 not in unnamed and not re.fullmatch(_BESIDE_SAMPLES, key_of(bare_name(table.columns[index])))
     )
     return [*findings, Finding(details=UnusedColumns(columns=names), severity="info")] if names else findings
 
@@ -73,6 +72,8 @@ def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: S
         axes = {axis: channels[f"{sensor}_{axis}"] for axis in "xyz" if f"{sensor}_{axis}" in channels}
         if len(axes) != 2:
             continue
+        from difflib import SequenceMatcher
+
         missing = next(axis for axis in "xyz" if axis not in axes)
         names = [columns[index].name for index in axes.values()]
         likeness = {i: min(SequenceMatcher(None, columns[i].name, name).ratio() for name in names) for i in spare}

@@ -17,17 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.io.read.gravity import GRAVITY, MIN_ROWS, ROWS_TESTED
 from sigmatau.io.read.table import Table, all_without_absurd
 
 Kind = Literal["time", "counter", "constant", "slow", "noise", "unknown"]
 Triple = tuple[int, int, int]
 """Columns of x, y and z, counted from 0."""
-
-MIN_ROWS = 100
-"""Fewest rows whose values are judged."""
-
-ROWS_TESTED = 100_000
-"""Rows from the beginning that are judged."""
 
 _MOST_COLUMNS = 100  # of a table whose values are judged; a wider one is a matrix of other data
 _MOST_TILINGS = 500  # ways to cut the noisy columns into triples that are tried
@@ -39,11 +34,6 @@ _COUNTED = 0.9  # smallest share of steps of exactly 1 of a counter, which may w
 # Smallest ratio of the variance of differences to that of samples, in blocks of 256: 1 for white noise, 0.012 for a random
 # walk, 0.05 behind a filter of a twentieth of the rate.
 _WHITE, _BLOCK = 0.02, 256
-
-GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))
-"""Sizes of gravity in g, m/s^2 and mg, with room for biases and scale errors."""
-
-GRAVITY_UNITS = ("g", "m/s^2", "mg")
 
 _M_S2 = GRAVITY[1]
 _COUNTS_PER_G = (2048, 4096, 8192, 16384)  # whole numbers of 16 bits at 16, 8, 4 and 2 g: InvenSense, Bosch

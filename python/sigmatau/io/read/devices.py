@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from sigmatau.io.read.table import Table
 
 _WORDS = {
-    "gyro": re.compile(r"(?i)gyro(?:scope|meter)?s?|(?<![a-z])gyr(?![a-z])|ang(?:ular)?_?(?:vel(?:ocity)?|rate)"),
-    "accel": re.compile(r"(?i)(?:lin(?:ear)?_?)?accel(?:eration|erometer)?s?|(?<![a-z])acc(?![a-z])"),
+    "gyro": r"(?i)gyro(?:scope|meter)?s?|(?<![a-z])gyr(?![a-z])|ang(?:ular)?_?(?:vel(?:ocity)?|rate)",
+    "accel": r"(?i)(?:lin(?:ear)?_?)?accel(?:eration|erometer)?s?|(?<![a-z])acc(?![a-z])",
 }
 
 
@@ -49,5 +49,5 @@ def pair_topics(tables: Sequence[tuple[Table, Sequence[str]]]) -> list[Device]:
 
 def _without_sensor(topic: str, sensor: str) -> str | None:
     """The name of a topic with a mark for the word of its sensor; None if the name has no such word, or more than one."""
-    found = _WORDS[sensor].findall(topic)
-    return _WORDS[sensor].sub("\0", topic).lower() if len(found) == 1 else None
+    found = re.findall(_WORDS[sensor], topic)
+    return re.sub(_WORDS[sensor], "\0", topic).lower() if len(found) == 1 else None

@@ -6,6 +6,7 @@ tells the kinds is loaded, and the rows of the other columns are chosen by it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -77,7 +78,7 @@ def _labels(head: NDArray[np.generic]) -> dict[str, object]:
 
 def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic], labels: dict[str, object]) -> bool:
     order = np.asarray(head).astype(str).tolist() if column < 0 else [str(int(value)) for value in head]
-    if column < 0 and any(pattern.search(label) for label in labels for pattern in SENSORS.values()):
+    if column < 0 and any(re.search(pattern, label) for label in labels for pattern in SENSORS.values()):
         return sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
     if not cycles_with_rows(order):
         return False

@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 from sigmatau.arrays import median_and_spread
 
 SENSORS = {
-    "gyro": re.compile(r"(?i)gyr|ang(?:ular)?[ _]?(?:vel|rate)"),
-    "accel": re.compile(r"(?i)acc(?!ur|ount|ess|ept|um)|specific[ _]?force"),
+    "gyro": r"(?i)gyr|ang(?:ular)?[ _]?(?:vel|rate)",
+    "accel": r"(?i)acc(?!ur|ount|ess|ept|um)|specific[ _]?force",
 }
-"""Words that name the sensor of a row."""
+"""Patterns of words that name the sensor of a row."""
 
 # Names of a column that tells instances; a lower-case i may be an index of samples.
-_NAMES = re.compile(
+_NAMES = (
     r"(?:.*_)?(?:imu|inst|instance|sensor|device|dev|node|board|chip|source|src|topic|frame|addr|address|tag|kind|type|unit|label)"
     r"(?:_?(?:id|no|nr|num|number|index|idx|name))?|frame_?id|id"
 )
 # Names of columns that cycle for other reasons: counters, phases and flags.
-_NOT_INSTANCES = re.compile(
+_NOT_INSTANCES = (
     r"(?:.*_)?(?:seq|sequence|count|counter|cnt|parity|phase|status|state|flags?|valid|ok|new|fresh|sync|trigger|sample|samples"
     r"|index|idx|n|k|row|packet|frame_?(?:no|nr|num|number|count|counter|index|idx)|second|sec|secs|minute|ms|time|temp.*|gain|range"
     r"|batt.*|volt.*|fix|sats?|pps)"
@@ -38,7 +38,7 @@ _PARTS = 4  # parts of the head in which they must differ alike: the beat of a l
 
 def sensor_of(label: str) -> str | None:
     """The sensor that a word names, ``gyro`` or ``accel``; None if it names none, or both."""
-    named = [sensor for sensor, pattern in SENSORS.items() if pattern.search(label)]
+    named = [sensor for sensor, pattern in SENSORS.items() if re.search(pattern, label)]
     return named[0] if len(named) == 1 else None
 
 
@@ -46,13 +46,14 @@ def has_instance_name(name: str) -> bool:
     """Whether a column has the name of an instance or a kind, such as ``I``, ``imu``, ``sensor_id`` or ``frame_id``."""
     key = re.sub(r"[\s./:\-]+", "_", name.strip()).strip("_")
     snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", key).lower()
-    return key == "I" or (_NAMES.fullmatch(snake) is not None and not _NOT_INSTANCES.fullmatch(snake))
+    return key == "I" or (re.fullmatch(_NAMES, snake) is not None and not re.fullmatch(_NOT_INSTANCES, snake))
 
 
 def may_be_instance(name: str) -> bool:
     """Whether a name is not that of a counter, a phase or a flag."""
     key = re.sub(r"[\s./:\-]+", "_", name.strip()).strip("_")
-    return _NOT_INSTANCES.fullmatch(re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", key).lower()) is None
+    snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", key).lower()
+    return re.fullmatch(_NOT_INSTANCES, snake) is None
 
 
 def cycles_with_rows(labels: Sequence[str]) -> bool:

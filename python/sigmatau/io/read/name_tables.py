@@ -189,13 +189,13 @@ PROGRAMS = (
 )
 
 # Words in the path before a vector that is not that of the sensor, ``/filter/bias/gyro/x``.
-OTHER_VECTORS = re.compile(
+OTHER_VECTORS = (
     r"(?i)(?:^|[\W_])(?:bias\w*|cov\w*|std\w*|sigma|noise|errors?|estimat\w*|setpoints?|targets?|desired|odom\w*|pose|twist"
     r"|ref\w*|gt|truth)(?=[\W_]|$)"
 )
 
 # Words in names of columns that are not samples of a gyro or accelerometer, wherever their values lie.
-NOT_A_SENSOR = re.compile(
+NOT_A_SENSOR = (
     r"(?i)mag|compass|quat|orient|euler|roll|pitch|yaw|heading|attitude|temp|press|baro|alt|lat|lon|gps|gnss|cov|bias|std"
     r"|sigma|noise|grav|user|free|lin_?acc|linear acc|seq|count|index|frame|status|flag|volt|batt|current|vel|pos|speed"
     r"|motor|rpm|target|setpoint|desired|cmd|odom|humid|light|step"

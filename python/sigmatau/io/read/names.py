@@ -165,7 +165,7 @@ def _stems(key: str) -> tuple[str, ...]:
 def _ends_of_path(name: str) -> tuple[str, ...]:
     """The last two parts of a path, and the last, as keys: ``/imu/data_raw/gyro/x`` gives ``gyro_x``."""
     parts = _SEPARATOR.split(name)
-    if len(parts) < 2 or OTHER_VECTORS.search(name):
+    if len(parts) < 2 or re.search(OTHER_VECTORS, name):
         return ()
     ends = (sensor_key("_".join(parts[-2:])), sensor_key(parts[-1]))
     return tuple(end for end in ends if not INCREMENTS.match(end))
@@ -202,7 +202,7 @@ def _by_unit_of_axes(columns: Sequence[Column], keys: Sequence[str], matches: li
     triples: dict[str, dict[str, dict[str, int]]] = {"gyro": {}, "accel": {}}
     for index, (column, key, match) in enumerate(zip(columns, keys, matches, strict=True)):
         axis = None if match is not None else _AXIS_OF_NAME.fullmatch(key)
-        if axis is None or NOT_A_SENSOR.search(column.name):
+        if axis is None or re.search(NOT_A_SENSOR, column.name):
             continue
         unit = unit_of(column)[1]
         sensor = None if unit is None else _BY_KIND.get(units.find(unit).si)

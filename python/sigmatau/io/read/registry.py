@@ -38,13 +38,21 @@ def _begins(*marks: bytes) -> Callable[[bytes], bool]:
     return lambda head: head.startswith(marks)
 
 
-_OBJECT = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*[{\[]|\n[ \t]*\{")
-_PAIR = re.compile(rb"(?:[A-Za-z_)\]][ \t]*[:=][ \t]*|\d[ \t]*=[ \t]*|\d:[ \t]+)[-+.]?\d")
+_OBJECT = rb"\A(?:\xef\xbb\xbf)?\s*[{\[]"
+_OBJECT_ON_A_LINE = rb"\n[ \t]*\{"
+_PAIR = rb"(?:[A-Za-z_)\]][ \t]*[:=][ \t]*|\d[ \t]*=[ \t]*|\d:[ \t]+)[-+.]?\d"
+
+
+def _has_objects(head: bytes) -> bool:
+    """Whether the head begins with a JSON object or array, or a line of it with an object."""
+    return re.match(_OBJECT, head) is not None or (b"{" in head and re.search(_OBJECT_ON_A_LINE, head) is not None)
 
 
 def _has_pairs(head: bytes) -> bool:
     """Whether names with numbers stand on two lines of the head, after a colon or an equals sign."""
-    found = _PAIR.finditer(head)
+    if b":" not in head and b"=" not in head:
+        return False  # fast path: most tables
+    found = re.finditer(_PAIR, head)
     first = next(found, None)
     return first is not None and any(b"\n" in head[first.end() : more.start()] for more in found)
 
@@ -67,7 +75,7 @@ _FORMATS = (
     ),
     _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True, binary=False),
     _Format("lvm", "a LabVIEW measurement file", _begins(b"LabVIEW", b"\xef\xbb\xbfLabVIEW"), binary=False),
-    _Format("json_rows", "JSON", lambda head: _OBJECT.search(head) is not None, binary=False),
+    _Format("json_rows", "JSON", _has_objects, binary=False),
     _Format("keyed", "text of names and values", _has_pairs, binary=False),
     _Format("text", "text", lambda _: True, gzip=True, binary=False),
 )

@@ -12,9 +12,9 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.column_findings import column_findings
 from sigmatau.io.read.columns import Choice, choose
+from sigmatau.io.read.gravity import unit_of_gravity
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.options import Options
-from sigmatau.io.read.suggestions import ask_for_columns, by_gravity, unit_of_gravity
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.plausible import epoch_unit
@@ -30,12 +30,12 @@ def resolve(table: Table, options: Options, *, without_times: Collection[int] = 
     """The columns, the unit of each channel as spelled, and findings; raises as `assemble` does. `without_times`: columns
     that are not time, whatever their name.
     """
-    by_mean = None if options.channels else by_gravity(table)
+    by_mean = None if options.channels or any(c.name for c in table.columns) else _by_gravity(table)
     choice = choose(
         table.columns,
         options.channels if by_mean is None else by_mean[0],
         increments=options.input == "increments",
-        ask=partial(ask_for_columns, table),
+        ask=partial(_ask_for_columns, table),
         without_times=without_times,
     )
     if options.sensors:
@@ -47,6 +47,20 @@ def resolve(table: Table, options: Options, *, without_times: Collection[int] = 
     unit, findings = _units(table, choice, options)
     findings = [*findings, *column_findings(table, choice, options, by_name=not options.channels and by_mean is None)]
     return choice, unit, findings if by_mean is None else [by_mean[1], *findings]
+
+
+def _by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
+    """Names the columns of a table without names, if gravity is certain; imported only then."""
+    from sigmatau.io.read.suggestions import by_gravity
+
+    return by_gravity(table)
+
+
+def _ask_for_columns(table: Table) -> OptionError:
+    """Asks for the columns of a table that no name tells; imported only then."""
+    from sigmatau.io.read.suggestions import ask_for_columns
+
+    return ask_for_columns(table)
 
 
 def _check_keys(choice: Choice, options: Options) -> None:

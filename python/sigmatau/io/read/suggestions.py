@@ -2,35 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import ColumnsByGravity
-from sigmatau.io.read.column_values import (
-    GRAVITY,
-    GRAVITY_UNITS,
-    MIN_ROWS,
-    ROWS_TESTED,
-    Identified,
-    Triple,
-    identify,
-    load_columns,
-)
+from sigmatau.io.read.column_values import Identified, Triple, identify, load_columns
 from sigmatau.io.read.columns import as_option, find_time
+from sigmatau.io.read.gravity import GYRO_MEAN
 from sigmatau.io.read.name_tables import NOT_A_SENSOR
 from sigmatau.io.read.names import bare_name, key_of, recognise, signal_name, stated_unit
-from sigmatau.io.read.table import Column, Table, all_without_absurd, listing
+from sigmatau.io.read.table import Column, Table, listing
 from sigmatau.io.read.time.dates import is_date
 
 _EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
-_GYRO_MEAN = 0.2  # largest mean of a gyro beside gravity that is read without a question, over the size of gravity
-_SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
 _ROWS_SHOWN = 3
 _COLUMNS_SHOWN = 16
 _WIDTH = 80  # characters of a line of a terminal
@@ -54,7 +44,7 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
     first = count - 6
     if (identified.time == 0) != (count == 7) or min(identified.gyro[0], identified.accel[0]) != first:
         return None
-    if identified.gyro_mean > _GYRO_MEAN * identified.gravity:
+    if identified.gyro_mean > GYRO_MEAN * identified.gravity:
         return None
     details = ColumnsByGravity(
         gyro=(identified.gyro[0] + 1, identified.gyro[-1] + 1),
@@ -66,22 +56,6 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
     channels: dict[str, str | int] = {} if identified.time is None else {"time": 1}
     channels |= {name: f"{first + 1}:{last}" for name, (first, *_, last) in _places(identified).items()}
     return channels, Finding(details=details, severity="info")
-
-
-def unit_of_gravity(table: Table, channels: Mapping[str, int]) -> str | None:
-    """The unit in which three axes of an accelerometer have the mean of gravity; None if there is none."""
-    axes = [channels[name] for name in ("accel_x", "accel_y", "accel_z") if name in channels]
-    if len(axes) < 3:
-        return None
-    try:
-        loaded = dict(all_without_absurd(table.load(axes, None).columns))
-    except DataError:  # raised again when the record is read
-        return None
-    samples = np.stack([np.asarray(loaded[index][:ROWS_TESTED], dtype=np.float64) for index in axes])
-    if not np.isfinite(samples).any(axis=1).all():
-        return None
-    size = float(np.linalg.norm(np.nanmedian(samples, axis=1)))
-    return next((unit for unit, (low, high) in zip(GRAVITY_UNITS, GRAVITY, strict=True) if low <= size <= high), None)
 
 
 def _places(identified: Identified) -> dict[str, tuple[int, int, int]]:
@@ -125,7 +99,7 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
     excluded = {
         index
         for index, (column, match) in enumerate(zip(table.columns, matches, strict=True))
-        if match is not None or NOT_A_SENSOR.search(column.name)
+        if match is not None or re.search(NOT_A_SENSOR, column.name)
     }
     time = find_time(table.columns, matches, taken=set(), strict=False).column
     identified = identify(loaded, time=time, excluded=frozenset(excluded))
@@ -214,20 +188,3 @@ def _cell(column: Column, values: NDArray[Any] | None, row: int) -> str:
         return ""
     value = float(values[row])
     return f"{value:.0f}" if value.is_integer() and abs(value) < _WHOLE_SHOWN else f"{value:.{_DIGITS_SHOWN}g}"
-
-
-def gravity_on_gyro(gyro: Sequence[NDArray[Any]], accel: Sequence[NDArray[Any]]) -> tuple[float, float] | None:
-    """Sizes of the means of the two sensors, if gravity is on the gyro and not on the accelerometer; in units of the log."""
-    step = max(len(gyro[0]) // ROWS_TESTED, 1)
-    with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
-        triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor]) for sensor in (gyro, accel)]
-    finite = [three[:, np.isfinite(three).all(axis=0)] for three in triples]
-    if min(three.shape[1] for three in finite) < MIN_ROWS or not _is_gravity(finite[0]) or _is_gravity(finite[1]):
-        return None
-    sizes = [float(np.linalg.norm(three.mean(axis=1))) for three in finite]
-    return (sizes[0], sizes[1]) if sizes[1] <= _GYRO_MEAN * sizes[0] else None
-
-
-def _is_gravity(three: NDArray[np.float64]) -> bool:
-    size = float(np.linalg.norm(three.mean(axis=1)))
-    return any(low <= size <= high for low, high in GRAVITY) and bool(three.std(axis=1).max() < _SCATTER * size)

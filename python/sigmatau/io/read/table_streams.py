@@ -15,11 +15,11 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import GravityOnGyro, NeverWritten
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice, Thermometer
+from sigmatau.io.read.gravity import gravity_on_gyro
 from sigmatau.io.read.interleaving import find_interleaving
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
-from sigmatau.io.read.suggestions import gravity_on_gyro
 from sigmatau.io.read.table import Loaded, Table, all_without_absurd
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.dates import is_date

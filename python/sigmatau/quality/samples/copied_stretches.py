@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from sigmatau.arrays import Floats
+from sigmatau.arrays import Floats, distinct
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.values import CopiedStretch
+from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import equal_by_chance
 from sigmatau.record.streams import Stream
 
@@ -31,7 +32,7 @@ def copied_stretches(stream: Stream) -> list[Finding]:
     n = stream.grid.n
     if n < 2 * _LEAST_ROWS:
         return []
-    axis = max(stream.channels, key=lambda channel: len(np.unique(stream.column(channel)[:_LOOKED_AT])))
+    axis = max(stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[:_LOOKED_AT]))))
     best = (0, 0, 0)
     for lag in _frequent_lags(stream.column(axis)):
         first, length = _longest_equal(stream, lag)

@@ -110,7 +110,9 @@ class OctaveMeans:
         d, tau = self.differences(octave), self.tau(octave)
         size = min(max(round(_FLOOR_BLOCKS / tau), LEAST_DIFFERENCES), max(len(d), 1))
         level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
-        quiet = float(np.quantile(level, _FLOOR_SHARE)) * tau if len(level) else 0.0
+        quiet = 0.0
+        if len(level):  # as NumPy's quantile, which imports masked arrays
+            quiet = float(np.interp(_FLOOR_SHARE * (len(level) - 1), np.arange(len(level)), np.sort(level))) * tau
         if len(level) < _LEAST_FLOOR_BLOCKS:
             usual = self.median_level(octave)
             quiet = min(quiet, usual * usual) if usual > self.rounding_level(octave) else quiet

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-_RATE = re.compile(
+_RATE = (  # re.IGNORECASE
     r"\b(?P<name>(?:update|output|sampl(?:e|ing)|data|logging)[ _]?(?:rate|frequency|freq))\b"
-    r"[ \t]*(?:\((?P<before>hz)\)|\[hz\])?[\"' \t:=,;]{0,9}(?P<rate>\d+(?:\.\d+)?)[ \t\"',;]{0,3}(?P<behind>hz\b)?",
-    re.IGNORECASE,
+    r"[ \t]*(?:\((?P<before>hz)\)|\[hz\])?[\"' \t:=,;]{0,9}(?P<rate>\d+(?:\.\d+)?)[ \t\"',;]{0,3}(?P<behind>hz\b)?"
 )
 SAMPLE_TIME = "sampletimefine"
 _WRAP = 1 << 32  # counts of SampleTimeFine, an unsigned 32-bit counter (Xsens, MT Low Level Communication Protocol)
@@ -38,7 +37,7 @@ def find_rate(lines: Sequence[tuple[int, str]]) -> StatedRate | None:
     """The sampling rate in Hz that the numbered lines state; None if no line does, or if they contradict each other."""
     stated: dict[float, StatedRate] = {}
     for number, text in lines:
-        match = _RATE.search(text)
+        match = re.search(_RATE, text, re.IGNORECASE) if "hz" in text.lower() else None
         if match is None or not (match["before"] or match["behind"] or "[hz]" in match[0].lower()):
             continue
         rate = float(match["rate"])

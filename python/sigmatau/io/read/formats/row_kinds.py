@@ -35,9 +35,7 @@ _MIN_ROWS = 3  # rows of a kind in the head; rarer texts are not kinds
 _RARE = 0.03  # share of the rows that may have rarer texts
 _CONSTANT_WIDTH = 0.98  # share of the rows of a kind that have its number of fields: the last one may be cut
 _MIN_NUMBERS = 2  # numbers in a row, beside its kind
-_SENSOR_LIKE = re.compile(
-    r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"
-)
+_SENSOR_LIKE = r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"
 _WHOLE = re.compile(r"\d{1,4}(?:\.0*)?")
 
 
@@ -218,7 +216,7 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
         return False
     if len(names) in usual and has_instance_name(names[column]):
         return True
-    if words and any(map(_SENSOR_LIKE.search, labels)):
+    if words and any(re.search(_SENSOR_LIKE, label) for label in labels):
         return True
     if len(names) in usual and not may_be_instance(names[column]):
         return False

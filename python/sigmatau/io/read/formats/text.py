@@ -21,7 +21,6 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place, SkippedLines
 from sigmatau.io.read.formats import ros_csv, truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
-from sigmatau.io.read.formats.kind_columns import with_sensor_names
 from sigmatau.io.read.formats.layout import (
     COMMENTS,
     LINES,
@@ -123,6 +122,8 @@ def _tables_of_kinds(
     source: Path | bytes, head: Head, beginning: _Beginning, lines: str, kinds: Kinds, topic: str
 ) -> Iterator[Table]:
     """The tables of the kinds of rows that have a layout."""
+    from sigmatau.io.read.formats.kind_columns import with_sensor_names
+
     for label in kinds.labels:
         rows = rows_of_kind(lines, kinds, label)
         kind_text, skip = rows.text, beginning.skip

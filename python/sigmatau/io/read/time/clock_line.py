@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.arrays import median
+from sigmatau.arrays import distinct, median
 
 BLOCK = 64  # Stamps whose phase on the grid is averaged
 _JITTER_BLOCKS = 512  # blocks from which the jitter is computed
@@ -158,7 +158,7 @@ def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: flo
     if size < 4:
         return 0.0
     blocks = len(t) // size
-    at = np.unique(np.linspace(0, blocks - 1, min(blocks, _JITTER_BLOCKS)).astype(np.int64))
+    at = distinct(np.linspace(0, blocks - 1, min(blocks, _JITTER_BLOCKS)).astype(np.int64))
     rows = at[:, None] * size + np.arange(size)
     along = (rows if places is None else places[rows]).astype(np.float64)
     values = t[rows] - slope * along

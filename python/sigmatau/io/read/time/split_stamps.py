@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,11 +14,15 @@ from sigmatau.io.read.table import Column
 from sigmatau.io.read.time.dates import NO_STAMP
 
 # The last word of a name, or its unit in brackets.
-_SECONDS = re.compile(r"(?:(?P<stem>.+)_)?(?:s|secs?|seconds?)")
+_SECONDS = frozenset(("s", "sec", "secs", "second", "seconds"))
 _PARTS = {
-    10**9: re.compile(r"(?:(?P<stem>.+)_)?(?:ns|nsecs?|nano|nanos|nanosecs?|nanoseconds?)"),
-    10**6: re.compile(r"(?:(?P<stem>.+)_)?(?:us|usecs?|micros?|microsecs?|microseconds?)"),
-    10**3: re.compile(r"(?:(?P<stem>.+)_)?(?:ms|msecs?|millis?|millisecs?|milliseconds?)"),
+    10**9: frozenset(("ns", "nsec", "nsecs", "nano", "nanos", "nanosec", "nanosecs", "nanosecond", "nanoseconds")),
+    10**6: frozenset(
+        ("us", "usec", "usecs", "micro", "micros", "microsec", "microsecs", "microsecond", "microseconds")
+    ),
+    10**3: frozenset(
+        ("ms", "msec", "msecs", "milli", "millis", "millisec", "millisecs", "millisecond", "milliseconds")
+    ),
 }
 _NANOSECONDS = 10**9  # per second
 _MAX_OUTSIDE = 0.01  # share of the rows whose part may be a second or more: damaged ones
@@ -37,17 +40,16 @@ class SplitStamp:
 
 def find_split_stamps(columns: Sequence[Column]) -> list[SplitStamp]:
     """Pairs of columns whose names are the halves of one time stamp: ``stamp.sec`` and ``stamp.nanosec``."""
-    keys = [_key(column) for column in columns]
+    keys = [_key(column).rpartition("_") for column in columns]
     found: list[SplitStamp] = []
-    for index, key in enumerate(keys):
-        match = _SECONDS.fullmatch(key)
-        if match is None:
+    for index, (stem, _, word) in enumerate(keys):
+        if word not in _SECONDS:
             continue
         parts = [
             SplitStamp(seconds=index, part=k, per_second=per_second)
-            for per_second, pattern in _PARTS.items()
-            for k, name in enumerate(keys)
-            if (half := pattern.fullmatch(name)) and half["stem"] == match["stem"]
+            for per_second, words in _PARTS.items()
+            for k, half in enumerate(keys)
+            if half[2] in words and half[0] == stem
         ]
         if len(parts) == 1:
             found += parts

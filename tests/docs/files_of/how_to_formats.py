@@ -8,7 +8,7 @@ from benches.logs import CHANNELS, KINDS, START, made
 
 from page_records import index_model, simulated
 
-_ROWS = 520
+_ROWS = 4400
 _MADE = (
     *("CSV", "CSV, decimal comma", "VectorNav ASCII", "ROS 2 db3", "ROS 1 bag, lz4", "PX4 ULog", "ArduPilot DataFlash"),
     *("LVM of LabVIEW", "names with values", "JSON lines", "ros2 topic echo, YAML", "ros2 topic echo, CSV", "Excel"),
@@ -17,7 +17,7 @@ _MADE = (
 
 
 def make(folder: Path) -> None:
-    """A few seconds of one sensor at 200 Hz, in many formats."""
+    """Twenty-two seconds of one sensor at 200 Hz, in many formats."""
     stamps, _ = made(_ROWS)
     record = simulated("how-to: formats", index_model(folder / "imu.toml"), seconds=_ROWS / 200, rate=200)
     values = np.stack([record.stream_of(name).column(name) for name in CHANNELS], axis=1)

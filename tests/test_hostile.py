@@ -235,13 +235,14 @@ class TestMemory:
         """Three million rows of six axes: 144 MB of numbers, of which the checks held copies."""
         path = tmp_path / "log.csv"
         rows = np.random.default_rng(6).integers(1000, 9999, (30_000, 6)).tolist()
-        some = "".join(",".join(f"0.{x}" for x in row) + "\n" for row in rows)
+        some = [",".join(f"0.{x}" for x in row) + "\n" for row in rows]
+        first = np.random.default_rng(7).integers(len(some), size=120).tolist()  # a period would make lines
         units = {"gyro": "deg/s", "accel": "m/s^2"}
         names = ",".join(f"{sensor}_{axis} [{unit}]" for sensor, unit in units.items() for axis in "xyz")
         with path.open("w") as file:
             file.write(names + "\n")
-            for _ in range(120):
-                file.write(some)
+            for k in first:
+                file.writelines(some[k:] + some[:k])
         for name in ("analyze", "inspect"):
             code, said, memory, _ = command(name, path, "--rate", 100, space=480 << 20)
             assert code == 0, (name, said)

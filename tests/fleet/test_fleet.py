@@ -214,7 +214,7 @@ def test_a_log_that_kills_its_worker_beside_a_record_that_is_divided(processes, 
     axes = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
     folder = make_tables(tmp_path / "some", 8)
     poison, long = folder / "poison.csv", folder / "long.zarr"
-    poison.write_bytes((folder / "log0.csv").read_bytes() + b"5.0,0.001,0.002,0.003\n")
+    poison.write_bytes((folder / "log0.csv").read_bytes() + b"11.0,0.001,0.002,0.003\n")
     group = zarr.open_group(str(long), mode="w", attributes={"rate": 100.0})
     x = {name: 1e-3 * np.random.default_rng(seed_of(f"fleet, long {name}")).standard_normal(n) for name in axes}
     for name in axes:

@@ -118,7 +118,8 @@ def _starts(rows: int, period: int) -> list[int]:
 def _turns(column: NDArray[Any], starts: Sequence[int], period: int) -> NDArray[np.float64]:
     """The rows of a channel in all parts: shape (parts, rows / period, period)."""
     size = _ROWS // period * period
-    parts = [np.asarray(column[start : start + size], dtype=np.float64) for start in starts]
+    with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
+        parts = [np.asarray(column[start : start + size], dtype=np.float64) for start in starts]
     return np.stack(parts).reshape(len(starts), size // period, period)
 
 

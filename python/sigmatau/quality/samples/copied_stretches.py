@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sigmatau.arrays import Floats, distinct
 from sigmatau.findings.finding import Finding
@@ -18,6 +19,7 @@ _FALSE_ALARM = 1e-6  # probability that a record of noise has equal stretches of
 _KEY = 8  # samples whose bits make a key
 _ONE_OF = 8  # keys that are looked at: those of a remainder, which are the same in a stretch and in its copy
 _LAGS = 8  # distances between equal keys that are looked at, the most frequent
+_CHUNK = 1 << 16  # samples whose keys are made at a time, so that they stay in cache
 _LOOKED_AT = 4096  # samples by which the axis with the most values is chosen
 _MIX = 0x9E3779B97F4A7C15  # odd, of the golden ratio: Fibonacci hashing
 _TURN, _HIGH = 7, 40  # bits by which the second sample of a pair is turned, and beyond which bits are mixed
@@ -61,14 +63,8 @@ def copied_stretches(stream: Stream) -> list[Finding]:
 
 def _frequent_lags(x: Floats) -> list[int]:
     """Distances between places with the same eight samples, the most frequent first."""
-    mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
-    pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
-    fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)  # of coarse values pairs are too few
-    at = np.flatnonzero((fours[: len(x) - _KEY] >> np.uint64(_HIGH)) & np.uint64(_ONE_OF - 1) == 0)
-    at = at[(x[at] != x[at + _KEY - 1]) & np.isfinite(x[at])]  # neither stuck nor missing
-    keys = fours[at]
-    for k in range(4, _KEY):
-        keys = (keys ^ mixed[at + k]) * np.uint64(_MIX)
+    parts = [_keys_of(x[start : start + _CHUNK + _KEY - 1], start) for start in range(0, len(x) - _KEY + 1, _CHUNK)]
+    at, keys = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     order = np.argsort(keys, kind="stable")
     at, keys = at[order], keys[order]
     same = np.flatnonzero(keys[1:] == keys[:-1])
@@ -76,6 +72,19 @@ def _frequent_lags(x: Floats) -> list[int]:
         return []
     lags, counts = np.unique(at[same + 1] - at[same], return_counts=True)
     return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[:_LAGS]]]
+
+
+def _keys_of(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
+    """Places of the keys that are looked at, from the first sample of the stream, and these keys; `start`: place of x[0]."""
+    mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
+    pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
+    fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)  # of coarse values pairs are too few
+    at = np.flatnonzero((fours[: len(x) - _KEY + 1] >> np.uint64(_HIGH)) & np.uint64(_ONE_OF - 1) == 0)
+    at = at[(x[at] != x[at + _KEY - 1]) & np.isfinite(x[at])]  # neither stuck nor missing
+    keys = fours[at]
+    for k in range(4, _KEY):
+        keys = (keys ^ mixed[at + k]) * np.uint64(_MIX)
+    return at + start, keys
 
 
 def _longest_equal(stream: Stream, lag: int) -> tuple[int, int]:

@@ -22,7 +22,7 @@ def all_digits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
 @pytest.fixture(autouse=True)
 def options_as_typed(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Errors of readers are tested in the words of the command line; `test_errors` tests how Python words them."""
-    if request.path.parent.name == "io":
+    if request.path.parent.name in ("io", "layouts"):
         monkeypatch.setattr("sigmatau.errors.as_arguments", lambda message: message)
 
 

@@ -254,7 +254,7 @@ _WORDS = (
 # and to the table in ``tests/test_units.py``.
 _SPELLINGS = {
     "rad/s": "rad/s rad.s-1 rads-1 rads radps rad/s-1 rad_s radiansps",
-    "deg/s": "deg/s deg.s-1 degs-1 degps deg/s-1 °s-1 °.s-1 °ps deg_s degree/s dps(deg/s)",
+    "deg/s": "deg/s deg.s-1 degs-1 degps deg/s-1 °s-1 °.s-1 °ps deg_s degree/s dps(deg/s) d/s",
     "mdeg/s": "mdeg/s mdps mdegps mdeg.s-1 mdegs-1 m°/s millidps millidegreespersecond millidegree/s",
     "mrad/s": "mrad/s mradps mrad.s-1 mrads-1",
     "deg/h": "deg/h deg.h-1 degh-1 °h-1",

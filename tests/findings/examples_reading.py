@@ -80,6 +80,8 @@ EXAMPLES = [
     info(kinds.ColumnsByGravity, gyro=(2, 4), accel=(5, 7), time=1, gravity=9.8066, other=0.0123),
     warning(kinds.IncompleteSensor, missing="gyro_z"),
     warning(kinds.IncompleteSensor, missing="gyro_z", column="gyro_z [rad/s1_000", number=4),
+    warning(kinds.UnreadSensor, sensor="accel", columns=("Accu E", "Accu N", "Accu U"), numbers=(2, 3, 4)),
+    warning(kinds.UnreadSensor, sensor="gyro", columns=("P [rad/s]", "Q [rad/s]", "R [rad/s]"), numbers=(3, 5, 7)),
     info(kinds.UnusedColumns, columns=("alpha_x",)),
     info(kinds.UnusedColumns, columns=("Microstrain filter status", *(f"field {k}" for k in range(12)))),
     warning(kinds.MixedUnits, units=(("gyro_x", "deg/s"), ("gyro_y", "deg/s"), ("gyro_z", "rad/s"))),

@@ -3,7 +3,7 @@
 import pytest
 
 from sigmatau.errors import OptionError
-from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, UnitOverruled, UnusedColumns
+from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, UnitOverruled, UnreadSensor, UnusedColumns
 from sigmatau.io.read import read
 from sigmatau.io.read.columns import choose
 from sigmatau.io.read.names import recognise, unit_of
@@ -34,6 +34,23 @@ RECOGNISED = {
     "imu_gyro_x": ("gyro_x", None),
     "xgyro": ("gyro_x", None),
     "gyro[0]": ("gyro_x", None),
+    "Gyroscope (z) [rad/s]": ("gyro_z", "rad/s"),
+    "Accelerometer (X) [m/s2]": ("accel_x", "m/s2"),
+    "acc (y)": ("accel_y", None),
+    "Gyro-X (d/s)": ("gyro_x", "d/s"),
+    "gFx": ("accel_x", "g"),
+    "GForceX": ("accel_x", None),
+    "X_GYRO_OUT": ("gyro_x", None),
+    "GYRO_XOUT": ("gyro_x", None),
+    "ACCEL_ZOUT": ("accel_z", None),
+    "Z_ACCL_OUT": ("accel_z", None),
+    "inertial-6253.76535:scaledGyroY": ("gyro_y", None),
+    "IMU_ATTI(0):accelZ": ("accel_z", None),
+    "Clock:offsetTime": ("time", None),
+    "ts_ms": ("time", "ms"),
+    "tick_ms": ("time", "ms"),
+    "hal_ticks_us": ("time", "us"),
+    "GPS_MS[ms]": ("time", "ms"),
     "gyro[2]": ("gyro_z", None),
     "gyro_rad[1]": ("gyro_y", "rad/s"),
     "sensor_gyro.x [rad/s]": ("gyro_x", "rad/s"),
@@ -289,6 +306,21 @@ def test_the_sensors_own_stamp_before_that_of_arrival():
     assert choice.notes == ("time from 'field.header.stamp', not from 'time'",)
 
 
+def test_the_g_force_of_a_phone_before_its_acceleration_without_gravity():
+    columns = names("time", "gFx", "gFy", "gFz", "ax", "ay", "az", "wx", "wy", "wz")
+    channels = choose(columns, None).channels
+    assert [channels[f"accel_{axis}"] for axis in "xyz"] == [1, 2, 3]
+    assert [channels[f"gyro_{axis}"] for axis in "xyz"] == [7, 8, 9]
+
+
+@pytest.mark.parametrize(
+    ("name", "clock"), {"Device clock [ms]": True, "Zeitmarke (us)": True, "dt [ms]": False}.items()
+)
+def test_a_unit_of_time_makes_a_clock_but_not_of_an_interval(name, clock):
+    columns = names(name, "gyro_x [rad/s]", "gyro_y [rad/s]", "gyro_z [rad/s]")
+    assert choose(columns, None).time == (0 if clock else None)
+
+
 def test_half_a_stamp_is_no_time():
     assert choose(names("sec", "nanosec", "imu_sec", "imu_nanosec", "wx"), None).time is None
     assert choose(names("sec", "wx"), None).time == 0
@@ -494,3 +526,23 @@ def test_a_single_column_may_be_a_gyro(tmp_path):
     assert "unit of x; give e.g. --unit x=1 --rate HZ" in asked.value.for_command_line()
     assert asked.value.for_command_line().endswith("if it is a gyro, give --channels gyro=1 --unit gyro=deg/s")
     assert read(path, rate=10, channels={"gyro": 1}, unit={"gyro": "deg/s"}).channels == ("gyro",)
+
+
+def test_an_accelerometer_of_unknown_names_beside_a_gyro_is_told(tmp_path):
+    """Its names say the sensor and not the axes: not read, but never without a word."""
+    path = tmp_path / "log.csv"
+    head = "time [s],gx [deg/s],gy [deg/s],gz [deg/s],Accel East,Accel North,Accel Up\n"
+    path.write_text(head + "".join(f"{k / 100},1,2,{k % 7},0,{k % 5},9.8\n" for k in range(200)))
+    (finding,) = (f for f in read(path).findings if f.code == "unread_sensor")
+    assert finding.severity == "warning"
+    assert finding.details == UnreadSensor(
+        sensor="accel", columns=("Accel East", "Accel North", "Accel Up"), numbers=(5, 6, 7)
+    )
+
+
+def test_a_suggestion_of_signals_does_not_drop_a_sensor(tmp_path):
+    path = tmp_path / "log.csv"
+    head = "time [s],Rate 1st [rad/s],Rate 2nd [rad/s],Rate 3rd [rad/s],board [degC]\n"
+    path.write_text(head + "".join(f"{k / 100},{k % 3},2,{k % 7},25\n" for k in range(200)))
+    with pytest.raises(OptionError, match="name the columns by --channels time=N,gyro=N:N"):
+        read(path)

@@ -203,3 +203,14 @@ def test_echo_cut(tmp_path, share):
 def test_echo_mutants(tmp_path):
     path = echoed(tmp_path / "imu.yaml", n=12)
     assert survives("echo", path.read_bytes(), path, 100) > 0
+
+
+def test_an_address_within_a_table_is_no_name(tmp_path):
+    """The colons of a device's address stand in each row of a tab-separated table."""
+    path = tmp_path / "WT901.txt"
+    head = "time\tDeviceName\tAccX(g)\tAccY(g)\tAccZ(g)\tAsX(°/s)\tAsY(°/s)\tAsZ(°/s)\tT(°C)\t\r\n"
+    row = "2024-05-01T10:00:{:06.3f}\tHC-06(00:0C:BF:19:3F:0D)\t0.01\t-0.155\t0.954\t{}\t-0.793\t0.183\t27.61\t\r\n"
+    path.write_bytes((head + "".join(row.format(k / 100, k % 3) for k in range(400))).encode())
+    record = read(path)
+    assert set(record.channels) >= {"gyro_x", "gyro_z", "accel_x", "accel_z"}
+    assert record.streams[0].grid.rate == pytest.approx(100.0)

@@ -180,6 +180,24 @@ def test_mt_manager_with_empty_columns(tmp_path, kind, lost):
     np.testing.assert_allclose(rates(record)[present], VALUES[present, :3] * np.pi / 180, rtol=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("per_second", "unit"), [(1_000_000, "us"), (1_000_000, "ns"), (10_000, "s"), (1_000_000, "ms")]
+)
+def test_a_unit_for_a_counter_that_the_reader_converts(tmp_path, per_second, unit):
+    """That of the counts or of the converted stamps adds nothing; another one would give a rate far from the stated one."""
+    above = ["OutputRate:,60Hz", "PacketCounter,SampleTimeFine,Gyr_X,Gyr_Y,Gyr_Z"]
+    rows = [f"{k},{round(k * per_second / 60)}," + ",".join(map(str, VALUES[k, :3])) for k in range(N)]
+    path = save(tmp_path / "log.csv", [*above, *rows])
+    units = {"gyro": "deg/s", "time": unit}
+    if unit in ("us", "ns"):
+        record = read(path, unit=units)
+        assert record.streams[0].grid.rate == pytest.approx(60.0, rel=1e-4)
+        assert "unit_overruled" not in {finding.code for finding in record.findings}
+        return
+    with pytest.raises(OptionError, match=rf"time={unit}: .*'SampleTimeFine' counts in .*; leave out the unit of time"):
+        read(path, unit=units)
+
+
 def test_tabs_that_align_are_no_empty_columns(tmp_path):
     rows = ["\t\t".join(row.split(",")) for row in ROWS]
     exact(read(save(tmp_path / "log.txt", [HEADER.replace(",", "\t\t"), *rows])))

@@ -337,6 +337,25 @@ class UnusedColumns(InFile, code="unused_columns"):
 
 
 @frozen
+class UnreadSensor(InFile, code="unread_sensor"):
+    """A sensor that the names or units of some columns show, none of which is read.
+
+    Attributes
+    ----------
+    sensor : str
+        ``"gyro"`` or ``"accel"``.
+    columns : tuple of str
+        Names of its columns.
+    numbers : tuple of int
+        Their numbers, counted from 1.
+    """
+
+    sensor: str
+    columns: tuple[str, ...]
+    numbers: tuple[int, ...]
+
+
+@frozen
 class MixedUnits(InFile, code="mixed_units"):
     """Axes of one sensor whose units the file states differently.
 

@@ -180,6 +180,16 @@ def _unused_columns(finding: Finding, it: kinds.UnusedColumns) -> Words:
     return Words(f"{_number(len(it.columns), 'columns')} not used: {_listed(it.columns)}")
 
 
+def _unread_sensor(finding: Finding, it: kinds.UnreadSensor) -> Words:
+    what = {"gyro": "a gyro", "accel": "an accelerometer"}[it.sensor]
+    first, last = it.numbers[0], it.numbers[-1]
+    places = f"{first}:{last}" if it.numbers == (first, first + 1, first + 2) else "N:N"
+    return Words(
+        f"columns of {what} are not read, their names are not known: {_listed(it.columns)}",
+        f"Give --channels {it.sensor}={places} and the other channels",
+    )
+
+
 def _mixed_units(finding: Finding, it: kinds.MixedUnits) -> Words:
     units = ", ".join(f"{_short(name, _NAME)} {_short(unit, 12)}" for name, unit in it.units)
     return Words(
@@ -219,6 +229,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
         (kinds.SkippedMessages, _skipped_messages),
         (kinds.UnitOverruled, _unit_overruled),
         (kinds.UnreadArrays, _unread_arrays),
+        (kinds.UnreadSensor, _unread_sensor),
         (kinds.Unusable, _unusable),
         (kinds.UnusedColumns, _unused_columns),
     )

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 
 from sigmatau import units
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, UnusedColumns
+from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, UnreadSensor, UnusedColumns
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.name_tables import TIMES
-from sigmatau.io.read.names import bare_name, key_of, unit_of
+from sigmatau.io.read.names import bare_name, key_of, names_sensor, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Table
 from sigmatau.record.record import stream_name
@@ -49,6 +49,9 @@ def column_findings(table: Table, choice: Choice, options: Options, *, by_name: 
     if table.format in _OF_MESSAGES:
         return findings
     unnamed = {finding.details.number for finding in findings if isinstance(finding.details, IncompleteSensor)}
+    unread = _unread_sensors(table.columns, choice.channels, spare)
+    findings += [Finding(details=details, severity="warning") for details in unread]
+    unnamed |= {number for details in unread for number in details.numbers}
     names = tuple(
         table.columns[index].name
         for index in spare
@@ -91,6 +94,19 @@ def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: S
             Finding(details=details, severity="warning", channels=tuple(f"{sensor}_{axis}" for axis in axes))
         )
     return findings
+
+
+def _unread_sensors(columns: Sequence[Column], channels: Mapping[str, int], spare: Sequence[int]) -> list[UnreadSensor]:
+    """Sensors that three or more columns show by their names or units, and of which no channel is read."""
+    unread = []
+    for sensor in _SENSORS:
+        if any(stream_name(channel) == sensor for channel in channels):
+            continue
+        shown = [index for index in spare if names_sensor(columns[index]) == sensor]
+        if len(shown) >= len("xyz"):
+            names, numbers = tuple(columns[i].name for i in shown), tuple(i + 1 for i in shown)
+            unread.append(UnreadSensor(sensor=sensor, columns=names, numbers=numbers))
+    return unread
 
 
 def _is_complete(channels: Mapping[str, int], sensor: str) -> bool:

@@ -6,8 +6,9 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from sigmatau import units
 from sigmatau.errors import OptionError
-from sigmatau.io.read.name_tables import SPLIT_STAMP, TIMES
+from sigmatau.io.read.name_tables import NOT_A_CLOCK, SPLIT_STAMP, TIMES
 from sigmatau.io.read.names import (
     SPELLED,
     bare_name,
@@ -198,6 +199,12 @@ class ChosenTime:
 _OF_SENSOR = re.compile(TIMES[1])  # the stamp of the sensor, which precedes that of the receiver
 
 
+def _is_clock(column: Column, key: str) -> bool:
+    """Whether a column of an unknown name is a clock by the unit that it states, ``Device clock [ms]``."""
+    unit = unit_of(column)[1]
+    return unit is not None and units.find(unit).si == "s" and not NOT_A_CLOCK.search(key)
+
+
 def find_time(
     columns: Sequence[Column],
     found: Sequence[tuple[str, str | None] | None],
@@ -219,6 +226,7 @@ def find_time(
     ]
     if not times and not pairs:
         times = [i for i, column in enumerate(columns) if i not in taken and is_date(column.first)]
+        times = times or [i for i in range(len(columns)) if i not in taken and _is_clock(columns[i], keys[i])]
     ranked = [
         [i for i in times if any(re.fullmatch(names, stem) for stem, _ in readings(keys[i], None))] for names in TIMES
     ]

@@ -22,7 +22,7 @@ SENSOR_PREFIXES = (
 )
 
 # Behind the name of a sensor or a time, without effect on its meaning.
-SUFFIXES = r"cal|uncal|raw|calibrated|uncalibrated"  # Shimmer: CAL in units, RAW in counts
+SUFFIXES = r"cal|uncal|raw|calibrated|uncalibrated|out"  # Shimmer: CAL in units, RAW in counts; Analog Devices: OUT
 
 # Stems before an axis, with or without an underscore: ``gyro_x``, ``gyrox``.
 STEMS = {
@@ -39,6 +39,7 @@ STEMS = {
         "gyro_?rate|gyro_?data",
         "(?:motion|gyro)_?rotation_?rate|gyro_?rotation",  # iOS
         "uncomp_?(?:gyro|angular_?rate)",  # VectorNav
+        "scaled_?gyro",  # MicroStrain
         "angular_?velocity",
         "angular_?speed",
         "angular_?rate",
@@ -67,6 +68,8 @@ STEMS = {
         "acc_?smooth|acc_?adc",  # Betaflight
         "accel_?ln|accel_?wr|low_noise_accelerometer|wide_range_accelerometer",  # Shimmer: two accelerometers
         "accelerometer_?acceleration",  # iOS
+        "scaled_?accel",  # MicroStrain
+        "g_?force",
         "uncomp_?acc(?:el)?",  # VectorNav
         "total_?acceleration",  # Sensor Logger
         "acceleration_?including_?gravity",  # browsers
@@ -84,7 +87,7 @@ STEMS = {
 }
 
 # Stems after an axis: ``xgyro`` (MAVLink), ``X Accel`` (MicroStrain).
-AFTER_AXIS = {"gyro": "gyro|gyr|gyroscope|angular_?rate", "accel": "accel|acc|accelerometer|acceleration"}
+AFTER_AXIS = {"gyro": "gyro|gyr|gyroscope|angular_?rate", "accel": "accel|accl?|accelerometer|acceleration"}
 
 # Names that both ROS (with gravity) and phones (without) use. With a space between the words they are a phone's, unless an
 # angular velocity stands beside them; and a plain accelerometer in the log is preferred to them.
@@ -97,9 +100,9 @@ INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|
 # Time columns by priority: the time stamp of the sensor before that of the receiver.
 TIMES = (
     r"sample_?us|time_?stamp_sample",  # ArduPilot, PX4: when the sensor sampled
-    r"(?:header_)?stamp|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
+    r"(?:header_)?stamp|(?:clock_)?offset_?time|seconds_elapsed|elapsed(?:_time|_seconds)?|time_elapsed",
     r"timeus|time_?usec|time_boot_ms",  # before T, which is a temperature in ArduPilot's messages
-    r"t|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
+    r"t|ts|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
     r"|time_(?:boot|since_start|since_boot|startup)|timestartup|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc"
     r"|utc_?time|date_and_time|time_?stamp_(?:unix|sync)|(?:motion|gyro|accelerometer)_?timestamp_since_?reboot"
     r"|(?:gps_?)?tow|time_?of_?week|zeit|temps|tiempo|tempo",
@@ -110,6 +113,12 @@ SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
 
 # One half of a time stamp that is split into two columns.
 SPLIT_STAMP = re.compile(r"(?:^|_)(?:n?secs?|nanosec(?:onds)?|usecs?)$")
+
+# Words in names of columns in a unit of time that are not a clock: intervals, delays, a time of the flight of light.
+NOT_A_CLOCK = re.compile(
+    r"(?:^|_)(?:dt|delta|diff|period|interval|duration|latency|delay|lag|age|exposure|integration|flight|tof|jitter|error|bias"
+    r"|std|sigma|week|uncertainty|accuracy|width|pulse|gate|load|processing|shutter|readout)(?=_|$)"
+)
 
 # Units as the last part of a name: ``gyro_x_dps``, ``t_ns``, ``time in ms``.
 UNIT_ENDS = {
@@ -138,9 +147,10 @@ WITH_UNIT = {
     r"sample_?us": ("time", "us"),  # ArduPilot SampleUS
     r"time_?stamp_sample": ("time", "us"),  # PX4
     r"time_(?:boot_)?ms|timems": ("time", "ms"),  # MAVLink time_boot_ms
-    r"(?:time_?of_?week|tow)_?ms": ("time", "ms"),  # Inertial Sense
-    r"millis": ("time", "ms"),  # Arduino's millis()
-    r"micros": ("time", "us"),
+    r"(?:time_?of_?week|(?:gps_?)?i?tow|gps)_?ms": ("time", "ms"),  # Inertial Sense, Aceinna
+    r"millis|(?:\w+_)?ticks?_?ms": ("time", "ms"),  # millis() of Arduino, ticks_ms() of MicroPython
+    r"micros|(?:\w+_)?ticks?_?us": ("time", "us"),
+    r"gf_?([xyz])": ("accel", "g"),  # Physics Toolbox: g-force
 }
 
 # Units by the message in the path of a name: ``SCALED_IMU2.xgyro`` (MAVLink common messages), as whole columns' names.
@@ -194,9 +204,18 @@ OTHER_VECTORS = (
     r"|ref\w*|gt|truth)(?=[\W_]|$)"
 )
 
+# Words of an inertial quantity, also of those that `NOT_A_SENSOR` excludes: increments of velocity, gravity.
+INERTIAL = re.compile(r"(?i)acc|vel|grav|force|^d?v[_\[ ]?[xyz012]")
+
+# Words in names of columns that are probably samples of a sensor, though the whole name is not known.
+SENSOR_WORDS = {
+    "gyro": re.compile(r"(?i)gyr|ang\w*[_ ]?(?:rate|vel)|rot\w*[_ ]?(?:rate|vel)|omega"),
+    "accel": re.compile(r"(?i)acc(?:el|l|\b|_|[xyz])|g[_ -]?force"),
+}
+
 # Words in names of columns that are not samples of a gyro or accelerometer, wherever their values lie.
 NOT_A_SENSOR = (
     r"(?i)mag|compass|quat|orient|euler|roll|pitch|yaw|heading|attitude|temp|press|baro|alt|lat|lon|gps|gnss|cov|bias|std"
-    r"|sigma|noise|grav|user|free|lin_?acc|linear acc|seq|count|index|frame|status|flag|volt|batt|current|vel|pos|speed"
+    r"|sigma|noise|grav|user|free|lin_?acc|linear acc|seq|count|tick|index|frame|status|flag|volt|batt|current|vel|pos|speed"
     r"|motor|rpm|target|setpoint|desired|cmd|odom|humid|light|step"
 )

@@ -28,6 +28,7 @@ from sigmatau.io.read.name_tables import (
     ROSTOPIC_STAMP,
     SECONDS,
     SENSOR_PREFIXES,
+    SENSOR_WORDS,
     STEMS,
     SUFFIXES,
     TIMES,
@@ -42,7 +43,7 @@ _KINDS = {"gyro": ("rad/s", "rad"), "accel": ("m/s^2", "m/s"), "time": ("s",)}
 
 _PREFIX = re.compile(f"^(?:(?:{PREFIXES})_)+")
 _SENSOR_PREFIX = re.compile(f"^(?:(?:{PREFIXES}|{'|'.join(SENSOR_PREFIXES)})_)+")
-_SUFFIX = re.compile(rf"_(?:{SUFFIXES})$")
+_SUFFIX = re.compile(rf"_(?:{SUFFIXES})$|(?<=_[xyz])out$")  # ACCEL_XOUT of InvenSense
 
 # Axes as numbers, ``accl0`` to ``accl2``: recognised only if all three exist, and no fourth.
 _NUMBERED = re.compile(r"(?P<stem>[a-z][a-z_]+?)_?(?P<axis>[0-3])")
@@ -57,15 +58,18 @@ _UNIT_END = re.compile(
 )
 
 # A name with an axis and no known stem, ``X (rad/s)``: the unit tells the sensor.
-_AXIS_OF_NAME = re.compile(r"(?:(?P<stem>.+)_)?(?P<axis>[xyz])")
+_AXIS_OF_NAME = re.compile(r"(?P<stem>.*?)_?(?P<axis>[xyz])")
 _BY_KIND = {"rad/s": "gyro", "m/s^2": "accel"}
 _AXIS_WORD = re.compile(r"_?axis(?=_|$)|(?<=^)axis_")
-_SEPARATOR = re.compile(r"[./]")
+_SEPARATOR = re.compile(r"[./:]")
 _BY_STEM = {
     sensor: (re.compile(f"(?:{'|'.join(stems)})_?([xyz])"), re.compile(f"([xyz])_?(?:{AFTER_AXIS[sensor]})"))
     for sensor, stems in STEMS.items()
 }
 
+# What brackets hold if it is an axis or a number and not a unit: ``Gyroscope (z)``, ``gyro[0]``.
+_AXIS_IN_BRACKETS = re.compile(r"\d+|[xyzXYZ]")
+_LETTERS = dict(zip("012", "xyz", strict=True))
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
 LONGEST_NAME = 200  # Longest column name, with its unit in brackets. [characters]
 _LONGEST_END = 40  # longest end of a name that is searched for a unit [characters]
@@ -81,7 +85,7 @@ def unit_of(column: Column) -> tuple[str, str | None]:
     name, unit = column.name.strip(), column.unit
     # The pattern takes quadratic time on text that it does not match, so long names are not matched.
     match = _BRACKETS.match(name) if len(name) <= LONGEST_NAME else None
-    if match and match["name"] and not match["unit"].strip().isdigit():
+    if match and match["name"] and not _AXIS_IN_BRACKETS.fullmatch(match["unit"].strip()):
         name = match["name"].strip()
         unit = unit or DESCRIPTORS.get(match["unit"].strip().lower(), match["unit"].strip())
     return name, unit if unit and _known(unit) else None
@@ -99,8 +103,10 @@ def recognise(columns: Sequence[Column]) -> list[Match | None]:
     names = set(keys)
     program = next((each for each in PROGRAMS if each.keys == names), None)
     keys = _lettered(keys)
+    # Beside the g-force of Physics Toolbox, ax is the acceleration without gravity.
+    short = ("g", "g_") if {"gfx", "gfy", "gfz"} <= names else ("a", "a_", "g", "g_")
     log = _Log(
-        complete=frozenset(stem for stem in ("a", "a_", "g", "g_") if {stem + axis for axis in "xyz"} <= set(keys)),
+        complete=frozenset(stem for stem in short if {stem + axis for axis in "xyz"} <= set(keys)),
         program=program,
         ros_imu=any(column.name.strip() == ROS_IMU for column in columns),
         ros_paths=_is_ros_imu(columns),
@@ -235,7 +241,7 @@ def stated_unit(column: Column) -> str | None:
     """The text in brackets after a name, or in the row of units, whether it is a known unit or not."""
     match = _BRACKETS.match(column.name.strip()) if len(column.name) <= LONGEST_NAME else None
     text = column.unit or (match["unit"].strip() if match and match["name"] else None)
-    return text if text and not text.isdigit() else None
+    return text if text and not _AXIS_IN_BRACKETS.fullmatch(text) else None
 
 
 def signal_name(column: Column, *, taken: Collection[str]) -> str:
@@ -261,15 +267,27 @@ def holds_increments(column: Column) -> bool:
     return INCREMENTS.match(key_of(unit_of(column)[0])) is not None
 
 
+def names_sensor(column: Column) -> str:
+    """The sensor whose samples a column has by its unit or by a word in its name, "gyro" or "accel"; "" for others."""
+    name, unit = unit_of(column)
+    if len(name) > LONGEST_NAME or re.search(NOT_A_SENSOR, name):
+        return ""
+    if unit is not None:
+        return _BY_KIND.get(units.find(unit).si, "")
+    return next((sensor for sensor, words in SENSOR_WORDS.items() if words.search(name)), "")
+
+
 def bare_name(column: Column) -> str:
     """The name of a column without the brackets at its end."""
     match = _BRACKETS.match(column.name.strip())
-    return match["name"].strip() if match and match["name"] else column.name.strip()
+    if match is None or not match["name"] or _AXIS_IN_BRACKETS.fullmatch(match["unit"].strip()):
+        return column.name.strip()
+    return match["name"].strip()
 
 
 def key_of(name: str) -> str:
     """A name in the form that is compared: in lower case, with underscores, without prefixes."""
-    key = re.sub(r"[\[(]([012])[\])]$", lambda m: "_" + "xyz"[int(m[1])], name.strip().lower())
+    key = re.sub(r"[\[(]([012xyz])[\])]$", lambda m: " " + _LETTERS.get(m[1], m[1]), name.strip().lower())
     key = re.sub(r"[\s./:%\-]+", "_", key).strip("_")
     return _PREFIX.sub("", key)
 

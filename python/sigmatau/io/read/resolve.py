@@ -126,6 +126,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             given, stated = None, "ns"  # as they are joined
         if channel == "time" and is_date(table.columns[index].first):
             given = None  # dates have no unit
+        if given is not None and (counted := table.columns[index].counted):
+            given = _unit_of_converted(table, index, stream, given, counted)
         if given is not None and stated is not None and not _same(given, stated):
             overruled.append(_overruled(channel, given, stated))
         unknown = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
@@ -168,6 +170,20 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         stated_sensors = {stream_name(c) for c in unit}
         raise _ask_for_units(missing, options.input, examples, stated=stated_sensors, no_rate=lacks, column=column)
     return unit, overruled
+
+
+def _unit_of_converted(table: Table, index: int, stream: str, given: str, counted: str) -> str | None:
+    """The unit of a column that the reader converts: None, since a unit given for its numbers adds nothing. Raises
+    `OptionError` for another one than the file shows.
+    """
+    column = table.columns[index]
+    if any(_same(given, unit) for unit in (counted, column.unit) if unit):
+        return None
+    raise OptionError(
+        f"{stream}={given}: the head of the file states that column {table.label(index)} counts in"
+        f" {column.unit if counted == 'counts' else counted}; leave out the unit of {stream}",
+        option="unit",
+    )
 
 
 def _overruled(channel: str, given: str, stated: str, *, known: bool = True, scaled: bool = False) -> Finding:

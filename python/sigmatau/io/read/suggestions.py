@@ -15,8 +15,8 @@ from sigmatau.findings.kinds.reading import ColumnsByGravity
 from sigmatau.io.read.column_values import Identified, Triple, identify, load_columns
 from sigmatau.io.read.columns import as_option, find_time
 from sigmatau.io.read.gravity import GYRO_MEAN
-from sigmatau.io.read.name_tables import NOT_A_SENSOR
-from sigmatau.io.read.names import bare_name, key_of, recognise, signal_name, stated_unit
+from sigmatau.io.read.name_tables import INERTIAL, NOT_A_SENSOR
+from sigmatau.io.read.names import bare_name, key_of, names_sensor, recognise, signal_name, stated_unit
 from sigmatau.io.read.table import Column, Table, listing
 from sigmatau.io.read.time.dates import is_date
 
@@ -105,6 +105,8 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
     identified = identify(loaded, time=time, excluded=frozenset(excluded))
     if identified is None:
         return None
+    if identified.accel is None and any(INERTIAL.search(table.columns[index].name) for index in excluded):
+        return None  # a gyro alone beside another inertial quantity would drop it
     channels: dict[str, int] = {}
     for sensor, axes in (("gyro", identified.gyro), ("accel", identified.accel)):
         if axes is None:
@@ -153,6 +155,8 @@ def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[
 def _signals(columns: Sequence[Column]) -> str:
     """Columns with names and units that are no sensor's, as an option; nothing if they are many."""
     known = recognise(columns)
+    if any(names_sensor(column) for column in columns):
+        return ""  # an option for the signals alone would drop the sensor
     signals: dict[str, int] = {}
     for index, column in enumerate(columns):
         if known[index] is None and column.name.strip() and stated_unit(column) and not is_date(column.first):

@@ -44,6 +44,7 @@ class Column:
     name: str  # As the file spells it, with its unit if that is part of the name; empty if the column has no name
     unit: str | None = None  # Unit from a row of units, as the file spells it
     first: str = ""  # Text of its first row, which shows a column without a name; may be empty
+    counted: str = ""  # Unit of the file's numbers, if the reader converts them to `unit`: ``"us"``, ``"0.1 ms"``
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", printable(self.name))

@@ -43,6 +43,7 @@ _LOST = re.compile(rb"A message was lost!!!\n(?:[ \t]+[^\n]*\n)*")
 _SECONDS, _NANOSECONDS = ("sec", "secs"), ("nanosec", "nsec", "nsecs")
 _AXES = ("x", "y", "z")
 _ROS_UNITS = {"angular_velocity": "rad/s", "linear_acceleration": "m/s^2"}
+_NAMED = 0.5  # smallest share of the numbers of a record that have names: an address within a table is not a name
 _COPIES = 5  # of the file in memory while it is read
 
 
@@ -173,7 +174,8 @@ def _pair_records(record: list[bytes], first_line: int, count: int) -> _Records 
             values.append(_Value(name="time", unit="s", words=(place, place + 1, place + 2), weights=(3600, 60, 1)))
         values += _values_of(line[clock.end() if clock else 0 :], place + (len(words) - _word_count(line, clock)))
         place += len(words)
-    if not any(value.name for value in values):
+    numbers = sum(map(is_number, firsts.values()))
+    if not any(value.name for value in values) or sum(len(v.words) for v in values) < _NAMED * numbers:
         return None
     return _Records(first_line=first_line, words=place, values=tuple(values), lines=count, glued=glued, firsts=firsts)
 

@@ -19,7 +19,7 @@ from sigmatau._native.formats import DayOrder
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place, SkippedLines
-from sigmatau.io.read.formats import ros_csv, truncation
+from sigmatau.io.read.formats import gcsv, ros_csv, truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.layout import (
     COMMENTS,
@@ -48,6 +48,7 @@ _SENSOR_LOGGER = {
     "accelerometeruncalibrated": "accelerometer",
     "totalacceleration": "accelerometer",
 }
+_COUNTED = {1_000_000: "us", 10_000: "0.1 ms"}  # what one count of SampleTimeFine is, by counts in a second
 _IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
 _EXCHANGED = str.maketrans(",.", ".,")
 _TAIL = 1 << 10  # [bytes]
@@ -182,6 +183,9 @@ def _table_of(
     if layout.counts_per_second is not None:
         columns, loaded, counted = _of_mt_manager(columns, load, layout.counts_per_second)
         named = (*named, counted)
+    if scales := gcsv.find_scales(beginning.data):
+        columns, loaded = gcsv.scaled(columns, loaded, scales)
+        named = (*named, gcsv.NOTE)
     if layout.delimiter == "," and ros_csv.is_imu(columns):
         columns, loaded = ros_csv.named(columns, loaded)
         named = (*named, ros_csv.NOTE)
@@ -270,7 +274,8 @@ def _of_mt_manager(
             return loaded
         return replace(loaded, columns={**loaded.columns, fine: unwrapped(counts, per_second)})
 
-    timed = tuple(replace(c, unit="ns") if k == fine else c for k, c in enumerate(columns))
+    counted = _COUNTED[per_second]
+    timed = tuple(replace(c, unit="ns", counted=counted) if k == fine else c for k, c in enumerate(columns))
     return timed, load_times, f"SampleTimeFine counts 1/{per_second} s in 32 bits; read as ns"
 
 

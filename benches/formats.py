@@ -64,11 +64,22 @@ def outcome(path: Path, kind: Kind, values: Values) -> Outcome:
     return Outcome(damaged(record.findings), len(rows), ", ".join(dict.fromkeys(worst)), right)
 
 
+def _place_of_cut(data: bytes, share: int) -> int:
+    """Where a file is cut. Where a message or the last number of a line ends by chance, nothing could tell: a text is cut
+    in the first number of a line.
+    """
+    place = len(data) * share // 100 // 64 * 64 + 13
+    line = data.rfind(b"\n", 0, place) + 1
+    is_text = (
+        line > 0 and data[line:place].isascii() and data[line:place].translate(None, b"\r\t").decode().isprintable()
+    )
+    return line + 13 if is_text else place
+
+
 def damages(path: Path) -> dict[str, bytes]:
     """The bytes of a file cut off; and with a page in which every bit is another, at places evenly spread."""
     data = path.read_bytes()
-    # Where a message ends by chance, nothing could tell.
-    found = {f"cut at {share} %": data[: len(data) * share // 100 // 64 * 64 + 13] for share in (10, 50, 99)}
+    found = {f"cut at {share} %": data[: _place_of_cut(data, share)] for share in (10, 50, 99)}
     for k in range(FLIPS):
         at = len(data) * (2 * k + 1) // (2 * FLIPS) // PAGE * PAGE
         flipped = bytes(byte ^ 0xFF for byte in data[at : at + PAGE])

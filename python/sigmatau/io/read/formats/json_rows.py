@@ -236,9 +236,12 @@ def _columns_of_rows(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...
     decode, blank = json.JSONDecoder().raw_decode, _BLANK.match
     size, count = len(text), 0
     findings: tuple[Finding, ...] = ()
+    garbled = text.find("�")  # bytes that are not text may stand within a name
     try:
         while at < size:
             row, end = decode(text, at)
+            if count and at <= garbled < end:
+                raise ValueError
             rows.append(row)
             count += 1
             if len(rows) == _CHUNK:

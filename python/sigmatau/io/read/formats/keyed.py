@@ -140,7 +140,9 @@ def find_records(head: bytes) -> _Records | None:
         ] == cycle:
             alike += 1
         if alike >= _LEAST_RECORDS and any(_PAIR.search(lines[k]) for _, k in tail[-count:]):
-            start = len(tail) - alike * count
+            texts = [skeleton for skeleton, _ in tail]
+            # Records above other lines are records too: what is between is damage, not a text above them.
+            start = next(k for k in range(len(tail)) if texts[k : k + count] == cycle)
             if count > 1:
                 start = _start_of_record(lines, tail, start, count)
             first = [k for _, k in tail[start : start + count]]

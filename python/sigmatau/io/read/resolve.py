@@ -255,6 +255,8 @@ def _ask_for_units(
     known = [si if kind == "rate" else units.integral(si) for s, si in SI.items() if s in streams]
     table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
     listed = f" (known: {table})" if table else " (any word; 1 for none)"
+    if kind == "rate" and "gyro" in streams:
+        listed += "; the values do not tell deg/s from rad/s, 57 times apart: see the manual of the sensor"
     listed += f"; if it is a gyro, give --channels gyro={column} --unit gyro=deg/s" if column is not None else ""
     return OptionError(
         f"does not state the unit of {', '.join(missing)}; give e.g. {example}{no_rate}{listed}", option="unit"

@@ -7,7 +7,7 @@ from logs_of_pages import AXES, analysed, block_of, copied, mems_log, noise, tab
 
 from sigmatau.cli import main
 
-FEW = 30  # rows, too few for a fit, where units and columns are what the example is about
+FEW = 2200  # rows, 11 s at 200 Hz: hardly more than the shortest record that is judged
 GYROS = dict.fromkeys(AXES[:3], "deg/s")
 SIX = {axis: "deg/s" if axis.startswith("gyro") else "g" for axis in AXES}
 
@@ -23,7 +23,8 @@ def make(folder: Path) -> None:
     np.savetxt(folder / "imu.txt", samples)
     timed(folder / "growing.csv", noise("growing", 1000, 3), dict.fromkeys(AXES[:3], "rad/s"))
     for name, columns in (("log.csv", AXES), ("daq.csv", AXES[:3]), ("counts.csv", AXES[:3])):
-        table(folder / name, noise(name, FEW, len(columns)), ",".join(columns))
+        volts = 2.5 + 1e-3 * noise(name, FEW, len(columns))
+        table(folder / name, volts, ",".join(columns))
     for name in ("rlg.csv", "laser_gyro.csv"):
         table(folder / name, samples, ",".join(["time [s]", *AXES]))
     np.savetxt(folder / "phase.txt", np.cumsum(noise("phase", 1000, 1)))
@@ -49,5 +50,5 @@ def make(folder: Path) -> None:
     assert main(add) == 0
     # A program that prints samples, in place of the one of the reader
     logger = folder / "logger"
-    logger.write_text("#!/bin/sh\nawk 'BEGIN { srand(1); for (k = 0; k < 600; k++) print rand(), rand(), rand() }'\n")
+    logger.write_text("#!/bin/sh\nawk 'BEGIN { srand(1); for (k = 0; k < 2200; k++) print rand(), rand(), rand() }'\n")
     logger.chmod(0o755)

@@ -32,10 +32,7 @@ impl Layout<'_> {
             Delimiter::Byte(b'\t') => trim_with(line, |b| b == b' ' || b == b'\r'),
             _ => trim(line),
         };
-        let (stamp, trimmed) = match self.dialect.arrow {
-            true => split_arrow(trimmed),
-            false => (None, trimmed),
-        };
+        let (stamp, trimmed) = if self.dialect.arrow { split_arrow(trimmed) } else { (None, trimmed) };
         if trimmed.is_empty() {
             return Ok(());
         }

@@ -91,7 +91,11 @@ def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: S
             number=None if best is None else best + 1,
         )
         findings.append(
-            Finding(details=details, severity="warning", channels=tuple(f"{sensor}_{axis}" for axis in axes))
+            Finding(
+                details=details,
+                severity="info" if best is None else "warning",  # some sensors have two axes
+                channels=tuple(f"{sensor}_{axis}" for axis in axes),
+            )
         )
     return findings
 

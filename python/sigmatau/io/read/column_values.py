@@ -146,7 +146,8 @@ class _Column:
 
     @classmethod
     def of(cls, raw: NDArray[Any]) -> _Column:
-        column = np.asarray(raw, dtype=np.float64)
+        with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
+            column = np.asarray(raw, dtype=np.float64)
         rows = np.isfinite(column)
         values = column[rows]
         steps = np.diff(values)

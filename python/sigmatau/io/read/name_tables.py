@@ -116,7 +116,7 @@ SPLIT_STAMP = re.compile(r"(?:^|_)(?:n?secs?|nanosec(?:onds)?|usecs?)$")
 
 # Words in names of columns in a unit of time that are not a clock: intervals, delays, a time of the flight of light.
 NOT_A_CLOCK = re.compile(
-    r"(?:^|_)(?:dt|delta|diff|period|interval|duration|latency|delay|lag|age|exposure|integration|flight|tof|jitter|error|bias"
+    r"(?:^|_)(?:dt|delta[a-z]*|diff|period|interval|duration|latency|delay|lag|age|exposure|integration|flight|tof|jitter|error|bias"
     r"|std|sigma|week|uncertainty|accuracy|width|pulse|gate|load|processing|shutter|readout)(?=_|$)"
 )
 

@@ -15,6 +15,7 @@ A row of the table has one of these grades:
 import argparse
 import collections
 import dataclasses
+import importlib
 import json
 import re
 import shlex
@@ -252,12 +253,17 @@ def main() -> None:
     parser.add_argument("program", nargs="?", default=".venv/bin/sigmatau")
     parser.add_argument("--folder", type=Path, help="where the files are written (default: a temporary folder)")
     parser.add_argument("--only", nargs="+", default=[], help="names of layouts")
+    parser.add_argument("--module", help="layouts of another module, such as blind, instead of the corpus")
     arguments = parser.parse_args()
+    layouts = LAYOUTS
+    if arguments.module:
+        named = vars(importlib.import_module(arguments.module)).values()
+        layouts = tuple(value for value in named if isinstance(value, Layout))
     program = [str(Path(arguments.program).resolve())]
     counts: collections.Counter[str] = collections.Counter()
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.folder or Path(temporary)
-        chosen = [described for described in LAYOUTS if not arguments.only or described.name in arguments.only]
+        chosen = [described for described in layouts if not arguments.only or described.name in arguments.only]
         for described in chosen:
             place = folder / described.name
             place.mkdir(parents=True, exist_ok=True)

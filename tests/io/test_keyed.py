@@ -214,3 +214,15 @@ def test_an_address_within_a_table_is_no_name(tmp_path):
     record = read(path)
     assert set(record.channels) >= {"gyro_x", "gyro_z", "accel_x", "accel_z"}
     assert record.streams[0].grid.rate == pytest.approx(100.0)
+
+
+def test_lines_of_dashes_above_a_table_are_no_documents(tmp_path):
+    """A head between two lines of dashes, as ActiLife writes it; the second was taken for the end of a YAML document."""
+    head = "---------- Data File\nStart Time 10:00:00\nAddress: 0\nVoltage: 4.07     Mode = 12\n----------\n"
+    values = np.random.default_rng(known.seed_of("dashes above a table")).standard_normal((300, 3))
+    path = tmp_path / "raw.csv"
+    rows = "".join(",".join(map(repr, row)) + "\n" for row in values.tolist())
+    path.write_text(f"{head}Accelerometer X,Accelerometer Y,Accelerometer Z\n{rows}")
+    record = read(path, rate=100, unit={"accel": "m/s^2"})
+    read_values = np.stack([record.stream_of(f"accel_{a}").column(f"accel_{a}") for a in "xyz"], axis=1)
+    np.testing.assert_array_equal(read_values, values)

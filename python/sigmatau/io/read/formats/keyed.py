@@ -252,6 +252,8 @@ def _yaml_records(head: bytes) -> _Records | None:
     """The documents of a YAML text that are all alike, by the first whole one."""
     documents = _LOST.sub(b"", head).replace(b"\r", b"").split(_DOCUMENT)
     whole = [d for d in documents[:-1] if d.strip()]
+    if len(whole) < _LEAST_RECORDS:
+        return None  # a line of dashes above a table
     first = next((d for d in whole if b":" in d and len(d.translate(_SPACES).split()) == _typical(whole)), None)
     if first is None:
         return None

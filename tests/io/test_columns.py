@@ -490,6 +490,9 @@ def test_an_axis_that_is_lost_beside_a_complete_sensor_is_told(tmp_path):
     path.write_text(f"{header}\n" + "1,2,3,4,5\n2,1,4,3,2\n" * 20)
     (finding,) = read(path, rate=10).findings
     assert (finding.severity, finding.details) == ("warning", IncompleteSensor(missing="gyro_y"))
+    path.write_text(path.read_text().replace("gyro_z", "gyro_y"))
+    (finding,) = read(path, rate=10).findings  # there are sensors of two axes
+    assert (finding.severity, finding.details) == ("info", IncompleteSensor(missing="gyro_z"))
 
 
 def test_mixed_units_are_told(tmp_path):

@@ -93,7 +93,7 @@ def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: S
         findings.append(
             Finding(
                 details=details,
-                severity="info" if best is None else "warning",  # some sensors have two axes
+                severity="info" if best is None and missing == "z" else "warning",  # sensors of two axes have x and y
                 channels=tuple(f"{sensor}_{axis}" for axis in axes),
             )
         )

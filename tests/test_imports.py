@@ -111,7 +111,11 @@ def loaded_text(code):
 
 
 def test_public_functions_are_not_hidden_by_modules():
-    for before in ("", "import sigmatau.estimators.allan, sigmatau.exporting.export; ", "import sigmatau.analysis; "):
+    for before in (
+        "",
+        "import sigmatau.estimators.allan, sigmatau.exporting.export; ",
+        "import sigmatau.analysis.pipeline; ",
+    ):
         code = f"{before}import sigmatau; from sigmatau import allan; print(sigmatau.allan, sigmatau.export)"
         assert loaded_text(code).count("function") == 2
 

@@ -1,6 +1,5 @@
 from ._version import __version__
-from .analysed import Analysis
-from .analysis import analyze
+from .analysis import Analysis, analyze
 from .datasheets.compare import compare_with
 from .datasheets.sheet import Datasheet, datasheet, list_datasheets
 from .datasheets.verdict import Verdict

@@ -232,7 +232,7 @@ def test_runs_at_a_temperature(lab, capsys):
 
 
 def test_lot_takes_the_latest_even_if_it_failed(lab, capsys):
-    from sigmatau.analysed import failed_result
+    from sigmatau.analysis import failed_result
 
     later = failed_result("logs/A1/2026-06-01.csv", "no columns", exit_code=1)
     (lab / "later.json").write_text(json.dumps(later))

@@ -17,7 +17,7 @@ from schema_changes import breaking, opened
 import sigmatau as st
 from conftest import ROOT
 from known import seed_of
-from sigmatau.analysed import SCHEMA
+from sigmatau.analysis.json import SCHEMA
 from sigmatau.cli import main
 from sigmatau.model.from_result import _SCHEMAS
 

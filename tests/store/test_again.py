@@ -6,7 +6,7 @@ from datetime import datetime
 import pytest
 from store_results import result
 
-from sigmatau.analysed import failed_result
+from sigmatau.analysis import failed_result
 from sigmatau.errors import DataError
 from sigmatau.fleet.logs import Log
 from sigmatau.fleet.stored import Stored

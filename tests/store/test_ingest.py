@@ -9,7 +9,7 @@ from store_results import result
 
 from known import seed_of
 from sigmatau import Record, analyze
-from sigmatau.analysed import failed_result
+from sigmatau.analysis import failed_result
 from sigmatau.errors import DataError
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added

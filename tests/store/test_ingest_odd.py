@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from store_results import result
 
-from sigmatau.analysed import failed_result
+from sigmatau.analysis import failed_result
 from sigmatau.errors import DataError
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added

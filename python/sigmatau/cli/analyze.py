@@ -14,8 +14,7 @@ from typing import Annotated, Any, Literal, cast
 
 from cyclopts import Parameter
 
-from sigmatau.analysed import Analysis, failed_result
-from sigmatau.analysis import analyze
+from sigmatau.analysis import Analysis, analyze, failed_result
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell

@@ -18,7 +18,7 @@ from sigmatau.quality.selection.time_text import seconds_of, time_of
 if TYPE_CHECKING:
     from cyclopts.completion import CompletionContext
 
-    from sigmatau.analysed import Analysis
+    from sigmatau.analysis import Analysis
     from sigmatau.cli.attempts import Attempts
     from sigmatau.errors import DataError
     from sigmatau.exporting.choices import Choices

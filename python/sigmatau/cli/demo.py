@@ -10,8 +10,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.analysed import Analysis
-from sigmatau.analysis import analyze
+from sigmatau.analysis import Analysis, analyze
 from sigmatau.cli.options import command_line, say, working, write_json
 from sigmatau.errors import DataError
 from sigmatau.io.read import read

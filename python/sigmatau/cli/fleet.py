@@ -97,7 +97,7 @@ def fleet_command(
     if memory is not None and not 0.1 <= memory <= 1e5:
         raise OptionError(f"--memory {memory:g}: must be a number of GB, at least 0.1", option="memory")
 
-    from sigmatau.analysis import stated_settings
+    from sigmatau.analysis.pipeline import stated_settings
     from sigmatau.fleet.logs import find
     from sigmatau.fleet.run import cluster
     from sigmatau.fleet.stored import Stored

@@ -14,8 +14,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.analysed import Analysis, failed_result
-from sigmatau.analysis import analyze
+from sigmatau.analysis import Analysis, analyze, failed_result
 from sigmatau.cli import batch
 from sigmatau.cli.earlier import expect as expect_files
 from sigmatau.cli.earlier import is_result

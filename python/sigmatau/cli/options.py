@@ -36,7 +36,7 @@ from sigmatau.results import csv_text, printable
 from sigmatau.results import wrapped as wrapped_to
 
 if TYPE_CHECKING:
-    from sigmatau.analysed import Analysis
+    from sigmatau.analysis import Analysis
     from sigmatau.estimators.allan import DeviationCurve
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")

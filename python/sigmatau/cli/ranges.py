@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sigmatau.analysed import Analysis
+from sigmatau.analysis import Analysis
 from sigmatau.cli.options import key_values
 from sigmatau.errors import OptionError
 from sigmatau.noise.terms import TERMS

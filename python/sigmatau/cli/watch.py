@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.analysed import Analysis
-from sigmatau.analysis import of_curves
+from sigmatau.analysis import Analysis, of_curves
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_values, say, write_figure, write_json
 from sigmatau.cli.rates import parse_rate

@@ -92,7 +92,7 @@ def combined(log: Log, plan: Plan, sums: Mapping[str, Any], job: Job) -> Outcome
 
 def failed(log: Log, job: Job, message: str, *, code: int = 1) -> Outcome:
     """The outcome of a log that has no result."""
-    from sigmatau.analysed import failed_result
+    from sigmatau.analysis import failed_result
 
     return _entered(log, job, failed_result(log.place, message, exit_code=code), code, message)
 

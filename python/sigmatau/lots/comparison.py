@@ -24,7 +24,7 @@ from sigmatau.results import Tabular
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from sigmatau.analysed import Analysis
+    from sigmatau.analysis import Analysis
     from sigmatau.plot.style import Panels
 
 By = Literal["unit", "run", "axis"]

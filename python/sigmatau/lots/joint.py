@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.analysed import Analysis
+from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.findings.finding import Finding, Findings, ranked

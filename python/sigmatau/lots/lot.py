@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from sigmatau.analysed import Analysis
+from sigmatau.analysis import Analysis
 from sigmatau.datasheets.claims import Bias, Sided
 from sigmatau.datasheets.compare import check_options, compare_with
 from sigmatau.datasheets.sheet import Datasheet

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.analysed import Analysis
+from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.model.from_result import WITHOUT_REST

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
-from sigmatau.analysed import Analysis
+from sigmatau.analysis import Analysis
 from sigmatau.arrays import Floats
 from sigmatau.errors import RecordTooShortError
 from sigmatau.estimators.allan import DeviationCurve

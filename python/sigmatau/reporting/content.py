@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from sigmatau._version import __version__
-from sigmatau.analysed import Analysis
+from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import allan
 from sigmatau.exporting.export import prepare

@@ -11,7 +11,7 @@ from sigmatau.errors import OptionError
 from sigmatau.io.atomic import atomic
 
 if TYPE_CHECKING:
-    from sigmatau.analysed import Analysis
+    from sigmatau.analysis import Analysis
     from sigmatau.record.record import Record
 
 ENDINGS = (".html", ".pdf")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sqlalchemy import Select
     from sqlalchemy.engine import Connection
 
-    from sigmatau.analysed import Analysis
+    from sigmatau.analysis import Analysis
     from sigmatau.lots.comparison import By, RunComparison
     from sigmatau.store.from_files import FilesAdded
     from sigmatau.store.naming import Naming

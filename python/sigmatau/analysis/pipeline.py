@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigmatau.analysed import WITHOUT_CURVE, Analysis
+from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.allan import Counting, Curves, DeviationCurve, Overlap, kept_freedom
 from sigmatau.estimators.deviation_kinds import TauGrid

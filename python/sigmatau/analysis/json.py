@@ -1,0 +1,92 @@
+"""The JSON form of an analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sigmatau._version import __version__
+
+if TYPE_CHECKING:
+    from sigmatau.analysis.result import Analysis
+
+SCHEMA = 2
+"""Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
+
+_REAL = ("rate", "scale", "offset", "taus", "tau_min")
+"""Options that are numbers, or lists or mappings of numbers."""
+
+
+def to_dict(self: Analysis) -> dict[str, Any]:
+    """The stable JSON form, schema 2: plain values, no NaN."""
+    return {
+        "schema": SCHEMA,
+        "sigmatau": __version__,
+        "source": self.source.to_dict(),
+        **_options_to_dict(self),
+        **({"notes": dict(self.notes)} if self.notes else {}),
+        **({} if self.rest is None else {"rest": self.rest.to_dict()}),
+        "findings": [finding.to_dict() for finding in self.findings],
+        "channels": {
+            channel: {
+                "quantity": curve.quantity,
+                "sample_rate_hz": 1 / curve.tau0,
+                "samples": curve.n,
+                **({"mean": self.means[channel].to_dict()} if channel in self.means else {}),
+                "curve": curve.to_dict(),
+                "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
+                **_fit_to_dict(self, channel),
+                **_means_to_dict(self, channel),
+                **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
+            }
+            for channel, curve in self.curves.items()
+        },
+    }
+
+
+def failed_result(
+    path: str | Path, message: str, *, exit_code: int, notes: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """The JSON form of an analysis that failed: why, and no channels."""
+    return {
+        "schema": SCHEMA,
+        "sigmatau": __version__,
+        "source": {"path": str(path)},
+        **({"notes": dict(notes)} if notes else {}),
+        "error": {"message": message, "exit_code": exit_code},
+        "findings": [],
+        "channels": {},
+    }
+
+
+def _options_to_dict(analysis: Analysis) -> dict[str, Any]:
+    """What made the result, beside the log: the same log with the same options is the same run."""
+    stated = {"reading": dict(analysis.source.options), "analysis": dict(analysis.options)}
+    stated = {
+        of: {name: _as_typed(name, value) for name, value in options.items()}
+        for of, options in stated.items()
+        if options
+    }
+    return {"options": stated} if stated else {}
+
+
+def _as_typed(name: str, value: Any) -> Any:  # noqa: ANN401  of any option
+    """An option as the command line has it, so that 100 and 100.0 are the same."""
+    if name not in _REAL or isinstance(value, str):
+        return value
+    if isinstance(value, Mapping):
+        return {key: float(of) for key, of in value.items()}
+    return [float(of) for of in value] if isinstance(value, Sequence) else float(value)
+
+
+def _fit_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
+    if channel not in analysis.fits:
+        return {}
+    fitted = analysis.fits[channel]
+    return {"fit": fitted.to_dict(), "trust": fitted.trust}
+
+
+def _means_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
+    found = analysis.mean_stability.get(channel, ())
+    return {"mean_stability": [one.to_dict() for one in found]} if found else {}

@@ -1,0 +1,239 @@
+"""The result of an analysis: what it holds, draws and exports."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.analysis import json, text
+from sigmatau.errors import OptionError
+from sigmatau.estimators.allan import Curves
+from sigmatau.findings.finding import Findings
+from sigmatau.findings.wording import words
+from sigmatau.fitting.mean_stability import MeanStability
+from sigmatau.fitting.noise_fit import Fits, NoiseFit
+from sigmatau.fitting.overview import trust
+from sigmatau.fitting.read_off import ReadOff
+from sigmatau.frozen import frozen
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.quality.means import ChannelMean
+from sigmatau.quality.selection.rest import Rest
+from sigmatau.record.record import Provenance
+from sigmatau.results import TablesByChannel, Tabular
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sigmatau.estimators.stability import DynamicAllan
+    from sigmatau.exporting.choices import Choices
+    from sigmatau.exporting.source import Source
+    from sigmatau.plot.style import Panels, Style
+
+_FIRST_COLUMNS = ("channel", "term", "value", "low", "high", "unit", "observed", "trust")
+
+
+WITHOUT_CURVE = ("out_of_range", "constant_channel", "too_few_samples")
+"""Codes of findings of channels without a curve."""
+
+
+@frozen(eq=False)
+class Analysis(Tabular):
+    """Result of `analyze`.
+
+    Attributes
+    ----------
+    source : Provenance
+    findings : Findings
+        A tuple of `Finding`: faults of the record and other facts that affect the results.
+    curves : Curves
+        Allan deviation by channel; a channel that cannot be analysed is absent and has a finding.
+    fits : Fits
+        Mapping of channel to `NoiseFit`, coefficients with intervals; empty if they were only read off.
+        ``analysis["gyro_x"]`` is ``analysis.fits["gyro_x"]``; its `trust` is that of the findings.
+    read_off : mapping of str to ReadOff
+        Coefficients by the paper's method, by channel.
+    grids : mapping of str to str
+        Samples, rate and length by stream, in words.
+    stability : mapping of str to DynamicAllan
+        Dynamic Allan deviation by channel; empty if it was not requested.
+    mean_stability : mapping of str to tuple of MeanStability
+        Standard deviations of 10 s and 100 s means by channel, where the record has ten means or more.
+    rate_source : str
+        Where the sampling rate comes from: ``"given"``, ``"time stamps"`` …
+    rest : Rest or None
+        Whether the sensor is at rest. If it is not, there are curves but no coefficients. None for curves alone.
+    used : mapping of str to ndarray, shape (n_spans, 2)
+        By channel, beginnings and ends of the stretches that were analysed, from the beginning of the record. Samples
+        between them are missing, or were left out. Empty for curves alone. [s]
+    means : mapping of str to ChannelMean
+        Mean of each channel, with its error where the noise averages out. Empty for curves alone.
+    options : mapping
+        Settings of `analyze` that are not the default and matter for the numbers, as plain values.
+    notes : mapping of str to str
+        Information about the record from the user: serial number, run, temperature …
+
+    See Also
+    --------
+    analyze : makes it.
+    report : writes it as a page.
+    compare_runs : compares several.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> analysis = st.analyze(st.simulate(model, duration=600, rate=10, rng=1))
+    >>> round(analysis["gyro_x"]["random_walk"].to("deg/sqrt(h)"), 2)
+    0.34
+    >>> analysis["gyro_x"].verdict, [finding.code for finding in analysis.findings]
+    ('adequate', [])
+    """
+
+    source: Provenance
+    findings: Findings
+    curves: Curves
+    fits: Fits
+    read_off: Mapping[str, ReadOff]
+    grids: Mapping[str, str]
+    stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
+    mean_stability: Mapping[str, tuple[MeanStability, ...]] = field(default_factory=dict)
+    rest: Rest | None = None
+    rate_source: str = ""
+    used: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    means: Mapping[str, ChannelMean] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
+    notes: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        trusted = {name: replace(one, trust=trust(one, self.findings, name)) for name, one in self.fits.items()}
+        object.__setattr__(self, "fits", Fits(trusted))
+
+    to_dict = json.to_dict
+    headline = text.headline
+    overview = text.overview
+    summary = text.summary
+    sections = text.sections
+    legend = text.legend
+    coefficients = text.coefficients
+    __repr__ = text.printed
+    _repr_html_ = text.html
+
+    @property
+    def model(self) -> NoiseModel:
+        """The noise model of the channels that have one; see `NoiseModel.from_result`. Raises `DataError` if none has."""
+        return NoiseModel.from_result(self.to_dict())
+
+    def __getitem__(self, channel: str) -> NoiseFit:
+        """The fit of a channel; the `KeyError` of any other says why there is none."""
+        if channel in self.fits or channel not in self.curves:
+            known = self.fits or self.curves
+            if channel not in known:
+                lost = [
+                    words(one).message for one in self.findings if channel in one.channels and one.code in WITHOUT_CURVE
+                ]
+                why = f" ({lost[0]})" if lost else ""
+                raise KeyError(f"no channel {channel!r}{why}; channels: {', '.join(known)}")
+            return self.fits[channel]
+        why = (
+            self.rest.reason
+            if self.rest is not None and text.is_moving(self)
+            else "the coefficients were read off: .read_off has them"
+        )
+        raise KeyError(f"no fit of {channel!r}: {why}")
+
+    def __iter__(self) -> Iterator[str]:
+        """The channels with a fit, so that ``"gyro_x" in analysis`` tells whether there is ``analysis["gyro_x"]``."""
+        return iter(self.fits)
+
+    def plot(self, *channels: str, ax: Panels = None, style: Style = "screen") -> Figure:
+        """Draw the curves with their intervals and fits, with one panel for each stream.
+
+        Parameters
+        ----------
+        *channels : str
+            Which channels. Default: all. A panel with one channel has a line of each term, with its value.
+        ax : matplotlib axes, or sequence of them, optional
+            One a panel. Default: a new figure.
+        style : {"screen", "paper"}
+            ``"paper"``: for a column of a two-column paper.
+
+        Returns
+        -------
+        matplotlib figure
+        """
+        from sigmatau.plot.curves import draw_analysis
+        from sigmatau.plot.style import styled
+
+        curves = {name: self.curves[name] for name in channels or self.curves}
+        with styled(style):
+            return draw_analysis(curves, self.read_off, self.fits, ax=ax)
+
+    def plot_stability(self, ax: Panels = None) -> Figure:
+        """Draw the dynamic Allan deviation of each channel, which must have been requested.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, or sequence of them, optional
+            One a channel. Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
+
+        Raises
+        ------
+        OptionError
+            If it was not requested.
+        """
+        if not self.stability:
+            raise OptionError(
+                "no dynamic Allan deviation was asked for: analyze(…, stability=True)", option="stability"
+            )
+        from sigmatau.plot.stability import draw_all
+
+        return draw_all(self.stability, ax=ax)
+
+    def export(self, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> str | bytes:
+        """Write the fitted model for another program; see `sigmatau.export`.
+
+        The sampling rate is that of the record if `choices` has none.
+
+        Parameters
+        ----------
+        to, path, choices
+            See `sigmatau.export`.
+
+        Returns
+        -------
+        str or bytes
+            The content of the file.
+
+        Raises
+        ------
+        OptionError
+            As `sigmatau.export`.
+        DataError
+            As `sigmatau.export`.
+        """
+        from sigmatau.exporting.export import export
+
+        return export(self.to_source(), to=to, path=path, choices=choices)
+
+    def to_source(self) -> Source:
+        """The input of an export: the model, the sampling rates and the filters."""
+        from sigmatau.exporting.source import Source
+
+        return Source.of_result(self.to_dict())
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a channel and term, with how far to trust it; see `Tabular.columns`."""
+        if self.read_off and not self.fits:
+            return TablesByChannel(self.read_off).columns()
+        columns = self.fits.columns()
+        columns["trust"] = [self.fits[name].trust for name in columns["channel"]]
+        return {name: columns[name] for name in dict.fromkeys((*_FIRST_COLUMNS, *columns))}

@@ -1,0 +1,146 @@
+"""The words of an analysis: what it prints, and the command line prints of it; with `self`, methods of `Analysis`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sigmatau.errors import as_arguments
+from sigmatau.findings.wording import causes
+from sigmatau.fitting.overview import overview as fit_overview
+from sigmatau.fitting.overview import overview_rows
+from sigmatau.fitting.tables import fit_legend, fit_table, read_off_legend, read_off_table
+from sigmatau.record.record import stream_name
+from sigmatau.results import duration_text, html_table, printable, wrapped
+
+if TYPE_CHECKING:
+    from sigmatau.analysis.result import Analysis
+
+_RESTING = {
+    "at_rest": "at rest",
+    "partly_at_rest": "at rest in part",
+    "not_at_rest": "not at rest",
+    "too_short_to_tell": "too short to tell whether at rest",
+    "assumed": "taken as at rest",
+}
+
+
+def headline(self: Analysis, *, name: bool = True, rest: bool = True) -> str:
+    """The record in a line.
+
+    Parameters
+    ----------
+    name : bool
+        Whether the line begins with the name of the file.
+    rest : bool
+        Whether it says that the sensor is at rest, or not.
+
+    Returns
+    -------
+    str
+        Axes, rate and where that comes from, and length.
+    """
+    curves = list(self.curves.values())
+    rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
+    source = f" ({self.rate_source.partition(' in ')[0].partition(',')[0]})" if self.rate_source else ""
+    words = [
+        f"{len(curves)} {'axis' if len(curves) == 1 else 'axes'} at {' and '.join(rates)} Hz{source}",
+        duration_text(max(curve.n * curve.tau0 for curve in curves)),
+    ]
+    if rest and self.rest is not None:
+        words.append(_RESTING["assumed" if is_moving(self) and self.fits else self.rest.verdict])
+    file = "" if self.source.path is None or not name else f"{Path(self.source.path).name}: "
+    return printable(file + ", ".join(words))
+
+
+def is_moving(analysis: Analysis) -> bool:
+    """Whether the sensor was not at rest."""
+    return analysis.rest is not None and not analysis.rest.is_usable
+
+
+def _without_coefficients(analysis: Analysis) -> str:
+    return f"{'not at rest' if analysis.rest is None else analysis.rest.reason or 'not at rest'}: no coefficients"
+
+
+def overview(self: Analysis, *, width: int = 80, legend: bool = True) -> str:
+    """One line on the record, and one row of main coefficients for each axis, as the command line prints them.
+
+    Parameters
+    ----------
+    width : int
+        Columns of the terminal.
+    legend : bool
+        Whether a line explains the trust.
+
+    Returns
+    -------
+    str
+    """
+    if self.read_off and not self.fits:
+        return summary(self)
+    table = [fit_overview(self.fits, self.findings, width=width, legend=legend)] if self.fits else []
+    return "\n".join([headline(self), *table])
+
+
+def summary(self: Analysis) -> str:
+    """The record in a line, the grid and all coefficients of each sensor, and what they are, as the command line prints
+    them with ``--verbose``.
+    """
+    return "\n\n".join(filter(None, [headline(self), *sections(self).values(), legend(self)]))
+
+
+def sections(self: Analysis) -> dict[str, str]:
+    """By sensor, its grid and the table of its coefficients."""
+    sensors = dict.fromkeys([*self.grids, *map(stream_name, self.curves)])
+    parts = {}
+    for sensor in sensors:
+        own = [channel for channel in self.curves if stream_name(channel) == sensor]
+        grid = wrapped([self.grids.get(sensor, "")])
+        parts[sensor] = "\n".join(filter(None, [*grid, _table(self, own)]))
+    return {sensor: text for sensor, text in parts.items() if text}
+
+
+def _table(analysis: Analysis, channels: Sequence[str]) -> str:
+    fits = {channel: analysis.fits[channel] for channel in channels if channel in analysis.fits}
+    if fits:
+        return fit_table(fits, analysis.read_off, analysis.mean_stability)
+    return read_off_table({channel: analysis.read_off[channel] for channel in channels if channel in analysis.read_off})
+
+
+def legend(self: Analysis) -> str:
+    """What the numbers of `sections` are; or why there are none."""
+    if not self.fits and not self.read_off:
+        return _without_coefficients(self)
+    return fit_legend(self.fits, means=self.mean_stability) if self.fits else read_off_legend(self.read_off)
+
+
+def coefficients(self: Analysis) -> str:
+    """The table of all coefficients without their legend; or why there are none."""
+    return _table(self, [*self.curves]) or _without_coefficients(self)
+
+
+def html(self: Analysis) -> str:
+    """The overview as a table of a notebook, with a small picture of each curve."""
+    from html import escape
+
+    told = "".join(f"<li>{escape(line)}</li>" for line in _causes(self))
+    if not self.fits:
+        return f"<p>{escape(headline(self))}</p><pre>{escape(coefficients(self))}</pre><ul>{told}</ul>"
+    from sigmatau.plot.terminal import sparkline
+
+    head, *rows = overview_rows(self.fits, self.findings)
+    shown = [(*head, "σ(τ)")]
+    for row in rows:
+        curve = self.curves.get(row[0])
+        shown.append((*row, "" if curve is None else sparkline(curve.tau, curve.adev)))
+    return f"<p>{escape(headline(self))}</p>{html_table(shown, ready={len(head)})}<ul>{told}</ul>"
+
+
+def printed(self: Analysis) -> str:
+    """The overview, with the findings that matter for it."""
+    return "\n".join([overview(self), *_causes(self)])
+
+
+def _causes(analysis: Analysis) -> list[str]:
+    return [as_arguments(line) for line in causes(analysis.findings, rest="analysis.findings")]

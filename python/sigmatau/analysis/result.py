@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._version import __version__
 from sigmatau.analysis import json, text
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Findings
 from sigmatau.findings.wording import words
@@ -19,10 +20,11 @@ from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import trust
 from sigmatau.fitting.read_off import ReadOff
+from sigmatau.fitting.to_model import models_of
 from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality.means import ChannelMean
-from sigmatau.quality.selection.rest import Rest
+from sigmatau.quality.selection.rest import NO_COEFFICIENTS, Rest
 from sigmatau.record.record import Provenance
 from sigmatau.results import TablesByChannel, Tabular
 
@@ -125,8 +127,14 @@ class Analysis(Tabular):
 
     @property
     def model(self) -> NoiseModel:
-        """The noise model of the channels that have one; see `NoiseModel.from_result`. Raises `DataError` if none has."""
-        return NoiseModel.from_result(self.to_dict())
+        """The noise model of the channels that have one; see `NoiseFit.to_model`. Raises `DataError` if none has."""
+        models = models_of(self.fits)
+        if models:
+            return NoiseModel(channels=models)
+        if not self.fits and self.read_off and not text.is_moving(self):
+            raise DataError("the coefficients were only read off; a model needs a fit (method likelihood)")
+        reason = None if self.fits or self.rest is None else NO_COEFFICIENTS.get(self.rest.verdict)
+        raise DataError(reason or "no channel of this result has a model")
 
     def __getitem__(self, channel: str) -> NoiseFit:
         """The fit of a channel; the `KeyError` of any other says why there is none."""
@@ -226,9 +234,16 @@ class Analysis(Tabular):
 
     def to_source(self) -> Source:
         """The input of an export: the model, the sampling rates and the filters."""
-        from sigmatau.exporting.source import Source
+        from sigmatau.exporting.of_analysis import source_of_analysis
 
-        return Source.of_result(self.to_dict())
+        return source_of_analysis(
+            self.model,
+            fits=self.fits,
+            curves=self.curves,
+            findings=self.findings,
+            origin=self.source,
+            version=__version__,
+        )
 
     def columns(self) -> dict[str, list[Any]]:
         """A row a channel and term, with how far to trust it; see `Tabular.columns`."""

@@ -15,6 +15,7 @@ from sigmatau.findings.kinds.fit import MOST_LINES, Reason
 from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
+from sigmatau.model.channel import ChannelModel
 from sigmatau.noise import terms
 from sigmatau.noise.resonance import resonance_psd, unfolded_avar
 from sigmatau.noise.terms import TERMS, display_units
@@ -466,6 +467,22 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
 
         return degrees_of_freedom(self, np.atleast_1d(np.asarray(m, dtype=np.int64)))
 
+    def to_model(self) -> ChannelModel:
+        """The model for simulations, filters and exports, with intervals, limits and covariance.
+
+        Returns
+        -------
+        ChannelModel
+
+        Raises
+        ------
+        DataError
+            If the fit has no model.
+        """
+        from sigmatau.fitting.to_model import to_model
+
+        return to_model(self)
+
     @property
     def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:
         """For each observed term, the averaging times at which it makes half of the variance or more; its line can be
@@ -540,15 +557,16 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         if self.verdict == "descriptive":
             return verdict_text(self.verdict)
         if self.verdict == "disturbed":
-            return verdict_text(self.verdict, self._beside)
+            return verdict_text(self.verdict, self.parts_text)
         if self.method == "likelihood":
-            return f"{verdict_text(self.verdict, self._beside)}, p = {self.p_value:.2g}"
+            return f"{verdict_text(self.verdict, self.parts_text)}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
         how = "generalised least squares" if method else verdict_text(self.verdict)
         return f"{how}, {times}, p = {self.p_value:.2g}"
 
     @property
-    def _beside(self) -> str:
+    def parts_text(self) -> str:
+        """The filter, lines, processes and warm-up of the model in words; empty if there are none."""
         return beside_text(
             response=self.response is not None,
             lines=len(self.sinusoid),

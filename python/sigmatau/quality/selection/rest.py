@@ -26,6 +26,17 @@ from sigmatau.record.streams import Stream
 
 Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest", "too_short_to_tell"]
 
+NO_COEFFICIENTS = {
+    "not_at_rest": (
+        "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
+    ),
+    "too_short_to_tell": (
+        "the record is too short to tell rest from motion, so the result has no coefficients; record for longer, or run "
+        "sigmatau analyze --at-rest"
+    ),
+}
+"""Why a result has no coefficients, by its verdict about rest."""
+
 _REASONS = {"not_at_rest": "not at rest", "too_short_to_tell": "too short to tell rest from motion"}
 
 _LEAST_STILL = 20.0  # shortest stretch at rest worth an analysis [s]

@@ -1,0 +1,113 @@
+"""The source of an export from the parts of an analysis: model, filters, variances of samples, and the head of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import PurePath
+
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.exporting.source import Sample, Source
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.spectrum import LowPassFilter
+from sigmatau.findings.wording import words
+from sigmatau.findings.wording.fit import verdict_text
+from sigmatau.findings.wording.phrases import axes_text
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.model.noise_model import NoiseModel
+from sigmatau.record.record import Provenance, stream_name
+from sigmatau.results import duration_text
+
+_KINDS_IN_HEAD = 8  # of findings
+_SHORTEST_MEANS = 32  # samples; shorter means leave noise of the minimum of the curve out of the variance
+
+
+def source_of_analysis(
+    model: NoiseModel,
+    *,
+    fits: Mapping[str, NoiseFit],
+    curves: Mapping[str, DeviationCurve],
+    findings: Iterable[Finding],
+    origin: Provenance,
+    version: str,
+) -> Source:
+    """The source of the model of an analysis; `version` of the program that made it."""
+    names = tuple(model.channels)
+    found = tuple(findings)
+    filters = [one for one in found if isinstance(one.details, LowPassFilter) and one.size is not None]
+    corners = {name: one.size for one in filters for name in one.channels if name in model.channels and one.size}
+    samples = {name: _sample_variance(curves[name]) for name in names if name in curves}
+    topic = {"topic": origin.topics[0]} if len(origin.topics) == 1 and origin.topics[0].startswith("/") else {}
+    chosen = {name: fits[name] for name in names}
+    return Source(
+        model=model,
+        rates={name: channel.rate for name, channel in model.channels.items()},
+        corners=corners,
+        samples={name: sample for name, sample in samples.items() if sample is not None},
+        names=topic,
+        poor=tuple(name for name in names if fits[name].trust == "poor"),
+        head=(_origin_line(origin, next(iter(chosen.values())), version), *_fit_lines(chosen), *_lines(found, chosen)),
+    )
+
+
+def _sample_variance(curve: DeviationCurve) -> Sample | None:
+    """The variance of a sample, from the Allan variances up to the minimum of the curve. A record minus its means of 2ᵏ
+    samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples (Haar's decomposition), so
+    that its variance is half the sum of their Allan variances. It includes filtered noise, lines and quantization. None
+    if the curve lacks an octave, or ends before means of 32 samples.
+    """
+    adev = {int(m): sigma for m, sigma in zip(curve.m.tolist(), curve.adev.tolist(), strict=True) if sigma == sigma}
+    if 1 not in adev:
+        return None
+    lowest = max(min(adev, key=lambda m: adev[m]), _SHORTEST_MEANS)
+    octaves = [2**k for k in range(lowest.bit_length())]
+    if not all(m in adev for m in octaves) or not octaves[-1] >= _SHORTEST_MEANS:
+        return None
+    last = octaves[-1]
+    means = adev[last] ** 2 / 2  # variance of the means, if their noise is white
+    time = 2 * last * float(curve.tau[0])
+    return Sample(variance=sum(adev[m] ** 2 for m in octaves) / 2 + means, time=time)
+
+
+def _origin_line(origin: Provenance, fit: NoiseFit, version: str) -> str:
+    rate = 1 / fit.tau0
+    parts = [
+        f"from {PurePath(origin.path or 'samples in memory').name}",
+        *(f"topic {topic}" for topic in origin.topics[:2]),
+        f"{duration_text(fit.n / rate)} at {rate:.4g} Hz",
+        f"analysed by sigmatau {version}",
+    ]
+    return ", ".join(parts)
+
+
+def _fit_lines(fits: Mapping[str, NoiseFit]) -> list[str]:
+    """A line for each verdict, and ``trust: gyro good, accel_x poor``: a sensor whose axes are alike in one word."""
+    by_verdict: dict[str, list[str]] = {}
+    sensors: dict[str, dict[str, str]] = {}
+    for name, fit in fits.items():
+        by_verdict.setdefault(verdict_text(fit.verdict, fit.parts_text), []).append(name)
+        if fit.trust is not None:
+            sensors.setdefault(stream_name(name), {})[name] = fit.trust
+    grades: dict[str, str] = {}
+    for sensor, by_axis in sensors.items():
+        grades |= {sensor: next(iter(by_axis.values()))} if len(set(by_axis.values())) == 1 else by_axis
+    lines = [f"{axes_text(names)}: {text}" for text, names in by_verdict.items()]
+    return [*lines, *([f"trust: {', '.join(f'{name} {word}' for name, word in grades.items())}"] if grades else [])]
+
+
+def _lines(findings: Iterable[Finding], fits: Mapping[str, NoiseFit]) -> list[str]:
+    """The findings that concern the numbers, a line for each kind: the largest, and the axes of the others."""
+    kinds: dict[str, list[Finding]] = {}
+    for finding in findings:
+        channels = finding.channels
+        if finding.severity != "info" and (
+            not channels or any(name in fits and stream_name(name) in ("gyro", "accel") for name in channels)
+        ):
+            kinds.setdefault(finding.code, []).append(finding)
+    lines = []
+    for alike in [*kinds.values()][:_KINDS_IN_HEAD]:
+        worst = max(alike, key=lambda one: abs(one.size or 0.0))
+        others = dict.fromkeys(name for one in alike for name in one.channels if name not in worst.channels)
+        about = f"{axes_text(list(worst.channels))}: " if worst.channels else ""
+        also = f"; also {axes_text(list(others))}" if others else ""
+        lines.append(f"{worst.severity}: {about}{words(worst).message}{also}")
+    return lines

@@ -1,0 +1,109 @@
+"""The noise model of a fit: what simulations, filters and exports take."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.errors import DataError
+from sigmatau.fitting.noise_fit import NoiseFit, Resonance
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov, Sinusoid
+from sigmatau.model.processes import Resonance as ModelResonance
+from sigmatau.noise.resonance import folds
+
+_FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
+_WITHOUT_MODEL = ("too_short",)  # verdicts
+
+
+def has_model(fit: NoiseFit) -> bool:
+    """Whether a fit has a coefficient or a process."""
+    return bool(fit.model or fit.gauss_markov or fit.resonance or fit.sinusoid)
+
+
+def to_model(fit: NoiseFit) -> ChannelModel:
+    """The model of a fit, with its intervals, limits and covariance.
+
+    Resonances that a sampled model would fold into the white noise are left out.
+
+    Raises
+    ------
+    DataError
+        For a fit without a model, or with numbers that no model has.
+    """
+    if fit.verdict in _WITHOUT_MODEL:
+        raise DataError(f"its fit is {fit.verdict!r} and has no model")
+    rate = 1 / fit.tau0
+    numbers = _unfolded(fit, rate)
+    names, covariance = _of_resonances(fit.covariance, numbers)
+    resonances = (fit.resonance[k - 1] for k in numbers)
+    alike = fit.alike_from is not None and fit.alike_sigma is not None and "rate_random_walk" in fit.model
+    return ChannelModel(
+        terms=fit.model,
+        gauss_markov=tuple(GaussMarkov(sigma=p.sigma.value, time=p.time.value) for p in fit.gauss_markov),
+        resonance=tuple(
+            ModelResonance(sigma=p.sigma.value, frequency=p.frequency.value, width=p.width.value) for p in resonances
+        ),
+        sinusoid=tuple(Sinusoid(amplitude=p.amplitude.value, frequency=p.frequency.value) for p in fit.sinusoid),
+        alike_from=GaussMarkov(sigma=fit.alike_sigma, time=fit.alike_from) if alike else None,  # type: ignore[arg-type]
+        bandwidth=fit.response.low_pass if fit.response is not None and "random_walk" in fit.model else None,
+        quantity=fit.quantity,
+        unit=fit.rate_unit,
+        intervals={
+            name: (term.low, term.high)
+            for name, term in fit.terms.items()
+            if term.low is not None and term.high is not None and name in fit.model
+        },
+        limits={name: term.upper_limit for name, term in fit.terms.items() if term.upper_limit is not None},
+        covariance=(names, covariance),
+        level=next((term.level for term in fit.terms.values()), fit.level),
+        tau_min=fit.tau_min or 0.0,
+        duration=fit.n / rate,
+        rate=rate,
+        adequate=fit.quantified,
+        highest=_highest(fit, rate),
+    )
+
+
+def _unfolded(fit: NoiseFit, rate: float) -> list[int]:
+    """The numbers, from 1, of the resonances that a sampled model does not fold into the white noise."""
+    walk = fit.model.get("random_walk", math.inf)
+
+    def is_folded(p: Resonance) -> bool:
+        return folds(p.sigma.value, p.frequency.value, p.width.value, 1 / rate, random_walk=walk)
+
+    return [k for k, process in enumerate(fit.resonance, 1) if not is_folded(process)]
+
+
+def _of_resonances(
+    covariance: tuple[tuple[str, ...], NDArray[np.float64]], numbers: Sequence[int]
+) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+    """The covariance with some of the resonances, which are numbered anew."""
+    names, matrix = covariance
+    renamed = {f"resonance_{old}": f"resonance_{new}" for new, old in enumerate(numbers, 1)}
+    heads = [name.partition(".") for name in names]
+    rows = [k for k, (head, _, _) in enumerate(heads) if not head.startswith("resonance_") or head in renamed]
+    chosen = tuple(f"{renamed.get(head, head)}{dot}{tail}" for head, dot, tail in (heads[k] for k in rows))
+    return chosen, matrix[np.ix_(rows, rows)]
+
+
+def _highest(fit: NoiseFit, rate: float) -> float | None:
+    """The frequency up to which the model describes the record: that of the fit, or half over its shortest time."""
+    ends = [] if fit.highest is None else [fit.highest]
+    ends += [0.5 / fit.tau_min] if fit.tau_min and fit.tau_min * rate > _FIRST_SAMPLES else []
+    return min(ends, default=None)
+
+
+def models_of(fits: Mapping[str, NoiseFit]) -> dict[str, ChannelModel]:
+    """The models of the channels that have one; raises `DataError`, which names the channel."""
+    models = {}
+    for name, fit in fits.items():
+        if has_model(fit):
+            try:
+                models[name] = to_model(fit)
+            except DataError as error:
+                raise DataError(f"channel {name!r}: {error}") from None
+    return models

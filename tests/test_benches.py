@@ -7,7 +7,6 @@ import sys
 
 import pytest
 from benches import growth, instructions, kernels, text
-from benches.same_results import differences
 from benches.measure import status_bytes, turns
 
 from conftest import ROOT
@@ -85,15 +84,3 @@ def test_a_run_from_end_to_end(tmp_path):
     again = [sys.executable, "-m", "benches.run", "--redraw", *folders]
     subprocess.run(again, cwd=ROOT, check=True, capture_output=True)
     assert (tmp_path / "performance.md").read_text(encoding="utf-8") == page
-
-
-def test_same_results():
-    finding = {"code": "spikes", "channels": ["gyro_x"], "size": 2.0, "message": "2 spikes"}
-    before = {"sigmatau": "1", "findings": [finding, {"code": "gaps", "channels": []}], "channels": {"x": {"p": 0.5}}}
-    reworded = {**before, "sigmatau": "2", "findings": [*reversed(before["findings"])]}
-    reworded["findings"][1] = finding | {"message": "Two spikes", "size": 2.0 * (1 + 1e-13)}
-    assert list(differences(before, reworded)) == []
-    assert list(differences(before, {**before, "channels": {"x": {"p": 0.5 * (1 + 1e-11)}}}))
-    assert list(differences(before, {**before, "findings": before["findings"][1:]}))
-    assert list(differences(before, {**before, "channels": {"x": {"p": 0.5, "q": 1}}}))
-    assert list(differences(before, {**before, "findings": [finding | {"size": 3.0}, before["findings"][1]]}))

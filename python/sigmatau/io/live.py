@@ -35,8 +35,9 @@ from sigmatau.io.live_lines import (
 )
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats import lvm
-from sigmatau.io.read.formats.keyed import in_words
-from sigmatau.io.read.formats.layout import COMMENTS, Layout, NoRowsError, find_layout
+from sigmatau.io.read.formats.keyed_records import in_words
+from sigmatau.io.read.formats.layout import Layout, find_layout
+from sigmatau.io.read.formats.text_lines import COMMENTS, NoRowsError
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import HEAD, Table

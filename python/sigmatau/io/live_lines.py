@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from sigmatau._native import formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.keyed import find_records
-from sigmatau.io.read.formats.layout import COMMENTS, Layout
+from sigmatau.io.read.formats.layout import Layout
 from sigmatau.io.read.formats.row_kinds import find_kinds
+from sigmatau.io.read.formats.text_lines import COMMENTS
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import ABSURD, Loaded
 

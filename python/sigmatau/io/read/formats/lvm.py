@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.layout import Layout
-from sigmatau.io.read.formats.text import Text
+from sigmatau.io.read.formats.text_rows import Text
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 from sigmatau.record import memory
 

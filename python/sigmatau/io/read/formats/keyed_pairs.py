@@ -1,0 +1,119 @@
+"""Records of names and numbers, ``ax:0.01 ay=0.02``: their names, units and clocks."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from sigmatau.io.read.formats.keyed_records import SPACES, Records, Value
+from sigmatau.io.read.formats.text_lines import is_number
+from sigmatau.io.read.names import SPELLED, unit_of
+from sigmatau.io.read.table import Column
+
+NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+PAIR = re.compile(rb"([A-Za-z_\xb0-\xff][^:=,;|\t\r\n\"{}]{0,60}?)[ \t]*[:=][ \t]*(" + NUMBER + rb")(?![\d:])")
+_MORE = re.compile(rb"(?:[ \t]*[,; \t][ \t]*" + NUMBER + rb"(?![\w.:=]))+")
+_IN_BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]")
+_CLOCK = re.compile(rb"[ \t]*(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)[ \t]*(?:->)?[ \t]*(?=[A-Za-z])")
+GLUED = re.compile(rb"(?<=[0-9.])(?=(?![eE][-+0-9])[A-Za-z\xb0\xc2\xb5])")
+_AXES = ("x", "y", "z")
+_NAMED = 0.5  # smallest share of the numbers of a record that have names: an address within a table is not a name
+
+
+def find_start(lines: list[bytes], tail: list[tuple[bytes, int]], start: int, count: int) -> int:
+    """The first line of a record of several lines: the one after a blank line, if there are blank lines among them."""
+    for at in range(max(start - count + 1, 0), start + count):
+        record = [skeleton for skeleton, _ in tail[at : at + count]]
+        after = [k for _, k in tail[at + count : at + count + 1]]
+        apart = bool(after) and not lines[after[0] - 1].strip()
+        between = any(not lines[k - 1].strip() for _, k in tail[at + 1 : at + count])
+        if record == [skeleton for skeleton, _ in tail[at + count : at + 2 * count]] and (apart or not between):
+            return at
+    return start
+
+
+def pair_records(record: list[bytes], first_line: int, count: int) -> Records | None:
+    """The records whose first has these lines; None if too few of its numbers have names."""
+    glued = any(GLUED.search(line) for line in record)
+    values: list[Value] = []
+    place = 0
+    firsts: dict[int, str] = {}
+    for line in record:
+        line = GLUED.sub(b" ", line) if glued else line
+        words = line.translate(SPACES).split()
+        firsts |= {place + k: word.decode("latin-1") for k, word in enumerate(words)}
+        clock = _CLOCK.match(line)
+        if clock:
+            values.append(Value(name="time", unit="s", words=(place, place + 1, place + 2), weights=(3600, 60, 1)))
+        values += _values_of(line[clock.end() if clock else 0 :], place + (len(words) - _word_count(line, clock)))
+        place += len(words)
+    numbers = sum(map(is_number, firsts.values()))
+    if not any(value.name for value in values) or sum(len(v.words) for v in values) < _NAMED * numbers:
+        return None
+    return Records(first_line=first_line, words=place, values=tuple(values), lines=count, glued=glued, firsts=firsts)
+
+
+def _word_count(line: bytes, clock: re.Match[bytes] | None) -> int:
+    return len((line[clock.end() :] if clock else line).translate(SPACES).split())
+
+
+def _values_of(line: bytes, place: int) -> list[Value]:
+    """The named numbers of a line whose first word has this place."""
+    values: list[Value] = []
+    stem, begun = "", 0
+    for match in PAIR.finditer(line):
+        between = line[begun : match.start(2)].decode("utf-8", "replace")
+        unit, name = _unit_and_name(between, after_value=bool(values))
+        if values and unit:
+            values[-1] = replace(values[-1], unit=unit)
+        last = name.rsplit(None, 1)[-1].lower() if name else ""
+        if last in _AXES and " " in name.strip():
+            stem = name.rsplit(None, 1)[0]
+        elif last in _AXES and stem:
+            name = f"{stem} {name}"
+        word = place + len(line[: match.start(2)].translate(SPACES).split())
+        bare, in_brackets = _without_brackets(name)
+        more = _MORE.match(line, match.end(2))
+        count = 1 + (len(re.findall(NUMBER, more[0])) if more else 0)
+        names = [bare] if count == 1 else [f"{bare}[{k}]" for k in range(count)]
+        values += [Value(name=n, unit=in_brackets or None, words=(word + k,)) for k, n in enumerate(names)]
+        begun = more.end() if more else match.end(2)
+    rest = line[begun:].decode("utf-8", "replace").strip(" \t\r,;|)]}")
+    if values and rest and _is_unit(rest):
+        values[-1] = replace(values[-1], unit=rest)
+    return _same_units(values)
+
+
+def _without_brackets(name: str) -> tuple[str, str]:
+    """A name without the unit in brackets, and that unit; the unit is empty if there is none."""
+    match = _IN_BRACKETS.search(name)
+    if match is None or not _is_unit(match[1]):
+        return name, ""
+    return f"{name[: match.start()].rstrip()}{name[match.end() :]}".strip(), match[1]
+
+
+def _unit_and_name(between: str, *, after_value: bool) -> tuple[str, str]:
+    """The unit of the value before, and the name of the next one, from the text between both."""
+    text = between.rstrip(" \t:=").strip(" \t\r")
+    parts = [part.strip(" \t{}\"'").lstrip("([)]").lstrip() for part in re.split(r"[,;|\t]|\s{2,}", text)]
+    if len(parts) > 1:
+        return (parts[0] if after_value and _is_unit(parts[0]) else ""), parts[-1]
+    words = parts[0].split()
+    if after_value and len(words) > 1 and _is_unit(words[0]):
+        return words[0], " ".join(words[1:])
+    return "", parts[0]
+
+
+def _is_unit(text: str) -> bool:
+    return unit_of(Column(name="x", unit=text))[1] is not None or text.lower() in SPELLED
+
+
+def _same_units(values: list[Value]) -> list[Value]:
+    """The values with the unit behind the last axis of a sensor for its other axes."""
+    units = {_stem(value.name): value.unit for value in values if value.unit}
+    return [replace(v, unit=v.unit or units.get(_stem(v.name))) if _stem(v.name) else v for v in values]
+
+
+def _stem(name: str) -> str:
+    name = re.sub(r"\[([012])\]$", lambda match: _AXES[int(match[1])], name)
+    return name[:-1].strip(" _.:").lower() if name[-1:].lower() in _AXES else ""

@@ -1,0 +1,206 @@
+"""The lines at the beginning of a text: decoded, divided into fields, and told apart as rows, comments and other lines.
+
+A number is what Python's ``float`` accepts, without underscores. A line is a row if at least half of its fields are numbers
+and it has as many fields as the table has columns.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Literal
+
+from sigmatau.errors import DataError
+
+COMMENTS = ("#", "%", "//")
+
+DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}
+LINES = 2000  # number of lines that are tested
+_LONG_LINE = 64  # numbers on one line from which on it is said to be no row of samples
+
+# Each pattern matches a text in only one way, so that failing lines take linear time.
+_NUMBER = re.compile(r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
+_NUMERIC = str.maketrans("", "", "0123456789+-.eE,")  # fast path: what of most rows leaves nothing
+_MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
+EXCHANGED = str.maketrans(",.", ".,")
+ARROW = re.compile(r"\s*(\d{1,2}:\d\d:\d\d(?:[.,:]\d{1,9})?)\s*->")  # of the serial monitor of the Arduino IDE
+
+
+@dataclass(slots=True)
+class Line:
+    """A line of the head, with its fields by delimiter."""
+
+    number: int  # counted from 1
+    text: str
+    comment: bool
+    clock: str = ""  # the time before an arrow, which is not part of the text
+    fields: dict[str | None, list[str]] = field(default_factory=dict)
+    plain: list[float] | Literal[False] | None = None  # of a row of numbers with commas between; None if not known yet
+
+    def split(self, delimiter: str | None) -> list[str]:
+        if delimiter not in self.fields:
+            self.fields[delimiter] = bare_fields(self.text, delimiter)
+        return self.fields[delimiter]
+
+    def numbers_only(self) -> list[float] | Literal[False]:
+        """The numbers of a row of numbers with commas between, as most are; False for any other line."""
+        if self.plain is None:
+            self.plain = False
+            if not self.text.translate(_NUMERIC):
+                with suppress(ValueError):
+                    self.plain = list(map(float, self.text.split(",")))
+        return self.plain
+
+    def exchange(self) -> None:
+        """Take commas for points, and points for commas."""
+        self.text = self.text.translate(EXCHANGED)
+        self.fields.clear()
+        self.plain = None
+
+    def is_data(self, delimiter: str | None, columns: int) -> bool:
+        """Whether the line is a row of so many columns, see `is_row`."""
+        if delimiter == "," and (numbers := self.numbers_only()):
+            return len(numbers) == columns
+        return is_row(self.split(delimiter), columns)
+
+    def values(self, delimiter: str | None) -> list[float]:
+        """The fields as numbers; NaN for others."""
+        if delimiter == "," and (numbers := self.numbers_only()):
+            return numbers
+        return [float(f) if is_number(f) else math.nan for f in self.split(delimiter)]
+
+    def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
+        """Number of fields, number of numeric fields, and whether the last is empty; 0 fields if the line is not a row."""
+        if numbers := self.numbers_only():
+            n = len(numbers)
+            return (n, n, False) if n == 1 or delimiter == "," else (0, 0, False)
+        if "," in self.text and '"' not in self.text and len(self.text.split(delimiter, 1)) < 2:
+            return 0, 0, False  # one field that is not a number
+        parts = self.split(delimiter)
+        if not is_row(parts):
+            return 0, 0, False
+        return len(parts), sum(map(is_number, parts)), not parts[-1]
+
+
+class NoRowsError(DataError):
+    """No line of numbers among the first lines of a text, which may have them further on.
+
+    Attributes
+    ----------
+    last : int
+        Number of the last line that was searched.
+    """
+
+    def __init__(self, message: str, *, last: int) -> None:
+        super().__init__(message)
+        self.last = last
+
+
+def decode(data: bytes, *, whole: bool) -> tuple[str, str]:
+    """The whole lines of the beginning of a file as text, and a note on its encoding; raises `DataError`."""
+    if not whole:
+        end = data.rfind(b"\n") + 1
+        if not end:
+            ends = "; its lines end in CR alone: save it with LF or CR LF" if b"\r" in data else ""
+            raise long_line(data, "the first line", ends)
+        if b"\n" not in data[:end].strip() and len(data) - end > end:
+            raise long_line(data[end:], "the second line")
+        data = data[:end]
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    if b"\n" not in data and b"\r" in data.strip():
+        raise DataError("its lines end in CR alone, as on old Macs; save it with LF or CR LF")
+    try:
+        return data.decode("utf-8"), ""
+    except UnicodeDecodeError:
+        # Windows logs write the degree sign in this encoding.
+        return data.decode("cp1252", errors="replace"), ", read as Windows-1252"
+
+
+def long_line(data: bytes, which: str, ends: str = "") -> DataError:
+    """The error for a line that does not end within `data`."""
+    begun = data[:1000].decode("latin-1").strip()
+    fields = re.split(r"[,;\s]+", begun)[:-1]
+    if len(fields) > _LONG_LINE and all(map(is_number, fields)):
+        marks = "".join(sorted({c for c in begun if c in ",; \t"}, reverse=True)).replace("\t", "\\t")
+        skipped = "tail -n +2 LOG | tr" if which == "the second line" else "tr"
+        command = f"{skipped} -s '{marks}' '\\n'{'' if skipped != 'tr' else ' < LOG'} | paste -d, - - - > rows.csv"
+        return DataError(
+            f"{which} is longer than {kibibytes(data)} KiB, all of it numbers, and a sample needs a line of its own;"
+            f" for samples of 3 numbers: {command}"
+        )
+    return DataError(f"{which} is longer than {kibibytes(data)} KiB, so this is not a text table{ends}")
+
+
+def kibibytes(data: bytes) -> int:
+    """The size of data in KiB, rounded down."""
+    return len(data) // 1024
+
+
+def split_lines(text: str, skip: int) -> list[Line]:
+    """The first lines of a text that are not blank, numbered from `skip` + 1."""
+    lines = []
+    for number, raw in enumerate(text.split("\n")[:LINES], skip + 1):
+        # As in the reader of the rows: tabs may be empty fields, so only blank lines are skipped.
+        line = raw.strip(" \r") if "\t" in raw else raw.strip()
+        if line:
+            lines.append(Line(number, line, line.lstrip().startswith(COMMENTS)))
+    return lines
+
+
+def without_arrows(lines: list[Line]) -> tuple[list[Line], bool]:
+    """The lines without the time and the arrow before each, as a serial monitor writes them; and whether they have them."""
+    found = [ARROW.match(line.text) if "->" in line.text else None for line in lines]
+    if 2 * sum(match is not None for match in found) < max(len(lines), 1):
+        return lines, False
+    rest = []
+    for line, match in zip(lines, found, strict=True):
+        text = line.text[match.end() :].strip() if match else line.text
+        if text:
+            rest.append(Line(line.number, text, text.startswith(COMMENTS), clock=match[1] if match else ""))
+    return rest, True
+
+
+def bare_fields(text: str, delimiter: str | None) -> list[str]:
+    """The fields of a line, without spaces and quotes around them."""
+    if delimiter is None:
+        fields = text.split()
+    elif '"' in text:
+        try:
+            fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
+        except csv.Error:  # a carriage return within, for instance
+            fields = text.split(delimiter)
+    else:
+        fields = text.split(delimiter)
+    return [bare(f) for f in fields]
+
+
+def bare(text: str) -> str:
+    """A field without spaces and quotes around it."""
+    text = text.strip()
+    return text[1:-1].strip() if len(text) >= 2 and text[0] == text[-1] == '"' else text
+
+
+def is_number(text: str) -> bool:
+    """Whether a field is a number in figures."""
+    return _NUMBER.fullmatch(text) is not None
+
+
+def _is_missing(text: str) -> bool:
+    return _MISSING.fullmatch(text) is not None
+
+
+def is_row(fields: list[str], columns: int | None = None) -> bool:
+    """Whether a line with these fields is a row: at least half of them are numbers or mark missing numbers."""
+    if columns is not None and len(fields) == columns + 1 and not fields[-1]:
+        fields = fields[:-1]
+    if columns is not None and len(fields) != columns:
+        return False
+    numbers = sum(map(is_number, fields))
+    if 2 * numbers >= max(len(fields), 1):
+        return True  # fast path: most rows
+    missing = sum(map(_is_missing, fields))
+    words = sum(bool(f) and _is_missing(f) for f in fields)
+    return (numbers > 0 or words > 0) and 2 * (numbers + missing) >= len(fields)

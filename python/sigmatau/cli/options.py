@@ -416,7 +416,8 @@ class Reading:
     ----------
     rate
         Sampling rate in Hz: 100 for all sensors, gyro=400,accel=200 for each; of several logs 10 50 in their order, or
-        day1.csv=10. Default: computed from the time stamps of the log.
+        day1.csv=10. Default: computed from the time stamps of the log. A rate that contradicts them by more than 10 %
+        needs --channels time=none.
     unit
         Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the log does not state it.
     topic

@@ -58,7 +58,8 @@ def read(
         The file; or the folder of a ROS 2 bag, whose parts are joined; or the folder or URL of a Zarr store.
     rate : float or mapping of str to float, optional
         Sampling rate, if the file has no time column or its time stamps are wrong; by sensor if several topics or kinds of
-        rows have different rates, ``{"gyro": 400, "accel": 200}``. [Hz]
+        rows have different rates, ``{"gyro": 400, "accel": 200}``. A rate that differs from that of the time stamps by
+        more than 10 % needs ``channels={"time": "none"}``. [Hz]
     unit : mapping, optional
         Unit by channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``) or of the time stamps (``"time"``). It
         overrules the unit in the file. A signal may have any unit, ``"1"`` for none.

@@ -20,6 +20,7 @@ from sigmatau.io.read.resolve import SI
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
 from sigmatau.io.read.time.stamps import later
+from sigmatau.io.read.time.stated_rate import is_one_nominal_rate
 from sigmatau.record.record import Checksum, Provenance, Record, stream_name
 from sigmatau.record.streams import Stream
 
@@ -35,7 +36,15 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Re
     record = joined(of_one_clock(parts), tables, file)
     if options.rate is not None:
         check_common_rate(options.rate, _measured_rates(parts))
+    refuse_contradictions(parts, options)
     return record
+
+
+def refuse_contradictions(parts: Sequence[Part], options: Options) -> None:
+    """Raise `OptionError` for a given rate that contradicts the time stamps, or the rate that the file states."""
+    for each in parts:
+        for stream, contradiction in each.contradictions.items():
+            raise replace(contradiction, sensor=stream if stream in options.rates else "").error()
 
 
 def _measured_rates(parts: Sequence[Part]) -> dict[str, float]:
@@ -49,14 +58,9 @@ def _measured_rates(parts: Sequence[Part]) -> dict[str, float]:
     }
 
 
-_SENSOR_CLOCKS = (
-    1.1  # ratio of rates: sensors of one nominal rate are within it, datasheet rates are not (1000, 1125 Hz)
-)
-
-
 def check_common_rate(rate: float, measured: Mapping[str, float]) -> None:
     """Raise `OptionError` for one rate for sensors whose rates differ. `measured`: rates by stream."""
-    if not measured or max(measured.values()) <= _SENSOR_CLOCKS * min(measured.values()):
+    if not measured or is_one_nominal_rate(max(measured.values()), min(measured.values())):
         return
     listed = ", ".join(f"{name} {of:.6g} Hz" for name, of in measured.items())
     stated = ",".join(f"{name}={of:.4g}" for name, of in measured.items())

@@ -253,6 +253,7 @@ def _looked_into(
     info = replace(_named(table), chosen=chosen)
     try:
         made = part(table, assemble.of_table(table, tables, options))
+        assemble.refuse_contradictions([made], options)
     except OptionError as error:
         asked = _counted(table, replace(info, wanting=error.for_command_line()))
         by_mean = None if options.channels else by_gravity(table)

@@ -30,10 +30,11 @@ def resolve(table: Table, options: Options, *, without_times: Collection[int] = 
     """The columns, the unit of each channel as spelled, and findings; raises as `assemble` does. `without_times`: columns
     that are not time, whatever their name.
     """
-    by_mean = None if options.channels or any(c.name for c in table.columns) else _by_gravity(table)
+    are_named = any(channel.strip() != "time" for channel in options.channels)
+    by_mean = None if are_named or any(c.name for c in table.columns) else _by_gravity(table)
     choice = choose(
         table.columns,
-        options.channels if by_mean is None else by_mean[0],
+        options.channels if by_mean is None else {**by_mean[0], **options.channels},
         increments=options.input == "increments",
         ask=partial(_ask_for_columns, table),
         without_times=without_times,

@@ -15,6 +15,7 @@ from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import Table
+from sigmatau.io.read.time.timing import of_statement
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.record import Provenance, make_stream, stream_name
 from sigmatau.record.streams import Stream
@@ -64,6 +65,8 @@ def _streams(table: Table, options: Options) -> tuple[tuple[Stream, ...], tuple[
         raise OptionError(
             "states no rate, and time stamps of a record in stretches are not read; give --rate", option="rate"
         )
+    if options.rate is not None and (contradiction := of_statement(table, options)) is not None:
+        raise contradiction.error()
     if options.input == "accumulated":
         raise OptionError("{option} accumulated is not for a record in stretches", option="input")
     loaded = table.load(sorted(choice.channels.values()), None)

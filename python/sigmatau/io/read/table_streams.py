@@ -26,6 +26,7 @@ from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.plausible import refuse_implausible, slow_rate
 from sigmatau.io.read.time.split_stamps import join
 from sigmatau.io.read.time.stamps import Timing, later
+from sigmatau.io.read.time.stated_rate import RateContradiction
 from sigmatau.io.read.time.timing import (
     jitter_findings,
     missing_in,
@@ -50,6 +51,7 @@ class Part:
     units_stated: tuple[str, ...]  # channels whose unit the file states and no option overrules
     findings: tuple[Finding, ...]
     rates: Mapping[str, float]  # By stream, of the time stamps or stated by the file. [Hz]
+    contradictions: Mapping[str, RateContradiction]  # By stream, of the given rate and that of the log
 
 
 def part(table: Table, options: Options) -> Part:
@@ -111,6 +113,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     rows_of: dict[int, NDArray[np.int64]] = {}
     streams: list[Stream] = []
     rates: dict[str, float] = {}
+    contradictions: dict[str, RateContradiction] = {}
     shared: Timing | None = None
     in_all_rows = options.of_streams([name for name in by_stream if name not in own])
     times: list[Timing] = []
@@ -133,6 +136,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             times.append(timing)
         if timing.measured is not None:
             rates[name] = timing.measured
+        if timing.contradiction is not None:
+            contradictions[name] = timing.contradiction
         if timing.rows is not None:
             rows_of |= dict.fromkeys(columns.values(), timing.rows)
         streams.append(
@@ -194,6 +199,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *said,
         ),
         rates=rates,
+        contradictions=contradictions,
     )
 
 

@@ -29,6 +29,7 @@ from sigmatau.findings.kinds.stamps import (
 from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows
+from sigmatau.io.read.time.stated_rate import RateContradiction
 from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
 
 _PRESENT_TIMES = (6e8, 4e9)  # years 1989 to 2096, counted from 1970. [s]
@@ -75,6 +76,8 @@ class Timing:
     jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
     step: float = 0.0  # Resolution of their clock; 0 if they show none. [s]
     on_grid: bool = False  # Whether the stamps lie on a grid, so that lost samples are visible
+    is_regular: bool = False  # Whether the stamps show a rate: they have steps, and no more pauses than can be cut out
+    contradiction: RateContradiction | None = None  # The given rate against that of the log, if they contradict
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
 
@@ -138,6 +141,7 @@ def fit(
         jitter=found.jitter * second,
         step=step * second,
         on_grid=found.kind == "grid" and found.pieces > 0,
+        is_regular=found.pieces > 0 and found.bound < math.inf,
         rows=rows,
         places=found.places,
         n=found.n,

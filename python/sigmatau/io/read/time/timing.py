@@ -12,17 +12,26 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau._native import kernels
+from sigmatau.arrays import median
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import Jitter
-from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.columns import Choice, no_time
 from sigmatau.io.read.options import Options
+from sigmatau.io.read.resolve import SI
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.clock_digits import read_clock_digits
 from sigmatau.io.read.time.plausible import unit_by_size
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.io.read.time.stamps import Timing
+from sigmatau.io.read.time.stated_rate import (
+    RateContradiction,
+    is_confirmed,
+    is_one_nominal_rate,
+    unit_by_rate,
+    unit_for,
+)
 from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
 from sigmatau.record.streams import CHUNK, Stream
@@ -51,9 +60,7 @@ def timed(
                 source=source,
                 notes=(f"sampling rate {table.rate:.6g} Hz from {source}",),
             )
-        rate = cast("float", options.rate)
-        known = None if table.rate is None else stamps.mismatch(rate, table.rate, options.input, stated=True)
-        return Timing(rate=rate, measured=table.rate, rows=own, findings=known or ())
+        return _by_statement(table, options, own)
     name = table.label(choice.time)
     stamps_raw = raw[choice.time]
     clock = read_clock_digits(stamps_raw) if spelled in {None, "s"} else None
@@ -72,10 +79,12 @@ def timed(
         raise RecordTooShortError(
             f"has {len(used.stamps)} rows with a time stamp", need=MIN_SAMPLES, got=len(used.stamps)
         )
-    second, by_size = None, ""
-    if spelled is None and options.rate is None:
+    second, by_size, by_rate = None, "", ""
+    if spelled is None:
         ends, mean = used.stamps[[0, -1]].astype(np.float64), float(used.intervals.sum()) / len(used.intervals)
         spelled = by_size = unit_by_size(float(ends[0]), float(ends[1]), mean, len(used.stamps)) or ""
+        if not by_size and options.rate is not None and mean > 0:
+            spelled = by_rate = unit_by_rate(mean, median(used.intervals), options.rate) or ""
     if spelled:
         second = units.find(spelled).factor * float(options.scale.get("time", 1.0))
         if second < 0:
@@ -87,14 +96,17 @@ def timed(
     notes = found.notes
     if clock is not None:
         notes = (*notes, f"time stamps in column {name} are the digits of hours, minutes and seconds")
+    epoch = "as day numbers" if by_size == "d" else "counted from 1970"
+    notes = (*notes, f"time stamps in {by_size} by their size, {epoch}") if by_size else notes
+    contradiction = None
     if options.rate is None:
-        epoch = "as day numbers" if by_size == "d" else "counted from 1970"
-        size = (f"time stamps in {by_size} by their size, {epoch}",) if by_size else ()
-        notes = (*notes, *size, f"sampling rate {found.rate:.6g} Hz from {found.source}")
+        notes = (*notes, f"sampling rate {found.rate:.6g} Hz from {found.source}")
     elif second is None:
         notes = (f"time stamps in column {name} checked for order and gaps only",)
     else:
+        notes = (*notes, f"time stamps in {by_rate} by the given rate") if by_rate else notes
         findings = (*stamps.mismatch(options.rate, found.rate, options.input), *findings)
+        contradiction = _contradiction(found, second, choice, options, name, by_rate or by_size)
     if own is not None:
         findings = tuple(f if f.channels else replace(f, channels=(stream,)) for f in findings)
         notes = (*notes, f"{stream} in {len(own)} of {len(stamps_raw)} rows, with the stamps of these")
@@ -105,7 +117,60 @@ def timed(
     start = 0.0 if second is None else found.start
     measured = None if second is None else found.rate
     return replace(
-        found, rate=given or found.rate, measured=measured, start=start, source=source, notes=notes, findings=findings
+        found,
+        rate=given or found.rate,
+        measured=measured,
+        start=start,
+        source=source,
+        notes=notes,
+        findings=findings,
+        contradiction=contradiction,
+    )
+
+
+def _by_statement(table: Table, options: Options, own: NDArray[np.int64] | None) -> Timing:
+    """Sampling times by the given rate alone, in a log without time stamps or with `channels` that ignore them."""
+    rate = cast("float", options.rate)
+    if table.rate is None:
+        return Timing(rate=rate, rows=own)
+    findings = stamps.mismatch(rate, table.rate, options.input, stated=True)
+    contradiction = of_statement(table, options)
+    return Timing(rate=rate, measured=table.rate, rows=own, findings=findings, contradiction=contradiction)
+
+
+def of_statement(table: Table, options: Options) -> RateContradiction | None:
+    """The contradiction of the given rate and that of the file, unless the options ignore the times of the file."""
+    rate, other = options.rate, table.rate
+    if rate is None or other is None or no_time(table.columns, options.channels) or is_one_nominal_rate(rate, other):
+        return None
+    source = f"the file states, as {table.rate_source}," if table.rate_source else "the file states"
+    return RateContradiction(stated=rate, other=other, source=source)
+
+
+def _contradiction(
+    found: Timing, second: float, choice: Choice, options: Options, name: str, assumed: str
+) -> RateContradiction | None:
+    """The contradiction of the given rate and the stamps, if they show a rate. `assumed`: the unit of the stamps, if
+    neither the file nor the user states it.
+    """
+    rate = cast("float", options.rate)
+    if not found.is_regular or is_one_nominal_rate(rate, found.rate):
+        return None
+    other_unit = "" if assumed else unit_for(second, found.rate, rate)
+    if is_confirmed(
+        by_stamps=found.rate,
+        other_unit=other_unit,
+        is_unit_given="time" in options.unit or "time" in options.scale,
+        is_inertial=any(stream_name(channel) in SI for channel in choice.channels),
+    ):
+        return None
+    return RateContradiction(
+        stated=rate,
+        other=found.rate,
+        source=f"the time stamps in column {name} give",
+        unit=assumed,
+        other_unit=other_unit,
+        names_time="time" in options.channels,
     )
 
 

@@ -1,0 +1,97 @@
+"""A sampling rate that the user states, against the time stamps of the log or the rate that the file states."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sigmatau import units
+from sigmatau.errors import OptionError, argument
+from sigmatau.record.streams import PLAUSIBLE_RATES
+
+NOMINAL_RATIO = 1.1
+"""Largest ratio of two rates that are one nominal rate by two clocks.
+
+The oscillators of MEMS sensors are within 10 % of their nominal rate, and the rates that a datasheet lists differ by more
+(1000 and 1125 Hz). At this ratio a random walk is off by 5 %, which a finding states. A larger ratio is a contradiction.
+"""
+
+_UNITS = ("s", "ms", "us", "ns")
+_SLOWEST_USUAL = 1.0  # rate below which the unit of time of a log is doubted [Hz]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RateContradiction:
+    """A stated rate and the other rate, which are not one nominal rate."""
+
+    stated: float  # [Hz]
+    other: float  # By the time stamps, or stated by the file. [Hz]
+    source: str  # What gives the other one, in words
+    sensor: str = ""  # The sensor whose rate is stated; empty if the rate is that of all
+    unit: str = ""  # The unit of time in use, if it follows from the stated rate or the size of the stamps
+    other_unit: str = ""  # The unit of time in which the stamps give the stated rate; empty if there is none
+    names_time: bool = False  # Whether the user named the time column
+
+    def error(self) -> OptionError:
+        """The refusal, with both readings and the option for each."""
+        other, stated = f"{self.other:.6g} Hz", f"{self.stated:.6g} Hz"
+        in_unit = f" in {self.unit}" if self.unit else ""
+        omit = "omit {@rate}" + (f" and add {_time_option('unit', self.unit)}" if self.unit else "")
+        if self.other_unit:
+            use = f"give {_time_option('unit', self.other_unit)}"
+        elif self.names_time:
+            use = "put time=none in place of the time column in {@channels}"
+        else:
+            use = f"add {_time_option('channels', 'none')}"
+        choice = f"For {other}, {omit}; for {stated}, {use}" if is_possible(self.other) else f"For {stated}, {use}"
+        rate = argument("rate", int(self.stated) if self.stated.is_integer() else self.stated, key=self.sensor or None)
+        return OptionError(f"{self.source} {other}{in_unit}, which contradicts {rate}. {choice}", option="rate")
+
+
+def _time_option(name: str, value: str) -> str:
+    """A placeholder for an option of the time column."""
+    return argument(name, value, key="time")
+
+
+def is_possible(rate: float) -> bool:
+    """Whether an inertial sensor may have a rate."""
+    return PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
+
+
+def is_one_nominal_rate(rate: float, other: float) -> bool:
+    """Whether two rates may be one nominal rate by two clocks."""
+    return 1 / NOMINAL_RATIO <= rate / other <= NOMINAL_RATIO
+
+
+def unit_by_rate(interval: float, typical: float, rate: float) -> str | None:
+    """The unit of time in which stamps with the mean `interval` are closest to a rate. None for a counter: its `typical`
+    interval is 1, or a tick of 10^-k s gives the rate, as the 0.1 ms of a sensor or the 100 ns of a host.
+    """
+    unit = min(_UNITS, key=lambda name: abs(math.log(rate * interval * units.find(name).factor)))
+    if is_one_nominal_rate(1 / (interval * units.find(unit).factor), rate):
+        return unit
+    ticks = 10.0 ** round(math.log10(rate * interval))
+    is_counter = typical.is_integer() and (typical == 1 or is_one_nominal_rate(ticks / interval, rate))
+    return None if is_counter else unit
+
+
+def unit_for(second: float, by_stamps: float, stated: float) -> str:
+    """The unit of time in which stamps that give one rate in the unit of `second` give the stated rate; empty if none."""
+    sizes = {name: units.find(name).factor for name in _UNITS}
+    return next(
+        (
+            name
+            for name, size in sizes.items()
+            if not math.isclose(size, second) and is_one_nominal_rate(by_stamps * second / size, stated)
+        ),
+        "",
+    )
+
+
+def is_confirmed(*, by_stamps: float, other_unit: str, is_unit_given: bool, is_inertial: bool) -> bool:
+    """Whether a stated rate that the stamps contradict is used: no inertial sensor has the rate of the stamps, or few
+    have it and another unit of time gives the stated rate. A unit that the user gives is not overridden.
+    """
+    if is_unit_given or not is_inertial:
+        return False
+    return not is_possible(by_stamps) or (by_stamps < _SLOWEST_USUAL and bool(other_unit))

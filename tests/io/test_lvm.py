@@ -164,3 +164,14 @@ def test_a_flipped_page(tmp_path):
 def test_mutants(tmp_path, x):
     path = save(tmp_path / "log.lvm", segment(VALUES[:40], x=x), segment(VALUES[40:80], x=x, second=1.0), x=x)
     assert survives(f"lvm {x}", path.read_bytes(), path, 150) > 0
+
+
+def test_a_later_header_of_another_unit_is_a_table_of_its_own(tmp_path):
+    path = tmp_path / "log.lvm"
+    save(path, segment(VALUES), segment(np.radians(VALUES), second=7.0, unit="rad/s"))
+    with pytest.raises(OptionError, match=r"segment 1.*segment 2"):
+        read(path)
+    for topic in ("segment 1", "segment 2"):
+        record = read(path, topic=topic)
+        assert len(record.streams[0].column("gyro_x")) == N
+        np.testing.assert_allclose(record.streams[0].column("gyro_x"), np.radians(VALUES[:, 0]), atol=1e-6)  # rounded in the file

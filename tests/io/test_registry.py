@@ -21,7 +21,10 @@ NEEDS = {
     "LabVIEW": "nptdms",
     "Excel": "python_calamine",
 }
-PACKED = {"CSV", "CSV, decimal comma", "CSV, UTF-16", "VectorNav ASCII", "ros2 topic echo, CSV"}
+PACKED = {
+    *("CSV", "CSV, decimal comma", "CSV, UTF-16", "VectorNav ASCII", "ros2 topic echo, CSV"),
+    *("LVM of LabVIEW", "names with values", "JSON lines", "ros2 topic echo, YAML"),
+}
 
 
 @pytest.fixture(params=[name for name in KINDS if name not in ("raw binary", "CSV, gzip")])

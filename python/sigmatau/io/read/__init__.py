@@ -45,9 +45,9 @@ def read(
 ) -> Record:
     """Read a static record from a file.
 
-    The format is detected from the content: text tables (comma, semicolon, tab or spaces; with or without a header;
-    also ``.gz``, or several in a zip archive), names with values (``ax:0.01``), JSON, LabVIEW ``.lvm``, the output of
-    ``ros2 topic echo``, Excel ``.xlsx``, VectorNav lines, NovAtel RAWIMU, MCAP, ROS 1 and 2 bags, PX4 and
+    The format is detected from the content: text tables (comma, semicolon, tab or spaces; with or without a header),
+    names with values (``ax:0.01``), JSON, LabVIEW ``.lvm``, the output of ``ros2 topic echo`` (these texts also as
+    ``.gz``, or several in a zip archive), Excel ``.xlsx``, VectorNav lines, NovAtel RAWIMU, MCAP, ROS 1 and 2 bags, PX4 and
     ArduPilot flight logs, MATLAB, HDF5, Zarr, Parquet, Arrow, TDMS, ``.npy`` and ``.npz``. Raw binary files need
     `layout`. Columns are recognised by common names, units are taken from the file, and the rate from the time stamps.
     Nothing is guessed: information that the file does not state must be given by an option.

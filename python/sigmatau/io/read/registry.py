@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import cast
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.table import FORMATS, Format, Head
+from sigmatau.io.read.table import FORMATS, Format, Head, TextFormat
 
 NOT_LOGS = (
     *(".json", ".toml", ".yaml", ".yml", ".md", ".rst", ".ini", ".cfg", ".py", ".sh", ".m"),
@@ -74,9 +74,9 @@ _FORMATS = (
         "novatel", "a NovAtel log", lambda head: b"RAWIMU" in head or b"\xaaD" in head or b"A,COM" in head, binary=False
     ),
     _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True, binary=False),
-    _Format("lvm", "a LabVIEW measurement file", _begins(b"LabVIEW", b"\xef\xbb\xbfLabVIEW"), binary=False),
-    _Format("json_rows", "JSON", _has_objects, binary=False),
-    _Format("keyed", "text of names and values", _has_pairs, binary=False),
+    _Format("lvm", "a LabVIEW measurement file", _begins(b"LabVIEW", b"\xef\xbb\xbfLabVIEW"), gzip=True, binary=False),
+    _Format("json_rows", "JSON", _has_objects, gzip=True, binary=False),
+    _Format("keyed", "text of names and values", _has_pairs, gzip=True, binary=False),
     _Format("text", "text", lambda _: True, gzip=True, binary=False),
 )
 
@@ -106,9 +106,22 @@ _COMPRESSED = (
 
 def require_text(head: Head, path: Path) -> None:
     """Raise `OptionError` if a file of which lines are to be skipped is not text, by its first bytes."""
-    for known in _FORMATS:
-        if known.binary and known.likely(head.data):
-            raise OptionError(f"{{option}} is for text tables, and this is {known.what}", option="skip")
+    for each in _FORMATS:
+        if each.binary and each.likely(head.data):
+            raise OptionError(f"{{option}} is for text tables, and this is {each.what}", option="skip")
+
+
+_IN_ARCHIVES = ("lvm", "json_rows", "keyed", "text")  # formats whose readers take text in memory
+
+
+def text_reader_of(head: Head, path: Path) -> TextFormat | None:
+    """The reader of a text in memory, such as a member of an archive; None if it is not text."""
+    for each in _FORMATS:
+        if each.module in _IN_ARCHIVES and each.likely(head.data):
+            reader = cast("TextFormat", import_module(f"sigmatau.io.read.formats.{each.module}"))
+            if reader.sniff(head.data, path):
+                return reader
+    return None
 
 
 def reader_of(head: Head, path: Path) -> Format:
@@ -120,14 +133,14 @@ def reader_of(head: Head, path: Path) -> Format:
     for text, what in _INSTEAD:
         if text.match(head.data):
             raise DataError(f"is {what}")
-    for known in _FORMATS:
-        if not known.likely(head.data):
+    for each in _FORMATS:
+        if not each.likely(head.data):
             continue
-        reader = cast("Format", import_module(f"sigmatau.io.read.formats.{known.module}"))
+        reader = cast("Format", import_module(f"sigmatau.io.read.formats.{each.module}"))
         if not reader.sniff(head.data, path):
             continue
-        if head.gzip and not known.gzip:
-            raise DataError(f"is {known.what} compressed by gzip; decompress it first (gzip -d {path.name})")
+        if head.gzip and not each.gzip:
+            raise DataError(f"is {each.what} compressed by gzip; decompress it first (gzip -d {path.name})")
         return reader
     some = head.data[:64]
     if len(some) >= 4 and (not any(some[::2]) or not any(some[1::2])):  # every other byte is null

@@ -141,6 +141,16 @@ class Format(Protocol):
         ...
 
 
+class TextFormat(Format, Protocol):
+    """A module that reads a format of text, also from memory."""
+
+    def tables_of(self, source: Path | bytes, head: Head, name: str, topic: str = "") -> Sequence[Table]:
+        """The tables of a file, or of text in memory. `name`: name of the file without its suffix; `topic`: name of the
+        only table, or what those of several tables begin with; raises `DataError`.
+        """
+        ...
+
+
 def listing(columns: Sequence[Column]) -> str:
     """The first twelve columns of a file in one line: ``1 't', 2 'wx'``, or with their first numbers."""
     shown = ", ".join(_shown(i, column) for i, column in enumerate(columns[:_LISTED], 1))

@@ -18,9 +18,9 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged, Place
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import fault
+from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 from sigmatau.io.read.time.dates import NO_STAMP, is_date, parse_stamps
-from sigmatau.record import memory
 
 _BOM = b"\xef\xbb\xbf"
 _BLANK = re.compile(r"[\s,]*")
@@ -48,10 +48,13 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table]:
     """The rows as a table, whose columns are the fields of the first rows."""
-    free = memory.available()
-    if free is not None and _COPIES * path.stat().st_size > free:
-        raise DataError("does not fit in memory as JSON; save it as CSV, or cut it")
-    text = path.read_bytes().removeprefix(_BOM).decode("utf-8", errors="replace")
+    return tables_of(path, head, path.stem)
+
+
+def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table]:
+    """The rows of a file, or of text in memory, as a table of this topic."""
+    contents = read_contents(source, head, copies=_COPIES)
+    text = contents.data.removeprefix(_BOM).decode("utf-8", errors="replace")
     whole = _whole(text)
     findings: tuple[Finding, ...] = ()
     if isinstance(whole, Mapping) and (arrays := dict(_columns_of_arrays(whole))):
@@ -64,15 +67,17 @@ def read(path: Path, head: Head) -> tuple[Table]:
     fields = list(columns.values())
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        return Loaded(columns={k: fields[k].numbers(exact=k == exact) for k in wanted}, findings=findings)
+        columns = {k: fields[k].numbers(exact=k == exact) for k in wanted}
+        return Loaded(columns=columns, findings=(*findings, *contents.findings))
 
     return (
         Table(
             format="json",
             columns=tuple(field.column() for field in fields),
-            notes=(f"JSON, {form}",),
+            notes=(*(("gzip",) if head.gzip else ()), f"JSON, {form}"),
             load=load,
             rows=len(fields[0].values),
+            topic=topic,
         ),
     )
 

@@ -21,8 +21,8 @@ from sigmatau.io.read.formats.keyed_pairs import GLUED, NUMBER, PAIR, find_start
 from sigmatau.io.read.formats.keyed_records import LEAST_RECORDS, SPACES, Records, Value
 from sigmatau.io.read.formats.keyed_yaml import DOCUMENT, LOST, yaml_records
 from sigmatau.io.read.formats.text_rows import Text
+from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table
-from sigmatau.record import memory
 
 _ANY_NUMBER = re.compile(rb"(?<![A-Za-z_\d.])" + NUMBER + rb"(?![\w.])")
 _WORDS_FOR_NUMBERS = re.compile(rb"[eE]|nan|inf|null|none", re.IGNORECASE)
@@ -38,8 +38,13 @@ def sniff(head: bytes, path: Path) -> bool:
     return find_records(head) is not None
 
 
-def read(path: Path, head: Head) -> tuple[Table]:
+def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The records as a table."""
+    return tables_of(path, head, path.stem)
+
+
+def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
+    """The records of a file, or of text in memory, as a table of this topic."""
     records = find_records(head.data)
     if records is None:
         raise DataError("changed while it was read")
@@ -47,16 +52,17 @@ def read(path: Path, head: Head) -> tuple[Table]:
         Column(name=v.name, unit=v.unit, first=records.firsts.get(v.words[0], "") if len(v.words) == 1 else "")
         for v in records.values
     )
-    table = _Loader(path=path, records=records)
+    table = _Loader(source=source, head=head, records=records)
     what = "YAML of ROS messages" if records.yaml else "text of names and values"
     several = f", {records.lines} lines a record" if records.lines > 1 and not records.yaml else ""
     return (
         Table(
             format="yaml" if records.yaml else "keyed",
             columns=columns,
-            notes=(f"{what}{several}, from line {records.first_line}",),
+            notes=(*(("gzip",) if head.gzip else ()), f"{what}{several}, from line {records.first_line}"),
             load=table.load,
             where=lambda row: f"record {row} (counted from 0)",
+            topic=topic,
         ),
     )
 
@@ -96,26 +102,25 @@ def find_records(head: bytes) -> Records | None:
 class _Loader:
     """The reading of the records of a file."""
 
-    path: Path
+    source: Path | bytes
+    head: Head
     records: Records
 
     def load(self, wanted: Sequence[int], exact: int | None) -> Loaded:
         """Columns of the records, each the sum of its words."""
         values = self.records.values
         words = sorted({word for k in wanted for word in values[k].words})
-        text = self._text()
+        contents = read_contents(self.source, self.head, copies=_COPIES)
+        text = self._text(contents.data)
         alone = exact is not None and len(values[exact].words) == 1
         loaded = text.load(tuple(words), values[exact].words[0] if exact is not None and alone else None)
         rows = len(next(iter(loaded.columns.values())))
         if not self.records.yaml:
             self._refuse_other_names(text.source, rows)
-        return replace(loaded, columns={k: _sum(values[k], loaded.columns) for k in wanted})
+        sums = {k: _sum(values[k], loaded.columns) for k in wanted}
+        return replace(loaded, columns=sums, findings=(*loaded.findings, *contents.findings))
 
-    def _text(self) -> Text:
-        free = memory.available()
-        if free is not None and _COPIES * self.path.stat().st_size > free:
-            raise DataError("does not fit in memory; cut it, or record less")
-        data = self.path.read_bytes()
+    def _text(self, data: bytes) -> Text:
         lines = self._yaml_lines(data) if self.records.yaml else self._pair_lines(data)
         return Text(source=lines, layout=self.records.layout(), encoding="ascii", gzip=False, dates={})
 

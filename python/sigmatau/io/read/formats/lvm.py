@@ -19,13 +19,14 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.layout import Layout
 from sigmatau.io.read.formats.text_rows import Text
+from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table
-from sigmatau.record import memory
 
 _MARK = b"LabVIEW Measurement"
 _BOM = b"\xef\xbb\xbf"
 _END = b"***End_of_Header***"
 _SPECIAL = re.compile(rb"\*\*\*Start_Special\*\*\*.*?\*\*\*End_Special\*\*\*[^\n]*", re.DOTALL)
+_COPIES = 3  # of the file in memory while it is read
 _TAG_LINES = 64  # lines of a segment's header at most; the specification has 13 tags
 _DIGITS = b"0123456789+-.,eE\t\r\n ;"
 
@@ -45,6 +46,10 @@ class _Segment:
         values = _numbers(self.tags.get(tag, ()), point)
         return values[0] if values else None
 
+    def units(self) -> tuple[str, ...]:
+        """The units of its columns of Y."""
+        return self.tags.get("Y_Unit_Label", ())
+
     def began(self) -> float | None:
         """Seconds since 1970 of the date and time in the header; None without them."""
         try:
@@ -61,8 +66,14 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The segments of the file; those of the same columns are one table."""
-    data = _bytes_of(path)
+    """The segments of the file; those of the same columns and units are one table."""
+    return tables_of(path, head, path.stem)
+
+
+def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
+    """The tables of a file, or of text in memory; `topic`: name of the only table, or what those of several begin with."""
+    contents = read_contents(source, head, copies=_COPIES)
+    data = contents.data
     tags_end = data.find(_END)
     if tags_end < 0:
         raise DataError("has no end of its header (***End_of_Header***): it was truncated; record the file again")
@@ -72,30 +83,24 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     x_columns = tags.get("X_Columns", ("One",))[0].lower()
     data = _SPECIAL.sub(lambda match: b"\n" * match[0].count(b"\n"), data)
     segments = _segments(data, _line_end(data, tags_end), separator)
-    by_names: dict[tuple[str, ...], list[_Segment]] = {}
+    by_columns: dict[tuple[tuple[str, ...], ...], list[_Segment]] = {}
     for segment in segments:
         if segment.rows:
-            by_names.setdefault(segment.names, []).append(segment)
-    if not by_names:
+            by_columns.setdefault((segment.names, segment.units()), []).append(segment)
+    if not by_columns:
         raise DataError("has headers but no rows")
-    return tuple(
-        _table(
-            data,
-            some,
-            separator,
-            point,
-            x_columns,
-            topic=f"segment {segments.index(some[0]) + 1}" * (len(by_names) > 1),
+    tables = []
+    for alike in by_columns.values():
+        place = f"segment {segments.index(alike[0]) + 1}" if len(by_columns) > 1 else ""
+        table = _table(data, alike, separator, point, x_columns, "/".join(filter(None, (topic, place))))
+        tables.append(
+            replace(
+                table,
+                notes=(*(("gzip",) if head.gzip else ()), *table.notes),
+                findings=(*table.findings, *contents.findings),
+            )
         )
-        for some in by_names.values()
-    )
-
-
-def _bytes_of(path: Path) -> bytes:
-    free = memory.available()
-    if free is not None and 3 * path.stat().st_size > free:
-        raise DataError("does not fit in memory; save it in parts, or as TDMS")
-    return path.read_bytes()
+    return tuple(tables)
 
 
 def _separator(head: bytes) -> bytes:
@@ -211,7 +216,7 @@ def _table(data: bytes, segments: list[_Segment], separator: bytes, point: str, 
 
 def _columns(segment: _Segment, names: Sequence[str]) -> tuple[Column, ...]:
     """Names and units; the first column of X is the time, if X is one."""
-    units = list(segment.tags.get("Y_Unit_Label", ()))
+    units = list(segment.units())
     in_time = segment.tags.get("X_Dimension", ("Time",))[0].lower() in ("time", "")
     columns = []
     for k, name in enumerate(names):

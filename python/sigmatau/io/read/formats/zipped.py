@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
 from sigmatau.io.read.formats.damage import archive_ends, damaged, library_faults, refuse_expansion
-from sigmatau.io.read.table import HEAD, Head, Loaded, Table
+from sigmatau.io.read.registry import text_reader_of
+from sigmatau.io.read.table import HEAD, Head, Loaded, Table, TextFormat
 from sigmatau.record import memory
 
 if TYPE_CHECKING:
@@ -67,24 +68,27 @@ def _tables(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> li
         return "empty"
     if data.startswith(b"\x1f\x8b"):
         return "compressed by gzip: unpack the archive and give the file"
-    whole = member.file_size <= HEAD
-    if not text.sniff(data, path):
+    head = Head(data=data, whole=member.file_size <= HEAD, gzip=False)
+    reader = text_reader_of(head, path)
+    if reader is None:
         return "binary: unpack the archive and give the file"
-    head = Head(data=data, whole=whole, gzip=False)
     name = PurePosixPath(member.filename).stem
     try:
-        # The layout is detected from the head; the rows are unpacked on demand and not kept.
-        shown = text.tables_of(data, head, name, member.filename)
+        # The layout of a table is detected from the head, and the rows are unpacked on demand and not kept.
+        beginning = head.whole or reader.sniff is text.sniff
+        shown = reader.tables_of(data if beginning else _unpacked(path, member), head, name, member.filename)
     except DataError as error:
         return str(error).removeprefix(", ")
-    return [_on_demand(table, k, path, member, head, name) for k, table in enumerate(shown)]
+    return [_on_demand(table, k, path, member, head, name, reader) for k, table in enumerate(shown)]
 
 
-def _on_demand(shown: Table, number: int, path: Path, member: zipfile.ZipInfo, head: Head, name: str) -> Table:
+def _on_demand(
+    shown: Table, number: int, path: Path, member: zipfile.ZipInfo, head: Head, name: str, reader: TextFormat
+) -> Table:
     """A table of a member that is unpacked when it is read."""
 
     def whole_table() -> Table:
-        return text.tables_of(_unpacked(path, member), head, name, member.filename)[number]
+        return reader.tables_of(_unpacked(path, member), head, name, member.filename)[number]
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         try:

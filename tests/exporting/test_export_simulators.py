@@ -24,7 +24,7 @@ from simulators import (
     one,
 )
 
-from sigmatau import DataError, OptionError
+from sigmatau import OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.exporting.gauss_markov import PEAK_TIME, SIGMA_OF_FLICKER
@@ -120,7 +120,7 @@ class TestKfGins:
         }
 
     def test_refused(self):
-        with pytest.raises(DataError, match="gyro_y, gyro_z"):
+        with pytest.raises(OptionError, match="gyro_y, gyro_z"):
             self.read(one(), axes="each")
         with pytest.raises(OptionError, match="`step` does not apply"):
             self.read(model(), step=0.01)

@@ -166,6 +166,7 @@ def analyze_command(
         if overlay is not None:
             raise OptionError("--overlay takes several logs; for one log: --plot", option="overlay")
         reading = readings_of(reading, logs, logs)[logs[0]]
+        exports.check_reading(reading)
         return _one(logs[0], reading, chosen, outputs, exports, verbose=verbose, quiet=quiet)
     if exports.files:
         raise OptionError(
@@ -374,17 +375,18 @@ def _many(
             say(f"{log}: {finding}", quiet=quiet or (finding.severity == "info" and not verbose))
         if outcomes[log].error:
             sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
+    attempts = Attempts()
     drawn = {names[log]: cast(Curves, outcomes[log].kept) for log in logs if outcomes[log].kept}
     if overlay is not None and drawn:
         from sigmatau.plot.overlay import plot_overlay
 
-        with drawing(overlay, outputs.style, quiet=quiet):
+        with attempts.attempt(), drawing(overlay, outputs.style, quiet=quiet):
             write_figure(plot_overlay(drawn, style=outputs.style), overlay)
     for name, finding in clocks({str(log): outcomes[log].marks for log in logs}).items():
         say(f"{name}: {finding}", quiet=quiet)
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")
     codes = {outcome.code for outcome in outcomes.values()}
-    return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)
+    return attempts.finish(next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0))
 
 
 def _curves(log: Path, analysis: Analysis) -> Curves:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import finding_lines, key_values, say
+from sigmatau.cli.options import Reading, finding_lines, key_values, say
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import seconds_of, time_of
+from sigmatau.record.record import stream_name
 
 if TYPE_CHECKING:
     from cyclopts.completion import CompletionContext
@@ -126,6 +127,15 @@ def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
         say(line, quiet=quiet)
 
 
+_ANY_RATE = 100.0  # of all sensors, where a log will show it [Hz]
+
+
+def _axes(sensor: str, channels: Sequence[str]) -> list[str]:
+    """The channels of a sensor that an option names; three axes if it names the sensor, or none."""
+    named = [name for name in channels if name.startswith(f"{sensor}_")]
+    return named or [f"{sensor}_{axis}" for axis in "xyz"]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exports:
     """Files by target, and the options for them."""
@@ -165,20 +175,37 @@ class Exports:
             check_all(files, choices)
         return cls(files=files, choices=choices)
 
+    def check_reading(self, reading: Reading | None) -> None:
+        """Raise an error for what the targets need and the options of reading exclude, before a log is read: a sensor, or
+        one rate for the filter.
+        """
+        how = (reading or Reading()).options() if self.files else {}
+        channels = [name for name in how.get("channels", {}) if name != "time"]
+        rates = how.get("rate")
+        stated = rates if isinstance(rates, dict) else {}
+        if channels:
+            sensors = dict.fromkeys(map(stream_name, channels))
+        elif {"gyro", "accel"} <= set(stated):
+            sensors = dict.fromkeys(("gyro", "accel"))
+        else:
+            return
+        if len({stated.get(sensor) for sensor in sensors}) > 1 and None in map(stated.get, sensors):
+            stated = {}  # the rate of one sensor alone does not show whether they differ
+        self._check({name: dict.fromkeys(_axes(name, channels), stated.get(name, _ANY_RATE)) for name in sensors})
+
     def check_record(self, record: Record) -> None:
         """Raise an error for what the targets need and the record lacks, before the analysis."""
+        self._check({stream.name: dict.fromkeys(stream.channels, stream.grid.rate) for stream in record.streams})
+
+    def _check(self, rates: Mapping[str, Mapping[str, float]]) -> None:
+        """Raise an error for what the targets need and these channels lack. `rates`: by channel, by sensor. [Hz]"""
         if not self.files or self.choices is None:
             return
         from sigmatau.exporting.choices import KINDS
         from sigmatau.exporting.export import check_record
 
-        rates = {
-            stream.name: dict.fromkeys(stream.channels, stream.grid.rate)
-            for stream in record.streams
-            if stream.name in KINDS
-        }
         with as_typed("--export "):
-            check_record(self.files, self.choices, rates)
+            check_record(self.files, self.choices, {name: of for name, of in rates.items() if name in KINDS})
 
     def write(self, attempts: Attempts, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
         """Write each file that can be written. `result` is the written JSON, which allows another attempt without a second

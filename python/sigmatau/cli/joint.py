@@ -30,8 +30,10 @@ from sigmatau.cli.options import (
 )
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
-from sigmatau.fitting.joint import COMMON, Over, common_terms
+from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
 from sigmatau.lots.joint import AnalysedRun, JointAnalysis, analysed_run, fit_analysed
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
 
 if TYPE_CHECKING:
     from sigmatau.cli.analyze import Outputs
@@ -93,10 +95,12 @@ def joint_command(
     named = {f"export {name}": path for name, path in exports.files.items()}
     for log in logs:
         refuse_same(log, **outputs.files, **named, **{"csv curves": beside})
+    for log in logs:
+        exports.check_reading(readings[log])
     expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
     if others := [str(file) for file in left_out if not is_result(file)]:
         say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
-    records, codes = _analysed(logs, readings, settings, verbose=verbose, quiet=quiet)
+    records, codes = _analysed(logs, readings, settings, exports, over=over, verbose=verbose, quiet=quiet)
     if not records or (len(records) < _SEVERAL and over == "runs"):
         raise DataError(
             f"--joint needs two or more logs that can be used: {len(records)} of {len(logs)} can; correct or add logs"
@@ -118,7 +122,14 @@ def joint_command(
 
 
 def _analysed(
-    logs: Sequence[Path], readings: Mapping[Path, Reading], settings: dict[str, Any], *, verbose: bool, quiet: bool
+    logs: Sequence[Path],
+    readings: Mapping[Path, Reading],
+    settings: dict[str, Any],
+    exports: Exports,
+    *,
+    over: Over,
+    verbose: bool,
+    quiet: bool,
 ) -> tuple[list[AnalysedRun], set[int]]:
     """What each log contributes, and the exit codes of all; a log that cannot be used is named."""
     records: list[AnalysedRun] = []
@@ -126,16 +137,19 @@ def _analysed(
     names = dict(zip(logs, batch.names(logs), strict=True))
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
         told = []
+        firsts: dict[str, tuple[Stream, str]] = {}
         for k, log in enumerate(logs, 1):
             code = 1  # of an error
             try:
                 record = read_log(log, readings[log], quiet=True)
+                exports.check_record(record)
+                _check_same_sensor(record, names[log], firsts, over)
                 analysis = analyze(record, **settings)
                 code = exit_code(analysis.findings) or 1
                 codes.add(exit_code(analysis.findings))
                 told += [f"{log}: {finding}" for finding in analysis.findings if finding.severity != "info" or verbose]
                 records.append(analysed_run(record, analysis, name=names[log]))
-            except OptionError:
+            except (OptionError, _OtherSensorError):
                 raise  # an option that is wrong is wrong for all logs
             except (DataError, ImportError) as error:
                 codes.add(code if code == NOT_AT_REST else 1)
@@ -144,6 +158,22 @@ def _analysed(
     for line in told:
         say(line, quiet=quiet)
     return records, codes
+
+
+class _OtherSensorError(DataError):
+    """A log has another rate or unit than the first one."""
+
+
+def _check_same_sensor(record: Record, name: str, firsts: dict[str, tuple[Stream, str]], over: Over) -> None:
+    """Raise an error before a log of another sensor is analysed. `firsts`: the first stream and its log by pool."""
+    for stream in record.streams:
+        for channel in () if stream.quantity == "temperature" else stream.channels:
+            pool = channel if over == "runs" else stream.name
+            first, first_name = firsts.setdefault(pool, (stream, name))
+            try:
+                check_same_sensor(stream, first, channel=channel, names=(name, first_name))
+            except DataError as error:
+                raise _OtherSensorError(str(error)) from None
 
 
 def _write(attempts: Attempts, found: JointAnalysis, outputs: Outputs, *, quiet: bool) -> None:

@@ -174,7 +174,7 @@ def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str
                 else error.message
             )
             raise OptionError(what, option="export").about(error.source)
-        if error.option in ("filter_rate", "step"):
+        if error.option in ("axes", "filter_rate", "step"):
             raise error
 
 

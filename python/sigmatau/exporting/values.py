@@ -387,8 +387,10 @@ def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[
     names = [f"{sensor}_{axis}" for axis in "xyz"]
     missing = [name for name in names if name not in channels]
     if missing:
-        raise DataError(
-            f"`axes` is each, and the model has no {', '.join(missing)}; {given('axes', 'worst')} writes one value for all"
+        raise OptionError(
+            f"{given('axes', 'each')} needs three axes, and there is no {', '.join(missing)}; {given('axes', 'worst')}"
+            " writes one value for all",
+            option="axes",
         )
     x, y, z = (of(of_channel(numbers, name)) for name in names)
     return x, y, z

@@ -326,6 +326,20 @@ def _homogeneity(found: native.Joint, fitted: NoiseFit) -> Mapping[str, float]:
     }
 
 
+def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tuple[str, str]) -> None:
+    """Raise `DataError` if a run has another unit or rate than the first one. `names`: of both runs."""
+    if (stream.quantity, stream.unit) != (first.quantity, first.unit):
+        raise DataError(
+            f"{names[0]}: {channel} is in {stream.unit}, in {names[1]} it is in {first.unit};"
+            " give runs of one sensor in the same unit"
+        )
+    if not math.isclose(stream.grid.tau0, first.grid.tau0, rel_tol=_SAME_RATE):
+        raise DataError(
+            f"{names[0]}: {channel} has {stream.grid.rate:.6g} Hz, in {names[1]} it has {first.grid.rate:.6g} Hz;"
+            " a joint fit needs runs with the same rate"
+        )
+
+
 def _refuse(runs: Sequence[Run], channel: str) -> None:
     if not 2 <= len(runs) <= MOST_RUNS:
         raise OptionError(
@@ -333,16 +347,7 @@ def _refuse(runs: Sequence[Run], channel: str) -> None:
         )
     first = runs[0]
     for run in runs[1:]:
-        if (run.stream.quantity, run.stream.unit) != (first.stream.quantity, first.stream.unit):
-            raise DataError(
-                f"{run.name}: {run.channel} is in {run.stream.unit}, in {first.name} it is in {first.stream.unit};"
-                " give runs of one sensor in the same unit"
-            )
-        if not math.isclose(run.stream.grid.tau0, first.stream.grid.tau0, rel_tol=_SAME_RATE):
-            raise DataError(
-                f"{run.name}: {run.channel} has {run.stream.grid.rate:.6g} Hz, in {first.name} it has"
-                f" {first.stream.grid.rate:.6g} Hz; a joint fit needs runs with the same rate"
-            )
+        check_same_sensor(run.stream, first.stream, channel=run.channel, names=(run.name, first.name))
     for k, run in enumerate(runs):
         for other in runs[:k]:
             if run.summary.same_as(other.summary):

@@ -217,6 +217,12 @@ PROVOKED = {
         st.RecordTooShortError: (lambda: pushed(1.0).snapshot(), lambda: pushed(1.0, 2.0, taus=[10.0]).snapshot())
     },
     "Analysis.plot_stability": {st.OptionError: (lambda: analysis().plot_stability(),)},
+    "Analysis.from_dict": {st.DataError: (lambda: st.Analysis.from_dict({}), lambda: st.Analysis.from_dict(3))},
+    "Analysis.from_json": {
+        st.DataError: (lambda: st.Analysis.from_json("missing.json"), lambda: st.Analysis.from_json("{}"))
+    },
+    "Analysis.model": {st.DataError: (lambda: st.analyze(record(), method="read-off").model,)},
+    "NoiseFit.to_model": {st.DataError: (lambda: replace(analysis()["gyro_x"], verdict="too_short").to_model(),)},
     "Analysis.export": {
         st.OptionError: (lambda: analysis().export(to="nothing"),),
         st.DataError: (lambda: analysis().export(to="kalibr"),),

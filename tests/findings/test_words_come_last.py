@@ -36,5 +36,6 @@ def test_words_are_made_in_one_room():
         "analysis/result.py",
         "analysis/text.py",
         "exporting/export.py",
+        "exporting/of_analysis.py",
         *(str(path.relative_to(PACKAGE)) for path in (PACKAGE / "io" / "read").rglob("*.py")),
     }

@@ -22,7 +22,7 @@ def to_dict(self: Analysis) -> dict[str, Any]:
     """The stable JSON form, schema 2: plain values, no NaN."""
     return {
         "schema": SCHEMA,
-        "sigmatau": __version__,
+        "sigmatau": self.version,
         "source": self.source.to_dict(),
         **_options_to_dict(self),
         **({"notes": dict(self.notes)} if self.notes else {}),
@@ -43,6 +43,13 @@ def to_dict(self: Analysis) -> dict[str, Any]:
             for channel, curve in self.curves.items()
         },
     }
+
+
+def to_json(self: Analysis) -> str:
+    """The JSON form as text, as ``sigmatau analyze --json`` writes it."""
+    import json
+
+    return json.dumps(self.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def failed_result(

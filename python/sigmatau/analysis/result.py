@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,8 @@ class Analysis(Tabular):
         Settings of `analyze` that are not the default and matter for the numbers, as plain values.
     notes : mapping of str to str
         Information about the record from the user: serial number, run, temperature …
+    version : str
+        Version of sigmatau that made it.
 
     See Also
     --------
@@ -110,12 +112,17 @@ class Analysis(Tabular):
     means: Mapping[str, ChannelMean] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
+    version: str = __version__
 
     def __post_init__(self) -> None:
-        trusted = {name: replace(one, trust=trust(one, self.findings, name)) for name, one in self.fits.items()}
+        trusted = {
+            name: one if one.trust is not None else replace(one, trust=trust(one, self.findings, name))
+            for name, one in self.fits.items()
+        }
         object.__setattr__(self, "fits", Fits(trusted))
 
     to_dict = json.to_dict
+    to_json = json.to_json
     headline = text.headline
     overview = text.overview
     summary = text.summary
@@ -125,9 +132,73 @@ class Analysis(Tabular):
     __repr__ = text.printed
     _repr_html_ = text.html
 
+    @classmethod
+    def from_json(cls, source: str | bytes | Path) -> Self:
+        """Read the JSON of an analysis, whatever version of sigmatau wrote it.
+
+        The words of `grids` and `rate_source`, and the stretches of `used`, are not in the JSON.
+
+        Parameters
+        ----------
+        source : str, bytes or Path
+            JSON, as a text that begins with a brace or as bytes; or the name of a file.
+
+        Returns
+        -------
+        Analysis
+
+        Raises
+        ------
+        DataError
+            If the file cannot be read, or is not a result; names the place of a wrong value.
+
+        See Also
+        --------
+        Analysis.to_json : writes it.
+
+        Examples
+        --------
+        >>> import sigmatau as st
+        >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+        >>> analysis = st.analyze(st.simulate(model, duration=600, rate=10, rng=1))
+        >>> st.Analysis.from_json(analysis.to_json())["gyro_x"].verdict
+        'adequate'
+        """
+        from sigmatau.analysis.reading import read_analysis
+
+        return cast(Self, read_analysis(source))
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+        """The same for JSON that is parsed already, such as `to_dict`.
+
+        Parameters
+        ----------
+        content : mapping
+            ``Analysis.to_dict()``, or parsed JSON of ``sigmatau analyze``.
+
+        Returns
+        -------
+        Analysis
+
+        Raises
+        ------
+        DataError
+            If the content is not a result; names the place of a wrong value.
+        """
+        from sigmatau.analysis.reading import analysis_of, result_of_dict
+
+        return cast(Self, analysis_of(result_of_dict(content)))
+
     @property
     def model(self) -> NoiseModel:
-        """The noise model of the channels that have one; see `NoiseFit.to_model`. Raises `DataError` if none has."""
+        """The noise model of the channels that have one; see `NoiseFit.to_model`.
+
+        Raises
+        ------
+        DataError
+            If no channel has one.
+        """
         models = models_of(self.fits)
         if models:
             return NoiseModel(channels=models)
@@ -242,7 +313,7 @@ class Analysis(Tabular):
             curves=self.curves,
             findings=self.findings,
             origin=self.source,
-            version=__version__,
+            version=self.version,
         )
 
     def columns(self) -> dict[str, list[Any]]:

@@ -205,6 +205,7 @@ class DeviationCurve(Tabular):
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
         optional = [name for name in ("edf", "stride") if getattr(self, name) is not None]
+        optional += ["missing"] if self.missing else []
         estimator = "overlapped" if self.overlap == "full" else "non-overlapped"
         known = "m tau_s=tau adev interval=interval_text n_pairs counting unit"
         return plain(self, known, *optional, low=low, high=high, estimator=estimator)

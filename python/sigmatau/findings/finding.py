@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from sigmatau.frozen import frozen
@@ -41,6 +41,24 @@ class Details:
     def possible_factors(self, size: float | None) -> dict[str, float]:
         """Factors by which coefficients may be off, where `Finding.factors` states none; by term. `size`: of the finding."""
         return {}
+
+
+@frozen
+class Stated(Details):
+    """What a result of another version of sigmatau states, whose parameters this version does not know.
+
+    Attributes
+    ----------
+    stated_code, message, action : str
+        As the result has them.
+    parameters : mapping
+        Its details.
+    """
+
+    stated_code: str
+    message: str = ""
+    action: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
 
 @frozen
@@ -95,7 +113,8 @@ class Finding:
     @property
     def code(self) -> str:
         """Stable name of the kind of finding."""
-        return type(self.details).code
+        details = self.details
+        return details.stated_code if isinstance(details, Stated) else type(details).code
 
     @property
     def channel(self) -> str | None:
@@ -130,7 +149,7 @@ class Finding:
             **({"factors": plain(dict(self.factors))} if self.factors else {}),
             **({"left_out": self.left_out} if self.left_out else {}),
             **({"topic": self.topic} if self.topic else {}),
-            "details": plain(self.details),
+            "details": plain(self.details.parameters if isinstance(self.details, Stated) else self.details),
         }
 
     def __str__(self) -> str:

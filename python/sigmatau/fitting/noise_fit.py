@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
+from sigmatau.findings.finding import plain as plain_details
 from sigmatau.findings.kinds.fit import MOST_LINES, Reason
 from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
@@ -631,8 +632,10 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             known += (
                 " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from alike_sigma discrepancy"
             )
-        runs = {"runs_s": self.runs} if self.runs else {}
-        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix}, **runs)
+        more: dict[str, Any] = {"runs_s": self.runs} if self.runs else {}
+        if self.reasons:
+            more["reasons"] = plain_details(self.reasons)
+        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix}, **more)
 
     def _term_to_dict(self, name: str, ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, Any]:
         term = self.terms[name]

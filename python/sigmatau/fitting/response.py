@@ -161,7 +161,8 @@ class FittedFilter:
         """Plain values in SI."""
         like = None if self.low_pass is None else plain(self.low_pass, "order corner_hz=corner")
         known = plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients interval_s=interval")
-        return {**known, "low_pass": like}
+        known_to = {} if self.known_to is None else {"known_to_hz": self.known_to}
+        return {**known, "low_pass": like, **known_to}
 
 
 def named(

@@ -94,8 +94,8 @@ class Provenance:
         Channels whose unit the file states and no option overrules.
     options : mapping
         Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values.
-    checksum : Checksum or None
-        SHA-256 of the file, computed on first use; see `sha256`.
+    checksum : Checksum, str or None
+        SHA-256 of the file, computed on first use; or as a result states it. See `sha256`.
     """
 
     path: str | None = None
@@ -106,12 +106,12 @@ class Provenance:
     ignored: tuple[str, ...] = ()
     units_stated: tuple[str, ...] = ()
     options: Mapping[str, Any] = field(default_factory=dict, compare=False)
-    checksum: Checksum | None = field(default=None, repr=False, compare=False)
+    checksum: Checksum | str | None = field(default=None, repr=False, compare=False)
 
     @property
     def sha256(self) -> str | None:
         """Checksum of the file's bytes, computed when it is first asked for; None if the file has been changed since."""
-        return None if self.checksum is None else self.checksum.value()
+        return self.checksum.value() if isinstance(self.checksum, Checksum) else self.checksum
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""

@@ -166,6 +166,19 @@ class BandsOff:
     ratio: float
 
 
+@frozen
+class StatedReason:
+    """A reason in words, of a result of another version of sigmatau.
+
+    Attributes
+    ----------
+    text : str
+    """
+
+    kind: str = field(default="stated", init=False)
+    text: str
+
+
 Reason = (
     TooFewTimes
     | ZeroVariance
@@ -177,6 +190,7 @@ Reason = (
     | BandLeftOut
     | BandsOff
     | VibrationPower
+    | StatedReason
 )
 """Why there is no fit, why a fit is not adequate, or why its shortest averaging times are left out."""
 

@@ -50,6 +50,10 @@ def words(finding: Finding) -> Words:
     Words
         Message and action; the channels are not named in them unless one of several is meant.
     """
+    from sigmatau.findings.finding import Stated
+
+    if isinstance(finding.details, Stated):
+        return Words(finding.details.message, finding.details.action)
     kind = type(finding.details)
     said = _words_of(kind.__module__.rpartition(".")[2])[kind](finding, finding.details)
     if finding.left_out:

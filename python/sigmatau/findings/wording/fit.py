@@ -87,7 +87,7 @@ def verdict_text(verdict: str, beside: str = "") -> str:
 
 def reason_text(reason: kinds.Reason) -> str:
     """A reason of a fit in words: ``"an Allan variance is 0, which noise cannot cause"``."""
-    return _REASONS[type(reason)](reason)
+    return reason.text if isinstance(reason, kinds.StatedReason) else _REASONS[type(reason)](reason)
 
 
 def reasons_text(reasons: Sequence[kinds.Reason]) -> str:

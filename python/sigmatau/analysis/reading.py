@@ -1,0 +1,331 @@
+"""The reader of results: JSON of any version of sigmatau as an `Analysis`."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from sigmatau.analysis import forms
+from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.analysis.json import SCHEMA
+from sigmatau.analysis.result import Analysis
+from sigmatau.decoding import WrongValueError, decode
+from sigmatau.errors import DataError
+from sigmatau.estimators.allan import Curves, DeviationCurve
+from sigmatau.estimators.stability import DynamicAllan
+from sigmatau.findings.finding import Findings
+from sigmatau.findings.kinds.fit import StatedReason
+from sigmatau.findings.reading import finding_of
+from sigmatau.fitting.mean_stability import MeanStability
+from sigmatau.fitting.noise_fit import Fits, FittedTerm, NoiseFit, WarmUp
+from sigmatau.fitting.read_off import Coefficient, ReadOff
+from sigmatau.fitting.response import FittedFilter
+from sigmatau.model.processes import LowPass
+from sigmatau.noise.terms import TERMS, coefficient_unit
+from sigmatau.quality.selection.rest import Rest
+from sigmatau.record.record import Provenance
+from sigmatau.record.streams import RATES
+
+
+def read_analysis(given: str | bytes | Path) -> Analysis:
+    """The analysis of a file, or of JSON; raises `DataError`, also for one that failed."""
+    result = read_result(given)
+    try:
+        return analysis_of(result)
+    except DataError as error:
+        raise (error if _is_json(given) else error.about(str(given))) from None
+
+
+def read_result(given: str | bytes | Path) -> Analysis | FailedAnalysis:
+    """The result of a file, or of JSON: text that begins with a brace, or bytes. Raises `DataError`."""
+    if isinstance(given, bytes) or (isinstance(given, str) and _is_json(given)):
+        return result_of_dict(_parsed(given))
+    path = Path(given)
+    try:
+        return result_of_dict(_parsed(path.read_bytes()))
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror or error}") from None
+    except DataError as error:
+        raise error.about(str(path)) from None
+
+
+def _is_json(given: str | bytes | Path) -> bool:
+    return isinstance(given, bytes) or (isinstance(given, str) and given.lstrip("\ufeff \t\r\n")[:1] in ("{", "["))
+
+
+def _parsed(text: str | bytes) -> object:
+    def refuse(word: str) -> NoReturn:
+        raise ValueError(f"{word} is not a number of JSON")
+
+    try:
+        return json.loads(text.decode("utf-8-sig") if isinstance(text, bytes) else text, parse_constant=refuse)
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"not JSON: {error}") from None
+
+
+def result_of_dict(content: object) -> Analysis | FailedAnalysis:
+    """The result of parsed JSON; raises `DataError`, which names the place of what is wrong."""
+    if not isinstance(content, Mapping):
+        raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}")
+    schema, channels = content.get("schema", 1), content.get("channels")
+    if type(schema) is int and schema > SCHEMA:
+        raise DataError(f"schema {schema} is of a newer version of sigmatau; update sigmatau")
+    if not isinstance(channels, Mapping):
+        raise DataError("this is not a result of sigmatau analyze: it has no channels")
+    try:
+        form = decode(forms.ResultForm, content)
+        if form.error is not None:
+            path = "" if form.source is None else form.source.path or ""
+            error = form.error
+            return FailedAnalysis(
+                path=path, message=error.message, exit_code=error.exit_code, notes=form.notes, version=form.sigmatau
+            )
+        return _analysis(form)
+    except WrongValueError as error:
+        raise DataError(f"not a result of sigmatau analyze, or changed: {error}") from None
+
+
+def analysis_of(result: Analysis | FailedAnalysis) -> Analysis:
+    """The analysis; raises `DataError` for one that failed."""
+    if isinstance(result, FailedAnalysis):
+        raise result.error()
+    return result
+
+
+def _analysis(form: forms.ResultForm) -> Analysis:
+    source, options = form.source or forms.SourceForm(), form.options or forms.OptionsForm()
+    curves: dict[str, DeviationCurve] = {}
+    fits: dict[str, NoiseFit] = {}
+    read_off: dict[str, ReadOff] = {}
+    for name, channel in form.channels.items():
+        try:
+            if channel.curve is not None:
+                curves[name] = _curve(name, channel, channel.curve)
+            if channel.fit is not None:
+                fits[name] = _fit(name, channel, channel.fit)
+            read_off[name] = _read_off(name, channel)
+        except WrongValueError as error:
+            error.path += [name, "channels"]
+            raise
+    return Analysis(
+        source=Provenance(
+            path=source.path,
+            format=source.format,
+            topics=source.topics,
+            rows=source.rows,
+            conversions=source.conversions,
+            ignored=source.ignored_columns,
+            options=options.reading,
+            checksum=source.sha256,
+        ),
+        findings=Findings(map(finding_of, form.findings)),
+        curves=Curves(curves),
+        fits=Fits(fits),
+        read_off=read_off,
+        grids={},
+        stability={name: _stability(of.stability) for name, of in form.channels.items() if of.stability is not None},
+        mean_stability={
+            name: tuple(map(_means, of.mean_stability)) for name, of in form.channels.items() if of.mean_stability
+        },
+        rest=None if form.rest is None else _rest(form.rest),
+        means={name: of.mean for name, of in form.channels.items() if of.mean is not None},
+        options=options.analysis,
+        notes=form.notes,
+        version=form.sigmatau,
+    )
+
+
+def _rest(form: forms.RestForm) -> Rest:
+    return Rest(verdict=form.verdict, still=form.still_s, motion=form.motion, shortest=form.shortest_s)
+
+
+def _unit(channel: forms.ChannelForm) -> str:
+    """Unit of a channel; in a result by hand without a curve, that of its mean."""
+    if channel.curve is not None:
+        return channel.curve.unit
+    if channel.mean is not None:
+        return channel.mean.unit
+    raise WrongValueError("curve is missing")
+
+
+def _interval_of_samples(channel: forms.ChannelForm) -> float:
+    """The sample interval whose inverse is the rate. [s]"""
+    rate = channel.sample_rate_hz
+    if rate is None:
+        raise WrongValueError("sample_rate_hz is missing")
+    if not RATES[0] <= rate <= RATES[1]:
+        raise WrongValueError(f"sample_rate_hz is {rate:g}, not from {RATES[0]:g} to {RATES[1]:g}")
+    curve = channel.curve
+    if curve is not None and curve.m is not None and len(curve.m) and len(curve.tau_s) and curve.m[0] > 0:
+        tau0 = float(curve.tau_s[0]) / int(curve.m[0])
+        if tau0 > 0 and 1 / tau0 == rate:  # 1/(1/τ₀) need not be τ₀
+            return tau0
+    return 1 / rate
+
+
+def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> DeviationCurve:
+    tau0 = _interval_of_samples(channel)
+    m = np.round(form.tau_s / tau0).astype(np.int64) if form.m is None else form.m
+    columns = (m, form.adev, form.n_pairs, form.edf, form.stride)
+    if any(column is not None and column.shape != form.tau_s.shape for column in columns):
+        raise WrongValueError("curve: its columns have several lengths")
+    if len(form.tau_s) == 0 or not (np.isfinite(form.tau_s) & (form.tau_s > 0)).all():
+        raise WrongValueError("curve: tau_s has a time that is not positive, or none")
+    return DeviationCurve(
+        channel=name,
+        quantity=channel.quantity,
+        unit=form.unit,
+        m=m,
+        tau=form.tau_s,
+        avar=form.adev**2,
+        n_pairs=np.zeros(m.shape, dtype=np.int64) if form.n_pairs is None else form.n_pairs,
+        ramp=np.full(m.shape, np.nan),
+        n=channel.samples,
+        tau0=tau0,
+        overlap="full" if form.estimator == "overlapped" else "none",
+        counting=form.counting,
+        edf=form.edf,
+        stride=form.stride,
+        missing=form.missing,
+    )
+
+
+def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit:
+    unit, tau0 = _unit(channel), _interval_of_samples(channel)
+    terms = {}
+    for term in TERMS:
+        stated: forms.TermForm | None = getattr(form.terms, term)
+        if stated is not None:
+            terms[term] = _term(term, stated, stated.unit or coefficient_unit(term, channel.quantity, unit))
+    reasons = form.reasons
+    if reasons is None:
+        reasons = (StatedReason(text=form.reason),) if form.reason else ()
+    return NoiseFit(
+        channel=name,
+        quantity=channel.quantity,
+        rate_unit=unit,
+        n=channel.samples,
+        tau0=tau0,
+        terms=terms,
+        gauss_markov=form.terms.gauss_markov,
+        sinusoid=form.terms.sinusoid,
+        resonance=form.terms.resonance,
+        response=None if form.filter is None else _filter(form.filter, tau0, channel.sample_rate_hz),
+        warm_up=None if form.warm_up is None else WarmUp(amplitude=form.warm_up.amplitude, time=form.warm_up.time_s),
+        regressors=form.regressors,
+        highest=form.highest_hz,
+        alike_from=form.alike_from_s,
+        alike_sigma=form.alike_sigma,
+        discrepancy=form.discrepancy,
+        model={term: value for term, value in form.model.items() if term in TERMS},
+        verdict=form.verdict,
+        reasons=reasons,
+        unclear=form.unclear,
+        tau_min=form.tau_min_s,
+        tau_max=form.tau_max_s,
+        p_value=form.p_value,
+        covariance=_covariance(form.covariance or forms.CovarianceForm()),
+        level=next((term.level for term in terms.values()), 0.95),
+        method=form.method,
+        runs=form.runs_s,
+        trust=channel.trust,
+    )
+
+
+def _term(name: str, form: forms.TermForm, unit: str) -> FittedTerm:
+    if not 0 < form.level < 1:
+        raise WrongValueError(f"fit.terms.{name}.level is {form.level:g}, not between 0 and 1")
+    return FittedTerm(
+        term=name,
+        unit=unit,
+        observed=form.observed,
+        level=form.level,
+        value=form.value,
+        low=form.low,
+        high=form.high,
+        upper_limit=form.upper_limit,
+        p_value=form.p_value,
+    )
+
+
+def _filter(form: forms.FilterForm, tau0: float, rate: float | None) -> FittedFilter:
+    like = form.low_pass
+    try:
+        low_pass = None if like is None else LowPass(order=like.order, corner=like.corner_hz, rate=rate)
+    except DataError as error:
+        raise WrongValueError(f"fit.filter.low_pass: {error.message}") from None
+    return FittedFilter(
+        coefficients=form.coefficients,
+        tau0=tau0,
+        interval=tau0 if form.interval_s is None else form.interval_s,
+        shape=form.shape,
+        order=form.order,
+        corner=form.corner_hz,
+        low=form.low_hz,
+        high=form.high_hz,
+        low_pass=low_pass,
+        known_to=form.known_to_hz,
+    )
+
+
+def _covariance(form: forms.CovarianceForm) -> tuple[tuple[str, ...], np.ndarray[Any, np.dtype[np.float64]]]:
+    size = len(form.terms)
+    if len(form.matrix) != size or any(len(row) != size for row in form.matrix):
+        raise WrongValueError(f"fit.covariance: the matrix is not {size} by {size}")
+    return form.terms, np.array(form.matrix, dtype=np.float64).reshape(size, size)
+
+
+def _read_off(name: str, channel: forms.ChannelForm) -> ReadOff:
+    coefficients = {
+        term: Coefficient(
+            term=term,
+            value=form.value,
+            error=form.error,
+            unit=form.unit,
+            tau_min=form.tau_s[0],
+            tau_max=form.tau_s[1],
+            slope=form.slope,
+            percentage=form.error / form.value if form.value else math.nan,
+            range_from=form.range_from,
+        )
+        for term, form in channel.read_off.items()
+        if term in TERMS
+    }
+    unit = channel.curve.unit if channel.curve is not None else ""
+    return ReadOff(name, channel.quantity, unit, coefficients)
+
+
+def _means(form: forms.MeansForm) -> MeanStability:
+    return MeanStability(
+        average=form.average_s,
+        means=form.means,
+        value=form.value,
+        low=form.low,
+        high=form.high,
+        edf=form.edf,
+        level=form.level,
+        unit=form.unit,
+    )
+
+
+def _stability(form: forms.StabilityForm) -> DynamicAllan:
+    empty = np.full(len(form.tau_s), np.nan)
+    rows = [empty if row is None else row for row in form.adev]
+    if len(rows) != len(form.time_s) or any(len(row) != len(empty) for row in rows):
+        raise WrongValueError("stability: adev is not a row of tau_s for each time")
+    return DynamicAllan(
+        channel=form.channel,
+        quantity=form.quantity,
+        unit=form.unit,
+        times=form.time_s,
+        tau=form.tau_s,
+        adev=np.array(rows, dtype=np.float64).reshape(len(rows), len(empty)),
+        n=form.samples_in_window,
+        window=form.window_s,
+        step=form.step_s,
+    )

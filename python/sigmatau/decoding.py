@@ -1,0 +1,198 @@
+"""Values of JSON as the types that annotations declare: dataclasses, tuples, mappings, arrays; errors name the place.
+
+Libraries that do this (msgspec, cattrs) either have no union of several dataclasses, or take ``"5"`` for a number; results
+have unions, told apart by the field ``kind``, and null where a number is not finite.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from typing import Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from sigmatau.errors import DataError
+
+T = TypeVar("T")
+Decoder = Callable[[Any], Any]
+
+_LARGEST_INTEGER = 10**300  # a float holds it
+_SHOWN = 40  # characters of a wrong value
+_NUMBERS = (frozenset({float, int, type(None)}), frozenset({int}))
+
+
+class WrongValueError(ValueError):
+    """A value of another type than declared; `path` is its place, the innermost key first."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.path: list[str | int] = []
+
+    def __str__(self) -> str:
+        place = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in reversed(self.path))
+        return f"{place.lstrip('.')}: {self.args[0]}".removeprefix(": ")
+
+
+def decode(kind: Callable[..., T], value: object) -> T:
+    """A value of a declared type; raises `WrongValueError`. Keys that the type lacks are ignored."""
+    found: T = _decoder(kind, null=False)(value)
+    return found
+
+
+def decode_details(kind: Callable[..., T], value: object) -> T:
+    """The same for details of a finding, which have null in place of a number that is not finite."""
+    found: T = _decoder(kind, null=True)(value)
+    return found
+
+
+def _refuse(value: object, wanted: str) -> NoReturn:
+    shown = repr(value)
+    raise WrongValueError(f"{shown if len(shown) <= _SHOWN else shown[:_SHOWN] + '…'} is not {wanted}")
+
+
+@functools.cache
+def _decoder(kind: Any, *, null: bool) -> Decoder:  # noqa: ANN401  any annotation
+    if kind in _SCALARS:
+        return _float_or_null if null and kind is float else _SCALARS[kind]
+    if is_dataclass(kind):
+        return _dataclass(kind, null=null)
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return functools.partial(_choice, arguments)
+    if origin in (Union, types.UnionType):
+        return _union(arguments, null=null)
+    if origin is tuple:
+        if arguments[-1] is Ellipsis:
+            return functools.partial(_items, _decoder(arguments[0], null=null))
+        return functools.partial(_tuple, [_decoder(one, null=null) for one in arguments])
+    if origin is np.ndarray:
+        return functools.partial(_array, get_args(arguments[1])[0])
+    if origin is not None and issubclass(origin, Mapping):
+        return functools.partial(_mapping, _decoder(arguments[1], null=null))
+    raise TypeError(f"no decoder for {kind!r}")
+
+
+def _float(value: Any) -> float:  # noqa: ANN401  of JSON
+    if (type(value) is float and math.isfinite(value)) or (type(value) is int and abs(value) <= _LARGEST_INTEGER):
+        return value
+    _refuse(value, "a number")
+
+
+def _float_or_null(value: Any) -> float:  # noqa: ANN401  of JSON
+    return math.nan if value is None else _float(value)
+
+
+def _int(value: Any) -> int:  # noqa: ANN401  of JSON
+    if type(value) is int:
+        return value
+    if type(value) is float and value.is_integer():
+        return int(value)
+    _refuse(value, "a whole number")
+
+
+def _bool(value: object) -> bool:
+    return value if isinstance(value, bool) else _refuse(value, "true or false")
+
+
+def _str(value: object) -> str:
+    return value if isinstance(value, str) else _refuse(value, "a text")
+
+
+_SCALARS: Mapping[Any, Decoder] = {float: _float, int: _int, bool: _bool, str: _str, Any: lambda value: value}
+
+
+def _choice(values: tuple[object, ...], value: object) -> object:
+    return value if isinstance(value, str) and value in values else _refuse(value, " or ".join(map(str, values)))
+
+
+def _union(kinds: tuple[Any, ...], *, null: bool) -> Decoder:
+    several = [one for one in kinds if one is not type(None)]
+    if len(several) == 1:
+        inner = _decoder(several[0], null=null)
+        return lambda value: None if value is None else inner(value)
+    by_tag = {_tag(one): _decoder(one, null=null) for one in several}
+
+    def decode_tagged(value: Any) -> object:  # noqa: ANN401  of JSON
+        tag = value.get("kind") if isinstance(value, dict) else None
+        return by_tag[tag](value) if tag in by_tag else _refuse(value, f"of a kind {', '.join(by_tag)}")
+
+    return decode_tagged
+
+
+def _tag(kind: Any) -> str:  # noqa: ANN401  a dataclass
+    return str(next(one.default for one in fields(kind) if one.name == "kind"))
+
+
+def _at(key: str | int, decoder: Decoder, value: object) -> object:
+    try:
+        return decoder(value)
+    except WrongValueError as error:
+        error.path.append(key)
+        raise
+
+
+def _items(decoder: Decoder, value: object) -> tuple[Any, ...]:
+    if not isinstance(value, list | tuple):
+        _refuse(value, "a list")
+    return tuple([_at(k, decoder, one) for k, one in enumerate(value)])
+
+
+def _tuple(decoders: list[Decoder], value: object) -> tuple[Any, ...]:
+    if not isinstance(value, list | tuple) or len(value) != len(decoders):
+        _refuse(value, f"a list of {len(decoders)}")
+    return tuple([_at(k, decoder, one) for k, (decoder, one) in enumerate(zip(decoders, value, strict=True))])
+
+
+def _mapping(decoder: Decoder, value: object) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        _refuse(value, "an object")
+    return {str(key): _at(str(key), decoder, one) for key, one in value.items()}
+
+
+def _array(kind: type[np.generic], value: object) -> np.ndarray[Any, Any]:
+    """Numbers of a list; null is NaN."""
+    whole = issubclass(kind, np.integer)
+    if not isinstance(value, list | tuple) or not set(map(type, value)) <= _NUMBERS[whole]:
+        _refuse(value, "a list of whole numbers" if whole else "a list of numbers")
+    try:
+        found = np.array(value, dtype=kind)
+    except OverflowError:
+        _refuse(value, "a list of numbers")
+    if not whole and np.isinf(found).any():
+        _refuse(value, "a list of finite numbers")
+    return found
+
+
+def _dataclass(kind: Any, *, null: bool) -> Decoder:  # noqa: ANN401  a class
+    parts: list[tuple[str, Decoder, bool]] = []
+
+    def decode_fields(value: Any) -> object:  # noqa: ANN401  of JSON
+        if not isinstance(value, Mapping):
+            _refuse(value, "an object")
+        if not parts:  # at the first value, because a class may have parts of its own type
+            hints = get_type_hints(kind)
+            parts.extend(
+                (one.name, _decoder(hints[one.name], null=null), one.default is one.default_factory is MISSING)
+                for one in fields(kind)
+                if one.init
+            )
+        found = {}
+        for name, decoder, needed in parts:
+            if name in value:
+                try:
+                    found[name] = decoder(value[name])
+                except WrongValueError as error:
+                    error.path.append(name)
+                    raise
+            elif needed:
+                raise WrongValueError(f"{name} is missing")
+        try:
+            return kind(**found)
+        except DataError as error:
+            raise WrongValueError(error.message) from None
+
+    return decode_fields

@@ -116,6 +116,19 @@ class TestLines:
         with pytest.raises(DataError, match=rf"column 2 'sensor_id' has {labels[0]} and {labels[-1]}.*one sensor only"):
             pushed(Live(options()), text, size)
 
+    @pytest.mark.parametrize("size", [1000, 10**6])
+    @pytest.mark.parametrize("rows", [600, 9000])
+    def test_sensors_in_turn_are_asked_for(self, rows, size):
+        rng = np.random.default_rng(seed_of("watched in turn"))
+        samples = rng.normal(size=(rows, 3)) + np.resize([[0, 5, -4], [7, 0, 4]], (rows, 3))
+        lines = [f"{k / 100:.2f},{x:.4f},{y:.4f},{z:.4f}" for k, (x, y, z) in enumerate(samples.tolist())]
+        text = "\n".join(["time [s],gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s]", *lines, ""]).encode()
+        with pytest.raises(
+            OptionError, match=r"rows of 2 interleaved sensors.*column .gyro_z.*sigmatau analyze FILE"
+        ):
+            pushed(Live(options()), text, size)
+        assert len(pushed(Live(options(interleaved=1)), text, size)) == rows
+
     @pytest.mark.parametrize("size", [11, 3000, 10**6])
     def test_lines_that_were_written_twice_are_skipped(self, size):
         text, y = table()
@@ -348,6 +361,7 @@ class TestCommand:
             (["watch", "LOG", "--input", "accumulated"], 2, "accumulated"),
             (["watch", "LOG", "--idle", "0.2", "--every", "0.1", "--unit", "gyro=parsec"], 2, "parsec"),
             (["watch", "LOG", "--plot", "figure.doc"], 2, ".png"),
+            (["watch", "LOG", "--interleaved", "2"], 2, "--interleaved 2 is for a saved log"),
         ],
     )
     def test_refusals(self, log, argv, code, words, capsys):

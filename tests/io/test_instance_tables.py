@@ -79,7 +79,7 @@ def test_instances_are_topics(tmp_path, name, column):
 @pytest.mark.parametrize("name", WRITERS)
 def test_instances_without_a_column_are_refused(tmp_path, name):
     WRITERS[name](tmp_path / name, of_two())
-    with pytest.raises(st.DataError, match="2 interleaved sensors"):
+    with pytest.raises(st.OptionError, match="2 interleaved sensors"):
         read(tmp_path / name, unit=UNIT)
 
 

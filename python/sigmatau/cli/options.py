@@ -428,6 +428,9 @@ class Reading:
         Required for raw binary files.
     skip
         Number of lines to skip at the beginning of a text table (default 0; lines of text above a table are found).
+    interleaved
+        Number of sensors whose rows take turns in a table: 2 reads them as topics imu0 and imu1, 1 states a single sensor.
+        Default: a single sensor, unless the samples or the time stamps show several, which is asked.
     channels
         Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names add further signals.
         time=none ignores the time stamps. Default: columns that are recognised by their names.
@@ -446,6 +449,7 @@ class Reading:
     topic: Annotated[list[str] | None, Parameter(negative=())] = None
     layout: str | None = None
     skip: int = 0
+    interleaved: int | None = None
     channels: Annotated[list[str] | None, Parameter(negative=())] = None
     input: Literal["rate", "increments", "accumulated"] = "rate"
     scale: Annotated[list[str] | None, Parameter(negative=())] = None
@@ -460,6 +464,7 @@ class Reading:
             "topic": self.topic,
             "layout": self.layout,
             "skip": self.skip,
+            "interleaved": self.interleaved,
             "channels": key_values(self.channels or [], "channels", "gyro_x=wx"),
             "input": self.input,
             "scale": key_numbers(self.scale or [], "scale", "gyro=0.01"),

@@ -47,6 +47,7 @@ def watch_command(
     scale: Annotated[list[str] | None, Parameter(negative=())] = None,
     offset: Annotated[list[str] | None, Parameter(negative=())] = None,
     skip: int = 0,
+    interleaved: int | None = None,
     every: Annotated[str, Parameter(allow_leading_hyphen=True)] = "2s",
     idle: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     at_rest: Annotated[bool, Parameter(negative=())] = False,
@@ -78,6 +79,8 @@ def watch_command(
         Reading at zero, in counts or volts: gyro=2048. Default: 0.
     skip
         Number of lines to skip at the beginning (default 0; lines of text above the samples are found).
+    interleaved
+        1 states that all rows are of one sensor. Default: asked if the first rows seem to be of several in turn.
     every
         Time between updates of the screen, in seconds or with its unit.
     idle
@@ -110,7 +113,13 @@ def watch_command(
         input=input,
         scale=key_numbers(scale or [], "scale", "gyro=0.01"),
         offset=key_numbers(offset or [], "offset", "gyro=2048"),
+        interleaved=interleaved,
     )
+    if interleaved not in (None, 1):
+        raise OptionError(
+            f"watch follows one sensor: {{option}} {interleaved} is for a saved log, sigmatau analyze FILE",
+            option="interleaved",
+        )
     watched = _Watched(source, Live(options, skip=check_skip(skip)), at_rest=at_rest)
     broken: DataError | None = None
     try:
@@ -125,8 +134,6 @@ def watch_command(
                     shown = time.monotonic()
     except KeyboardInterrupt:
         pass  # the usual end
-    except OptionError as error:
-        raise error.about(watched.name) from None
     except DataError as error:
         if watched.stretches is None or watched.stretches.n < MIN_SAMPLES:
             raise
@@ -174,7 +181,7 @@ class _Watched:
     def take(self, piece: bytes, *, last: bool = False) -> None:
         try:
             samples = self.live.push(piece, last=last)
-        except DataError as error:
+        except (DataError, OptionError) as error:
             raise error.about(self.name) from None
         if self.live.channels and self.stretches is None:
             stated = {c: u for c, u in self.live.unit.items() if c in self.live.channels}

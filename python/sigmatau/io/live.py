@@ -38,6 +38,7 @@ from sigmatau.io.read.formats import lvm
 from sigmatau.io.read.formats.keyed_records import in_words
 from sigmatau.io.read.formats.layout import Layout, find_layout
 from sigmatau.io.read.formats.text_lines import COMMENTS, NoRowsError
+from sigmatau.io.read.interleaving import find_interleaving
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import HEAD, Table
@@ -50,6 +51,7 @@ from sigmatau.record.record import stream_name
 _PIECE = 1 << 18  # read at a time [bytes]
 _PAUSE = 0.05  # before a file that has ended is looked at again [s]
 _WAITING = 64  # pieces that may be read ahead
+_FIRST_ROWS = 4096  # that show whether several sensors take turns: 16 parts of 256
 _FIRST_LINES = 50  # that are waited for, to find out the layout and the rate
 _LONGEST_LINE = 1 << 20  # [bytes]
 
@@ -140,6 +142,7 @@ class Live:
     _last_stamp: float | None = None
     _repeats: bool = False  # Whether lines with the stamp of the line before are skipped
     _last_row: NDArray[np.float64] | None = None
+    _first_rows: list[NDArray[np.float64]] | None = field(default_factory=list)  # stamps and samples; None once checked
     _blocks: list[float] = field(default_factory=list)  # mean intervals of so many lines each [s]
     _block: int = 16
     _pending: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
@@ -190,7 +193,7 @@ class Live:
         lines = in_words(lines) if self._marks else lines
         if len(self._rest) > _LONGEST_LINE:
             raise DataError("a line is longer than 1 MiB, so this is not a table of numbers")
-        return self._numbers(lines)
+        return self._numbers(lines, last=last)
 
     def _find_out(self, head: bytes, *, wait: bool) -> bytes | None:
         """Take layout, columns, units and rate from the first lines; what is left of them is data. `wait`: return None
@@ -310,7 +313,7 @@ class Live:
             arrow=self._layout.arrow,
         ).columns
 
-    def _numbers(self, lines: bytes) -> NDArray[np.float64]:
+    def _numbers(self, lines: bytes, *, last: bool) -> NDArray[np.float64]:
         assert self._choice is not None
         good, bad = self._good(lines)
         good = [part for columns in good for part in without_absurd(columns, bad)]
@@ -325,12 +328,30 @@ class Live:
         if self._choice.time is not None and "time" in self.unit:
             self._note_stamps([columns[at[self._choice.time]] for columns in good], broken=bool(bad))
         self.lines += len(samples)
+        if self._first_rows is not None and self.options.interleaved is None:
+            stamps = [] if self._choice.time is None else [columns[at[self._choice.time]] for columns in good]
+            first = np.concatenate(stamps) if stamps else np.zeros(len(samples))
+            self._first_rows.append(np.column_stack((first, samples)))
+            if last or sum(map(len, self._first_rows)) >= _FIRST_ROWS:
+                self._refuse_interleaved()
         for k, channel in enumerate(channels):
             stream = channel.split("_")[0]
             offset = self.options.offset.get(channel, self.options.offset.get(stream, 0.0))
             scale = self.options.scale.get(channel, self.options.scale.get(stream, 1.0))
             samples[:, k] = (samples[:, k] - offset) * scale
         return samples
+
+    def _refuse_interleaved(self) -> None:
+        """Raise `OptionError` if the first rows are of several sensors that take turns, or may be."""
+        assert self._choice is not None
+        assert self._layout is not None
+        rows = np.concatenate(self._first_rows or [])[:_FIRST_ROWS]  # always the same, however the input is cut
+        self._first_rows = None
+        axes = {name: rows[:, k] for k, name in enumerate(self.channels, 1) if name.startswith(("gyro", "accel"))}
+        interleaving = find_interleaving(axes, None if self._choice.time is None else rows[:, 0])
+        if interleaving is not None:
+            index = self._choice.channels[interleaving.channel]
+            raise interleaving.error_of_live(repr(self._layout.columns[index].name or index + 1))
 
     def _skip_repeats(self, good: list[list[NDArray[np.float64]]]) -> list[list[NDArray[np.float64]]]:
         """The stretches without lines that repeat the line before."""

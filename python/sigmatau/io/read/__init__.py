@@ -23,6 +23,7 @@ from sigmatau.io.read.formats.damage import expansion_limit
 from sigmatau.io.read.options import Options, check_skip, stated_options
 from sigmatau.io.read.registry import reader_of, require_text
 from sigmatau.io.read.table import HEAD, Head, Table
+from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
 
@@ -39,6 +40,7 @@ def read(
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
+    interleaved: int | None = None,
     layout: str | None = None,
     skip: int = 0,
     max_expansion: float | None = None,
@@ -78,6 +80,10 @@ def read(
     topic : str or sequence of str, optional
         Topic, message or variable to read, if the file has several; or one for each sensor. By default the only one
         whose column names are those of a gyro and an accelerometer, or the only one of each.
+    interleaved : int, optional
+        Number of sensors whose rows take turns in a table without a column that tells them: 2 or more reads them as topics
+        ``"imu0"``, ``"imu1"`` …, 1 states that all rows are of one sensor. Default: one sensor; an error asks if the samples
+        or the time stamps show several.
     layout : str, optional
         Fields of a row of a raw binary file, in order, such as ``"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"``. A
         field is a count (default 1), a NumPy type (i1 to i8, u1 to u8, f4, f8), a name, and an optional unit in
@@ -99,7 +105,7 @@ def read(
     Raises
     ------
     OptionError
-        If an option is missing (no rate, no unit, no column recognised) or wrong.
+        If an option is missing (no rate, no unit, no column recognised, rows that may be of several sensors) or wrong.
     DataError
         If the file is missing, empty, damaged or of an unknown format; if a row has another length or contains a
         non-numeric value; if time goes backwards.
@@ -128,13 +134,21 @@ def read(
       gyro: gyro_x [rad/s], 1000 samples at 100 Hz (10 s)
     """
     options = Options.check(
-        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
+        rate=rate,
+        unit=unit,
+        channels=channels,
+        input=input,
+        scale=scale,
+        offset=offset,
+        topic=topic,
+        interleaved=interleaved,
     )
     stated = stated_options(
         rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic, layout=layout,
-        skip=skip,
+        skip=skip, interleaved=interleaved,
     )  # fmt: skip
     with opened(path, layout, max_expansion, skip) as (file, tables):
+        tables = separate_turns(tables, options)
         record = assemble.assemble(choose_tables(tables, options.topic, options.channels), file, options)
     source = record.provenance if file is not None else replace(record.provenance, path=os.fsdecode(path))
     return replace(record, provenance=replace(source, options=stated))

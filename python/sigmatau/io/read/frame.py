@@ -15,6 +15,7 @@ from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
 from sigmatau.io.read.instance_tables import separate_instances
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Table
+from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.record.record import Record
 from sigmatau.record.streams import InputKind
 
@@ -32,6 +33,7 @@ def from_frame(
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
     topic: str | Sequence[str] | None = None,
+    interleaved: int | None = None,
 ) -> Record:
     """A static record from a data frame.
 
@@ -49,6 +51,8 @@ def from_frame(
     topic : str or sequence of str, optional
         Kind of rows to read, if a column tells several: ``"imu0"`` for instance 0, ``"left"`` for rows of that word. By
         default the only rows of a gyro and the only ones of an accelerometer.
+    interleaved : int, optional
+        As in `read`.
 
     Returns
     -------
@@ -84,10 +88,17 @@ def from_frame(
       gyro: gyro_x [rad/s], 1000 samples at 100 Hz (10 s)
     """
     options = Options.check(
-        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic
+        rate=rate,
+        unit=unit,
+        channels=channels,
+        input=input,
+        scale=scale,
+        offset=offset,
+        topic=topic,
+        interleaved=interleaved,
     )
     try:
-        tables = separate_instances([_table(frame)])
+        tables = separate_turns(separate_instances([_table(frame)]), options)
         return assemble.assemble(assemble.choose_tables(tables, options.topic, options.channels), None, options)
     except OptionError as error:
         raise error.about("the frame") from None

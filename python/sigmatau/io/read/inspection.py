@@ -21,6 +21,7 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.suggestions import by_gravity
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
+from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.record.record import Record
 from sigmatau.results import Printed, duration_text, lines_text, plain
 
@@ -212,6 +213,7 @@ def inspect(
     options = Options.check(**options_of_read)
     with opened(path, layout, max_expansion, skip) as (file, tables):
         wanting = ""
+        tables = separate_turns(tables, options)
         try:
             chosen = choose_tables(tables, options.topic, options.channels)
         except OptionError as error:

@@ -1,46 +1,40 @@
-"""Rows of several sensors in turn, without a column that tells them: found from the means by turn.
+"""Rows of several sensors in turn, without a column that tells them: found from means, scatter and stamps by turn.
 
 Each sensor has its bias, so the means of the rows differ from turn to turn and stay so. A line at half, a third or a quarter
-of the sampling rate makes such means for a while, and a converter with two phases makes small ones. `find_interleaving` says
-how they are told apart.
+of the sampling rate makes such means too, and a converter with two phases makes small ones. Sensors of one bias are found
+from their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turn_noise`): rows of one sensor have it
+in common. What the rows do not tell is asked.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError
+from sigmatau.errors import OptionError, argument
+from sigmatau.io.read import turns
+from sigmatau.io.read.turn_noise import SlowNoise, compare_slow_noise
+from sigmatau.io.read.turns import MIN_PARTS, ROWS
 
 _PARTS = 16  # parts of the log that are tested, over its whole length: a line that is not locked to the samples drifts
-_ROWS = 256  # rows of a part: a lost row changes the turns in the parts after it
-_UNEVEN = 0.618  # the golden ratio: the distances of the parts have no period
-_MIN_PARTS = 2
+_ALL_PARTS = 256  # the same, if the first ones show several sensors
 _PERIODS = (4, 3, 2)  # sensors in turn
-_SAME = 0.8  # share of the parts that must have the same means
-_TOLERANCE = 0.25  # difference of the means of two parts, over the largest mean; a line that drifts in phase exceeds it
-_TOLERANCE_ERRORS = 3.0  # the same, over the standard error of a mean: added
-_ERRORS = 6.0  # means that are different, over their standard error
-_EXCEPTIONS = 0.1  # share of the intervals that may not fit the groups
-_SHORT = 0.25  # interval between two rows of one instant, over the mean interval
 _BUNCHED_SHIFT = 1.2  # smallest difference of the means over the scatter, if stamps come in groups of the period
 _EVEN_SHIFT = 2.0  # the same for even stamps, or none: twice the largest step of converters with two phases
-_UNEQUAL = (
-    1.15  # smallest ratio of the differences on two axes of one sensor: a simulated line has one size on all axes
-)
+_UNEQUAL = 0.15  # smallest relative difference of two axes of one sensor: a simulated line has one size on all axes
 _PAIR = 2  # sensors of different rates that are told apart
-_SAME_SENSOR = (
-    0.3  # difference of the means of two turns of one sensor, over the scatter: 4 standard errors of a median
-)
-_UNEVEN_INTERVALS = (
-    0.2  # smallest difference of the intervals by turn, over their mean, of two sensors of different rates
-)
-_EVEN_AXES = 2  # axes of either sensor, or one more of a single sensor
+_EVEN_AXES = 2  # axes that must differ
 _NEIGHBOURS = 6.0  # correlation of neighbouring rows beyond that of rows of one turn, over its standard error
+_SCATTERS = 1.3  # smallest ratio of the scatters of two sensors: 6 standard errors for 16 parts
+_TURN_NAMES = {2: "second", 3: "third", 4: "fourth"}
+_FRACTIONS = {2: "half", 3: "a third of", 4: "a quarter of"}
+
+Sign = Literal["means", "scatter", "stamps"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,142 +43,248 @@ class Interleaving:
 
     sensors: int
     period: int  # rows after which the sensors repeat; more than sensors if they have different rates
+    sign: Sign  # what depends on the turn
     channel: str  # with the largest difference
+    size: float  # of this channel: difference of the means [unit of the log], or ratio of the scatters; 0 for stamps
     means: tuple[float, ...]  # of this channel, by turn; in the unit of the log
     bunched: bool  # whether the stamps come in groups
+    certain: bool  # False if one sensor may make such rows
 
-    def error(self, label: str) -> DataError:
-        """The error of a log with such rows; `label`: the column of the channel."""
-        turn = {2: "second", 3: "third", 4: "fourth"}[self.period]
-        size = max(self.means) - min(self.means)
-        return DataError(
-            f"has rows of {self.sensors} interleaved sensors: the means of every {turn} row of {self.channel} (column"
-            f" {label}) differ by {size:.3g}. Save each sensor to its own file, or log the number of the sensor in a column"
+    def error(self, label: str, topic: str) -> OptionError:
+        """The question for a log with such rows. `label`: column of the channel; `topic`: that of the table, or empty."""
+        single = argument("interleaved", 1)
+        if self.sensors != self.period:
+            advice = f"Save each to its own file, or state {single} if it is a single one"
+        else:
+            advice = (
+                f"State {argument('interleaved', self.sensors)} {argument('topic', f'{topic}/imu0'.removeprefix('/'))}"
+            )
+            advice += f", or {single}" + (" if it is a single one" if self.certain else "")
+        return OptionError(f"{self._reading()}: {self._sign(label)}. {advice}", option="interleaved")
+
+    def error_of_live(self, label: str) -> OptionError:
+        """The question for samples that are followed while they come."""
+        advice = f"Save the log and run sigmatau analyze FILE, or state {argument('interleaved', 1)}"
+        return OptionError(f"{self._reading()}: {self._sign(label)}. {advice}", option="interleaved")
+
+    def error_of_count(self, label: str, topic: str, count: int) -> OptionError:
+        """The error of a stated number of sensors that leaves rows of several in a topic."""
+        return OptionError(
+            f"{{option}} {count} leaves rows of several sensors in {topic}: {self._sign(label)}. State another number",
+            option="interleaved",
         )
+
+    def _reading(self) -> str:
+        """What the rows are, and the other reading if it is possible."""
+        other_reading = {
+            "means": f"one with a line at {_FRACTIONS[self.period]} the rate",
+            "scatter": "one whose noise changes from row to row",
+            "stamps": "one whose samples were sent together",
+        }[self.sign]
+        several = f"has rows of {self.sensors} interleaved sensors"
+        return several if self.certain else f"{several}, or of {other_reading}"
+
+    def _sign(self, label: str) -> str:
+        """What depends on the turn."""
+        of_channel = f"of every {_TURN_NAMES[self.period]} row of {self.channel} (column {label})"
+        return {
+            "means": f"the means {of_channel} differ by {self.size:.3g}",
+            "scatter": f"the scatter {of_channel} differs by a factor of {self.size:.3g}",
+            "stamps": f"its time stamps come in groups of {self.period}",
+        }[self.sign]
 
 
 def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any] | None) -> Interleaving | None:
-    """The sensors whose rows take turns, by the first rows of a log; None if all rows are of one sensor.
+    """The sensors whose rows take turns; None if all rows are of one sensor, or nothing shows several.
 
     `channels`: columns of gyro and accelerometer, each of shape (n,), in the order of the file; `stamps`: shape (n,).
 
-    If stamps come in groups (``0, 0.06, 10, 10.06 ms``), two axes must have means that depend on the turn. A first-in
-    first-out memory makes such stamps too, but not the means. Two sensors of which one has two or three rows for each
-    row of the other have means in one proportion, as a line at a third of the rate has, but also uneven stamps. If
-    stamps are even, or absent, the means must differ by twice the scatter on two axes of both sensors, or on three axes
-    of one by different amounts, and neighbouring rows must not be more alike than rows of one turn. All parts of the log
-    must show the same means.
+    If stamps come in groups (``0, 0.06, 10, 10.06 ms``), two axes must have means that depend on the turn, or the groups
+    alone make a question. If stamps are even, or absent, the means must differ by twice the scatter on two axes, not by one
+    amount on axes of one sensor, and neighbouring rows must not be more alike than rows of one turn; or the scatter must
+    depend on the turn. All parts of the log must show the same means. Rows of several turns that have their slow noise in
+    common are of one sensor.
     """
     names = list(channels)
-    if not names or len(channels[names[0]]) < _MIN_PARTS * _ROWS:
+    if not names or len(channels[names[0]]) < MIN_PARTS * ROWS:
         return None
     for period in _PERIODS:
-        starts = _starts(len(channels[names[0]]), period)
-        parts = np.stack([_turns(channels[name], starts, period) for name in names], axis=-1)
-        turns = _means_of_turns(parts)
-        if turns is None:
-            continue
-        means, scatter = turns
-        shift = np.divide(np.ptp(means, axis=1), scatter, out=np.zeros(len(names)), where=scatter > 0)
-        sensors = period
-        bunched = stamps is not None and _is_bunched(np.asarray(stamps[: _MIN_PARTS * _ROWS]), period)
-        if bunched:
-            is_interleaved = bool(np.count_nonzero(shift >= _BUNCHED_SHIFT) >= _EVEN_AXES)
-        else:
-            relative = means / np.where(scatter > 0, scatter, 1.0)[:, None]
-            apart = period > _PAIR and _has_single_turn_apart(relative) and not _is_even(stamps, period)
-            is_interleaved = _is_large(names, shift, relative, in_proportion=apart) and not _are_neighbours_alike(parts)
-            sensors = _PAIR if apart else period
-        if is_interleaved:
-            largest = int(np.argmax(shift))
-            return Interleaving(
-                sensors=sensors,
-                period=period,
-                channel=names[largest],
-                means=tuple(means[largest].tolist()),
-                bunched=bunched,
-            )
-    return None
+        interleaving = _find_by_means(channels, stamps, period)
+        if interleaving is not None:
+            return interleaving
+    for period in _PERIODS:
+        interleaving = _find_by_groups(channels, stamps, period)
+        if interleaving is not None:
+            return interleaving
+    return _find_by_scatter(channels)
 
 
-def _starts(rows: int, period: int) -> list[int]:
-    """First rows of the parts, all of the same turn if no row is lost."""
-    size = _ROWS // period * period
-    count = min(rows // size, _PARTS)
-    spread = np.arange(count) * _UNEVEN % 1  # even distances would hide a line of that period
-    return [int(start) // period * period for start in (np.arange(count) + spread) / count * (rows - size)]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Turns:
+    """Turns of a stated number of sensors."""
+
+    slow_turn: int | None  # the only turn that is not of the same sensor as the others
+    period: int  # turns after which the means repeat
+    lost: tuple[int, int] | None  # rows between which the sensors change turns
 
 
-def _turns(column: NDArray[Any], starts: Sequence[int], period: int) -> NDArray[np.float64]:
-    """The rows of a channel in all parts: shape (parts, rows / period, period)."""
-    size = _ROWS // period * period
-    with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
-        parts = [np.asarray(column[start : start + size], dtype=np.float64) for start in starts]
-    return np.stack(parts).reshape(len(starts), size // period, period)
-
-
-def _means_of_turns(parts: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Means of each channel by turn, shape (channels, period), without the common mean, and the scatter within a turn, shape
-    (channels,). Channels whose means are not significant, or not the same in most parts of the log, are 0; None if all are.
-    `parts`: shape (parts, rows, period, channels).
+def find_turns(channels: Mapping[str, NDArray[Any]], count: int) -> Turns | None:
+    """The turns of sensors whose number is stated; None if the means do not show them. `channels`: as in
+    `find_interleaving`.
     """
-    period, channels = parts.shape[2:]
-    with np.errstate(invalid="ignore"):
-        centred = parts - parts.mean(axis=2, keepdims=True)  # without motion and drift
-        means = centred.mean(axis=1)  # (part, turn, channel)
-        scatter = (centred.std(axis=1) * (period / (period - 1)) ** 0.5).mean(axis=1)
-    finite = np.isfinite(means).all(axis=(1, 2))
-    means, scatter = means[finite], scatter[finite]
-    if len(means) < _MIN_PARTS:
+    rows = min(map(len, channels.values()))
+    if rows < MIN_PARTS * ROWS:
         return None
-    error = scatter / parts.shape[1] ** 0.5
-    sizes = np.ptp(means, axis=1)
-    significant = (sizes > _ERRORS * error).mean(axis=0) >= _SAME
-    if not significant.any():
+    by_turn = turns.means_by_turn(_parts(channels, count, _ALL_PARTS))
+    if by_turn is None:
         return None
-    typical_scatter = np.median(scatter, axis=0)
-    relative = np.divide(np.median(sizes, axis=0), typical_scatter, out=np.zeros(channels), where=typical_scatter > 0)
-    lead = int(np.argmax(np.where(significant, relative, -1.0)))
-    aligned, distance = means.copy(), np.full((len(means), channels), np.inf)
-    for turn in range(period):  # after a lost row the turns are shifted
-        moved = np.roll(means, turn, axis=1)
-        apart = np.abs(moved - means[0]).max(axis=1)
-        closer = apart[:, lead] < distance[:, lead]
-        aligned[closer], distance[closer] = moved[closer], apart[closer]
-    allowed = _TOLERANCE * np.abs(means[0]).max(axis=0) + _TOLERANCE_ERRORS * np.median(error, axis=0)
-    same = significant & ((distance <= allowed).mean(axis=0) >= _SAME)
-    return (np.median(aligned, axis=0).T * same[:, None], typical_scatter) if same.any() else None
+    starts = turns.starts_of_parts(rows, count, _ALL_PARTS)
+    steady = [(start, turn) for start, turn in zip(starts, by_turn.first_turns, strict=True) if turn >= 0]
+    lost = next(((a, b + ROWS - 1) for (a, before), (b, after) in pairwise(steady) if before != after), None)
+    relative = _over_scatter(by_turn)[1]
+    return Turns(slow_turn=turns.single_turn(relative), period=turns.shortest_period(relative), lost=lost)
 
 
-def _is_bunched(stamps: NDArray[Any], period: int) -> bool:
-    """Whether stamps come in groups of `period` rows: short intervals within, and one long one after each."""
-    with np.errstate(invalid="ignore"):
-        intervals = np.diff(stamps).astype(np.float64)
-        mean = float(np.mean(intervals))
-    if not mean > 0:
-        return False
-    short = intervals < _SHORT * mean
-    same = short[period:] == short[:-period]
-    share, repeated = float(np.mean(short)), float(np.mean(same))
-    return bool(abs(share - (period - 1) / period) < _EXCEPTIONS / 2 and repeated > 1 - _EXCEPTIONS)
+def _find_by_means(
+    channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any] | None, period: int
+) -> Interleaving | None:
+    names = list(channels)
+    parts = _parts(channels, period, _PARTS)
+    by_turn = turns.means_by_turn(parts)
+    if by_turn is None:
+        return None
+    bunched = _has_groups(stamps, period)
+    shift, relative = _over_scatter(by_turn)
+    slow_turn = None if bunched else turns.single_turn(relative)
+    if bunched:
+        if np.count_nonzero(shift >= _BUNCHED_SHIFT) < _EVEN_AXES:
+            return None
+    elif not _is_large(names, shift, relative, in_proportion=slow_turn is not None) or _are_neighbours_alike(parts):
+        return None
+    by_turn = turns.means_by_turn(_parts(channels, period, _ALL_PARTS))  # the first parts may have one phase by chance
+    if by_turn is None:
+        return None
+    shift, _ = _over_scatter(by_turn)
+    if not np.any(shift >= _BUNCHED_SHIFT):
+        return None
+    stretch = _longest_stretch(len(channels[names[0]]), period, by_turn.first_turns)
+    slow = _slow_noise(channels, period, stretch, pair=(0, 1) if slow_turn is None else (slow_turn, slow_turn - 1))
+    if slow == "in common" and not bunched:
+        return None
+    largest = int(np.argmax(shift))
+    return Interleaving(
+        sensors=period if slow_turn is None else _PAIR,
+        period=period,
+        sign="means",
+        channel=names[largest],
+        size=float(np.ptp(by_turn.means[largest])),
+        means=tuple(by_turn.means[largest].tolist()),
+        bunched=bunched,
+        certain=slow == "independent" or (bunched and slow != "in common"),
+    )
 
 
-def _has_single_turn_apart(means: NDArray[np.float64]) -> bool:
-    """Whether all turns but one have the same means, as two or three rows of a sensor have for each of a slower one.
-    `means`: over the scatter, shape (channels, turns).
-    """
-    spreads = [np.ptp(np.delete(means, turn, axis=1), axis=1).max() for turn in range(means.shape[1])]
-    return bool(min(spreads) <= _SAME_SENSOR)
+def _find_by_groups(
+    channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any] | None, period: int
+) -> Interleaving | None:
+    """Sensors of one bias whose stamps come in groups."""
+    if not _has_groups(stamps, period):
+        return None
+    name, column = next(iter(channels.items()))
+    slow = _slow_noise(channels, period, slice(0, len(column)), pair=(0, 1))
+    if slow == "in common":
+        return None
+    return Interleaving(
+        sensors=period,
+        period=period,
+        sign="stamps",
+        channel=name,
+        size=0.0,
+        means=(),
+        bunched=True,
+        certain=slow == "independent",
+    )
 
 
-def _is_even(stamps: NDArray[Any] | None, period: int) -> bool:
-    """Whether the intervals between rows do not depend on the turn, as far as is known."""
-    if stamps is None:
-        return True
-    with np.errstate(invalid="ignore"):
-        intervals = np.diff(np.asarray(stamps[: _ROWS * period + 1]).astype(np.float64))
-    by_turn = np.median(intervals[: len(intervals) // period * period].reshape(-1, period), axis=0)
-    return not float(np.ptp(by_turn)) > _UNEVEN_INTERVALS * float(np.mean(by_turn))
+def _find_by_scatter(channels: Mapping[str, NDArray[Any]]) -> Interleaving | None:
+    """Two sensors of one bias whose noise differs."""
+    ratios = turns.ratio_of_scatters(_parts(channels, _PAIR, _PARTS))
+    if np.count_nonzero(ratios >= _SCATTERS) < _EVEN_AXES:
+        return None
+    names = list(channels)
+    slow = _slow_noise(channels, _PAIR, slice(0, len(channels[names[0]])), pair=(0, 1))
+    if slow == "in common" or _has_several_means(channels):
+        return None
+    largest = int(np.argmax(ratios))
+    return Interleaving(
+        sensors=_PAIR,
+        period=_PAIR,
+        sign="scatter",
+        channel=names[largest],
+        size=float(ratios[largest]),
+        means=(),
+        bunched=False,
+        certain=slow == "independent",
+    )
+
+
+def _has_several_means(channels: Mapping[str, NDArray[Any]]) -> bool:
+    """Whether the means of every fourth row differ, as those of sensors of different rates do."""
+    by_turn = turns.means_by_turn(_parts(channels, 2 * _PAIR, _PARTS))
+    return by_turn is not None and bool(np.any(_over_scatter(by_turn)[0] >= _BUNCHED_SHIFT))
+
+
+def _parts(channels: Mapping[str, NDArray[Any]], period: int, limit: int) -> NDArray[np.float64]:
+    """Rows by turn: shape (parts, rows, period, channels)."""
+    starts = turns.starts_of_parts(len(next(iter(channels.values()))), period, limit)
+    return np.stack([turns.rows_by_turn(column, starts, period) for column in channels.values()], axis=-1)
+
+
+def _has_groups(stamps: NDArray[Any] | None, period: int) -> bool:
+    return stamps is not None and turns.is_bunched(np.asarray(stamps[: MIN_PARTS * ROWS]), period)
+
+
+def _over_scatter(by_turn: turns.TurnMeans) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Largest difference of the means, and the means, over the scatter."""
+    scatter = by_turn.scatter
+    shift = np.divide(np.ptp(by_turn.means, axis=1), scatter, out=np.zeros(len(scatter)), where=scatter > 0)
+    return shift, by_turn.means / np.where(scatter > 0, scatter, 1.0)[:, None]
+
+
+def _longest_stretch(rows: int, period: int, first_turns: NDArray[np.intp]) -> slice:
+    """The rows of the longest stretch in which no row is lost, by the first turn of each part."""
+    starts = np.array(turns.starts_of_parts(rows, period, len(first_turns)))
+    changes = np.flatnonzero(np.diff(first_turns)) + 1
+    borders = [0, *changes.tolist(), len(first_turns)]
+    stretches = [
+        (int(starts[first]) if first else 0, int(starts[end - 1]) + ROWS if end < len(starts) else rows)
+        for first, end in pairwise(borders)
+    ]
+    return slice(*max(stretches, key=lambda stretch: stretch[1] - stretch[0]))
+
+
+def _slow_noise(
+    channels: Mapping[str, NDArray[Any]], period: int, stretch: slice, *, pair: tuple[int, int]
+) -> SlowNoise:
+    """Whether rows of two turns have their slow noise in common."""
+    series = []
+    for turn in pair:
+        of_turn = [
+            np.asarray(column[stretch][turn % period :: period], dtype=np.float64) for column in channels.values()
+        ]
+        series.append(np.stack(of_turn, axis=1))
+    size = min(map(len, series))
+    first, second = (_without_missing(x[:size]) for x in series)
+    return compare_slow_noise(first, second)
+
+
+def _without_missing(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The series with the median in place of missing samples; 0 in a channel without samples."""
+    missing = ~np.isfinite(x)
+    if not missing.any():
+        return x
+    medians = [np.median(column[~gaps]) if not gaps.all() else 0.0 for column, gaps in zip(x.T, missing.T, strict=True)]
+    return np.where(missing, medians, x)
 
 
 def _is_large(
@@ -195,13 +295,11 @@ def _is_large(
     """
     large = shift >= _EVEN_SHIFT
     axes = [np.array([name.startswith(sensor) for name in names]) & large for sensor in ("gyro", "accel")]
-    counts = [int(np.count_nonzero(of_sensor)) for of_sensor in axes]
-    both = min(counts) >= _EVEN_AXES
+    both = all(of_sensor.any() for of_sensor in axes)
     unequal = any(
-        count > _EVEN_AXES and np.max(shift[of_sensor]) > _UNEQUAL * np.min(shift[of_sensor])
-        for count, of_sensor in zip(counts, axes, strict=True)
+        np.ptp(shift[of_sensor]) > _UNEQUAL * np.min(shift[of_sensor]) for of_sensor in axes if of_sensor.any()
     )
-    if not both and not unequal:
+    if np.count_nonzero(large) < _EVEN_AXES or not (both or unequal):
         return False
     if in_proportion:
         return True

@@ -29,6 +29,7 @@ class Options:
     sensors: tuple[
         str, ...
     ] = ()  # The gyro or the accelerometer alone of a topic with the fields of both; all if empty
+    interleaved: int | None = None  # Sensors whose rows take turns; None if the samples are to tell
 
     @property
     def states_rate(self) -> bool:
@@ -62,6 +63,7 @@ class Options:
         scale: object = None,
         offset: object = None,
         topic: object = None,
+        interleaved: object = None,
     ) -> Options:
         """Options of the right types and values; raises `OptionError`."""
         of_all, rates = check_rates(rate)
@@ -74,6 +76,7 @@ class Options:
             scale={c: _factor("scale", c, v) for c, v in _mapping("scale", scale).items()},
             offset={c: _factor("offset", c, v) for c, v in _mapping("offset", offset).items()},
             topic=_topics(topic),
+            interleaved=_sensors_in_turn(interleaved),
         )
 
 
@@ -90,7 +93,8 @@ def stated_options(**options: object) -> dict[str, object]:
     return plain(None, **{name: value for name, value in chosen.items() if (name, value) != ("input", "rate")})
 
 
-_MATTER = ("rate", "unit", "channels", "input", "scale", "offset", "topic", "layout", "skip")
+_MATTER = ("rate", "unit", "channels", "input", "scale", "offset", "topic", "layout", "skip", "interleaved")
+_MAX_IN_TURN = 16  # sensors whose rows take turns: as many as instances in a column
 _EXAMPLES = {
     "unit": '{"gyro": "deg/s"}',
     "channels": '{"gyro_x": 2}',
@@ -104,6 +108,16 @@ def _topics(value: object) -> tuple[str, ...]:
     if not isinstance(named, Sequence) or not all(isinstance(name, str) for name in named):
         raise OptionError(f"{{option}} must be a name, or several, not {value!r}", option="topic")
     return tuple(named)
+
+
+def _sensors_in_turn(value: object) -> int | None:
+    if value is None:
+        return None
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or not 1 <= value <= _MAX_IN_TURN:
+        raise OptionError(
+            f"{{option}} must be a number of sensors, 1 to {_MAX_IN_TURN}, not {value!r}", option="interleaved"
+        )
+    return int(value)
 
 
 def _mapping(name: str, value: object) -> Mapping[str, object]:

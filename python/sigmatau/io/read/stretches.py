@@ -48,6 +48,10 @@ def unread(
         As `sigmatau.read`; also for a log of another format, or with several tables.
     """
     options = Options.check(**options_of_read)
+    if options.interleaved not in (None, 1):
+        raise OptionError(
+            "{option} is not for a record in stretches; save each sensor to its own log", option="interleaved"
+        )
     with opened(path, layout, max_expansion, skip) as (_, tables):
         chosen = choose_tables(tables, options.topic, options.channels)
         if len(chosen) > 1:

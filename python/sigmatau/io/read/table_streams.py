@@ -97,8 +97,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             f"has rows of its own for {next(iter(own))}, without time stamps; name them with --channels time=…, or give"
             f" the rate of each sensor, --rate {','.join(f'{sensor}=HZ' for sensor in by_stream)}"
         )
-    if not own and options.input != "accumulated":
-        _refuse_interleaved(table, choice, raw)
+    if not own and options.input != "accumulated" and options.interleaved != 1:
+        _refuse_interleaved(table, choice, raw, options.interleaved)
     mostly = {
         channel: index
         for channel, index in choice.channels.items()
@@ -203,12 +203,18 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     )
 
 
-def _refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]]) -> None:
-    """Raise `DataError` if the rows of several sensors take turns."""
+def _refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]], count: int | None) -> None:
+    """Raise `OptionError` if the rows of several sensors take turns, or may do so. `count`: sensors by the option."""
     axes = {channel: raw[index] for channel, index in choice.channels.items() if stream_name(channel) in SI}
     interleaving = find_interleaving(axes, None if choice.time is None else raw[choice.time])
-    if interleaving is not None:
-        raise interleaving.error(table.label(choice.channels[interleaving.channel]))
+    if interleaving is None:
+        return
+    label = table.label(choice.channels[interleaving.channel])
+    raise (
+        interleaving.error(label, table.topic)
+        if count is None
+        else interleaving.error_of_count(label, table.topic, count)
+    )
 
 
 def _check_rate(name: str, table: Table, choice: Choice, timing: Timing, rows: int) -> tuple[Finding, ...]:

@@ -389,7 +389,7 @@ def test_increments_by_name_are_not_taken_for_rates(tmp_path):
 def test_everything_missing_is_asked_for_at_once(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("gyro_x,accel_x\n" + "1.5,2.5\n2.5,1.0\n" * 4)
-    with pytest.raises(OptionError, match=r"give e\.g\. --unit gyro=deg/s,accel=g --rate HZ"):
+    with pytest.raises(OptionError, match=r"give e\.g\. --unit gyro=deg/s,accel=UNIT --rate HZ"):
         read(path)
 
 

@@ -42,18 +42,51 @@ def test_what_would_be_asked_for(tmp_path):
 
 @pytest.mark.parametrize(
     ("gravity", "example"),
-    [(9.81, "gyro=rad/s,accel=m/s^2"), (1.0, "gyro=deg/s,accel=g"), (1000.0, "gyro=deg/s,accel=mg")],
+    [(9.81, "accel=m/s^2"), (1.0, "accel=g"), (1000.0, "accel=mg"), (3.0, "accel=UNIT")],
 )
-def test_the_example_of_a_unit_is_that_in_which_gravity_is_seen(tmp_path, gravity, example):
+def test_both_units_of_a_gyro_are_offered_with_its_noise_in_each(tmp_path, gravity, example):
+    """The unit of the accelerometer is that in which gravity is seen; one that the values do not show cannot be run."""
     path = tmp_path / "b.csv"
-    path.write_text("gx,gy,gz,ax,ay,az\n" + f"0.01,0.02,0.03,{0.6 * gravity},0,{-0.8 * gravity}\n" * 40)
-    assert f"e.g. --unit {example} (" in st.inspect(path, rate=10).tables[0].wanting
+    rows = "".join(f"{x},0.02,0.03,{0.6 * gravity},0.0,{-0.8 * gravity}\n" for x in (0.01, 0.02) * 50)
+    path.write_text("gx,gy,gz,ax,ay,az\n" + rows)
+    asked = st.inspect(path, rate=10).tables[0].wanting
+    assert f"e.g. --unit gyro=deg/s,{example} (gyro noise 0.0071 deg/s rms) or" in asked
+    assert f" or --unit gyro=rad/s,{example} (gyro noise 0.41 deg/s rms). The values do not tell which" in asked
+    units = {"gyro": "rad/s", "accel": example.partition("=")[2]}
+    if units["accel"] == "UNIT":
+        with pytest.raises(st.OptionError, match="unknown unit 'UNIT'"):
+            st.read(path, rate=10, unit=units)
+    else:
+        accel = st.read(path, rate=10, unit=units).stream_of("accel_z").column("accel_z")
+        assert accel[0] == pytest.approx(-0.8 * 9.8, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("header", "options", "asked"),
+    [
+        ("ax,ay", {}, "give e.g. --unit accel=m/s^2 or --unit accel=g. The values do not tell which"),
+        (
+            "gx,gy",
+            {"input": "increments"},
+            "give e.g. --unit gyro=deg or --unit gyro=rad. The values do not tell which",
+        ),
+        ("gx,gy", {"scale": {"gyro": 0.01}}, "give e.g. --unit gyro=deg/s or --unit gyro=rad/s. The values"),
+        ("ax,ay", {"input": "increments"}, "give e.g. --unit accel=m/s"),
+    ],
+)
+def test_units_that_the_values_leave_open(tmp_path, header, options, asked):
+    path = tmp_path / "b.csv"
+    path.write_text(header.replace("a", "accel_").replace("g", "gyro_") + "\n" + "1.5,2.5\n2.5,1.5\n" * 40)
+    assert asked in st.inspect(path, rate=10, **options).tables[0].wanting
 
 
 def test_the_unit_that_is_asked_for_leaves_those_that_are_stated(tmp_path):
     path = tmp_path / "b.csv"
     path.write_text("gyro_x,gyro_y [rad/s],accel_x\n" + "1,2,3\n" * 40)
-    assert "e.g. --unit gyro_x=deg/s,accel=g" in st.inspect(path, rate=10).tables[0].wanting
+    assert (
+        "e.g. --unit gyro_x=deg/s,accel=UNIT or --unit gyro_x=rad/s,accel=UNIT"
+        in st.inspect(path, rate=10).tables[0].wanting
+    )
 
 
 def test_no_names(tmp_path):
@@ -133,5 +166,5 @@ def test_options_are_typed_or_arguments(tmp_path, capsys, monkeypatch):
     assert "--channels time=N,gyro=N:N,accel=N:N" in capsys.readouterr().out
     assert '`channels={"time": "N", "gyro": "N:N", "accel": "N:N"}`' in repr(st.inspect(bare))
     assert main(["inspect", str(named)]) == 0
-    assert "give e.g. --unit gyro=deg/s,accel=g --rate HZ" in capsys.readouterr().out
-    assert 'give e.g. `unit={"gyro": "deg/s", "accel": "g"}` `rate=HZ`' in repr(st.inspect(named))
+    assert "give e.g. --unit gyro=deg/s,accel=UNIT --rate HZ or --unit gyro=rad/s" in capsys.readouterr().out
+    assert 'give e.g. `unit={"gyro": "deg/s", "accel": "UNIT"}` `rate=HZ`' in repr(st.inspect(named))

@@ -182,16 +182,16 @@ class Exports:
         how = (reading or Reading()).options() if self.files else {}
         channels = [name for name in how.get("channels", {}) if name != "time"]
         rates = how.get("rate")
-        stated = rates if isinstance(rates, dict) else {}
+        stated: dict[str, float] = rates if isinstance(rates, dict) else {}
         if channels:
             sensors = dict.fromkeys(map(stream_name, channels))
         elif {"gyro", "accel"} <= set(stated):
             sensors = dict.fromkeys(("gyro", "accel"))
         else:
             return
-        if len({stated.get(sensor) for sensor in sensors}) > 1 and None in map(stated.get, sensors):
-            stated = {}  # the rate of one sensor alone does not show whether they differ
-        self._check({name: dict.fromkeys(_axes(name, channels), stated.get(name, _ANY_RATE)) for name in sensors})
+        # The rate of one sensor alone does not show whether they differ.
+        of = stated if all(sensor in stated for sensor in sensors) else dict.fromkeys(sensors, _ANY_RATE)
+        self._check({name: dict.fromkeys(_axes(name, channels), of[name]) for name in sensors})
 
     def check_record(self, record: Record) -> None:
         """Raise an error for what the targets need and the record lacks, before the analysis."""

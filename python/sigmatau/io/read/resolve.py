@@ -12,14 +12,12 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.column_findings import column_findings
 from sigmatau.io.read.columns import Choice, choose
-from sigmatau.io.read.gravity import unit_of_gravity
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.plausible import epoch_unit
 from sigmatau.record.record import QUANTITIES, stream_name
-from sigmatau.record.streams import InputKind
 
 # The columns chosen, the unit of each channel as spelled, and findings
 Resolved = tuple[Choice, dict[str, str], list[Finding]]
@@ -163,13 +161,20 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             hint = f" (the file has {', '.join(unknown_units)}{scale_hint})"
         else:
             hint = " (whole numbers may be counts: then give --scale too)" if counts else ""
-        lacks = _lacks_rate(table, choice, unit, options) + hint
-        shown = None if "accel" in map(stream_name, options.scale) else unit_of_gravity(table, choice.channels)
-        examples = _example_units(options.input, shown)
         is_unnamed = len(missing) == 1 and stream_name(missing[0]) not in SI and not options.channels
-        column = choice.channels[missing[0]] + 1 if is_unnamed else None
-        stated_sensors = {stream_name(c) for c in unit}
-        raise _ask_for_units(missing, options.input, examples, stated=stated_sensors, no_rate=lacks, column=column)
+        from sigmatau.io.read.unit_question import ask_for_units
+
+        raise ask_for_units(
+            table,
+            choice.channels,
+            missing,
+            options.input,
+            stated={stream_name(c) for c in unit},
+            scaled=set(map(stream_name, options.scale)),
+            more=_lacks_rate(table, choice, unit, options),
+            hint=hint,
+            column=choice.channels[missing[0]] + 1 if is_unnamed else None,
+        )
     return unit, overruled
 
 
@@ -227,38 +232,3 @@ def _same(one: str, other: str) -> bool:
         return units.find(one) == units.find(other)
     except OptionError:
         return one == other
-
-
-def _example_units(kind: InputKind, accel: str | None) -> dict[str, str]:
-    """Units of an example, by sensor; `accel`: the unit in which the accelerometer shows gravity. A log in m/s^2 usually has
-    rad/s, and a gyro in rad/s that is read as one in deg/s would be 57 times too good.
-    """
-    if kind != "rate":
-        return {"gyro": "rad", "accel": "m/s"}
-    return {"gyro": "rad/s" if accel == SI["accel"] else "deg/s", "accel": accel or "g"}
-
-
-def _ask_for_units(
-    missing: list[str],
-    kind: InputKind,
-    examples: Mapping[str, str],
-    *,
-    stated: set[str],
-    no_rate: str,
-    column: int | None,
-) -> OptionError:
-    """`stated`: sensors of which another channel has a unit, which that of the sensor would replace; `column`: the only
-    one, from 1, which may be a gyro without its name.
-    """
-    streams = list(dict.fromkeys(map(stream_name, missing)))
-    asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
-    example = "--unit " + ",".join(f"{name}={examples.get(s, '1')}" for name, s in asked.items())
-    known = [si if kind == "rate" else units.integral(si) for s, si in SI.items() if s in streams]
-    table = "; ".join(f"{', '.join(units.known(si))}" for si in known)
-    listed = f" (known: {table})" if table else " (any word; 1 for none)"
-    if kind == "rate" and "gyro" in streams:
-        listed += "; the values do not tell deg/s from rad/s, 57 times apart: see the manual of the sensor"
-    listed += f"; if it is a gyro, give --channels gyro={column} --unit gyro=deg/s" if column is not None else ""
-    return OptionError(
-        f"does not state the unit of {', '.join(missing)}; give e.g. {example}{no_rate}{listed}", option="unit"
-    )

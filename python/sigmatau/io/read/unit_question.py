@@ -1,0 +1,91 @@
+"""The question for units that neither the file nor an option states: a command for each unit that the values leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from sigmatau import units
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.gravity import ROWS_TESTED, unit_of_gravity
+from sigmatau.io.read.table import Table, all_without_absurd
+from sigmatau.record.record import stream_name
+from sigmatau.record.streams import InputKind
+from sigmatau.results import two_digits
+
+_OPEN_UNITS: dict[str, dict[InputKind, tuple[str, ...]]] = {
+    "gyro": {"rate": ("deg/s", "rad/s"), "increments": ("deg", "rad"), "accumulated": ("deg", "rad")},
+    "accel": {"rate": ("m/s^2", "g"), "increments": ("m/s",), "accumulated": ("m/s",)},
+}
+"""The usual units of a sensor, between which its values do not decide."""
+
+_UNTOLD = "UNIT"  # stands for a unit that the values do not tell; no option takes it
+
+
+def ask_for_units(
+    table: Table,
+    channels: Mapping[str, int],
+    missing: Sequence[str],
+    kind: InputKind,
+    *,
+    stated: set[str],
+    scaled: set[str],
+    more: str,
+    hint: str,
+    column: int | None,
+) -> OptionError:
+    """The question for the units of the channels `missing`.
+
+    `stated`: sensors of which another channel has a unit, which that of the sensor would replace; `scaled`: sensors with a
+    scale, which their numbers do not show; `more`: further options that are needed; `hint`: what the numbers may be;
+    `column`: the only one, from 1, which may be a gyro without its name.
+    """
+    asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
+    gravity = None if "accel" in scaled or kind != "rate" else unit_of_gravity(table, channels)
+    accel = (gravity,) if gravity else _OPEN_UNITS["accel"][kind]
+    by_time = more.startswith(" --unit")
+    behind = f"; add{more} too" if by_time else ""
+
+    def command(gyro: str, accel: str) -> str:
+        """The option for all missing units."""
+        of_sensor = {"gyro": gyro, "accel": accel}
+        pairs = ",".join(f"{name}={of_sensor.get(sensor, '1')}" for name, sensor in asked.items())
+        return f"--unit {pairs}{'' if by_time else more}"
+
+    question = f"does not state the unit of {', '.join(missing)}; give e.g. "
+    if "gyro" in asked.values():
+        noise = None if hint or "gyro" in scaled or kind != "rate" else _noise_of_gyro(table, channels)
+        ways = [
+            command(unit, accel[0] if len(accel) == 1 else _UNTOLD) + ("" if noise is None else _noise_in(unit, noise))
+            for unit in _OPEN_UNITS["gyro"][kind]
+        ]
+    elif "accel" in asked.values():
+        ways = [command("", unit) for unit in accel]
+    else:
+        other = f"; if it is a gyro, give --channels gyro={column} --unit gyro=deg/s" if column is not None else ""
+        return OptionError(f"{question}{command('', '')} (any word; 1 for none){hint}{behind}{other}", option="unit")
+    doubt = ". The values do not tell which: see the manual of the sensor" if len(ways) > 1 else ""
+    return OptionError(f"{question}{' or '.join(ways)}{hint}{behind}{doubt}", option="unit")
+
+
+def _noise_in(unit: str, noise: float) -> str:
+    """What a unit makes of the noise of a gyro, which its datasheet states."""
+    size = noise * units.find(unit).factor / units.find("deg/s").factor
+    return f" (gyro noise {two_digits(size)} deg/s rms)"
+
+
+def _noise_of_gyro(table: Table, channels: Mapping[str, int]) -> float | None:
+    """Standard deviation of the samples of a gyro by their differences, of the noisiest axis, in the unit of the log; None
+    if its columns cannot be loaded or never change.
+    """
+    axes = [index for channel, index in channels.items() if stream_name(channel) == "gyro"]
+    try:
+        loaded = dict(all_without_absurd(table.load(axes, None).columns))
+    except DataError:  # raised again when the record is read
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = [np.diff(np.asarray(loaded[index][:ROWS_TESTED], dtype=np.float64)) for index in axes]
+        spreads = [float(np.nanstd(each)) / np.sqrt(2) for each in steps if np.isfinite(each).any()]
+    noise = max(spreads, default=0.0)
+    return noise if 0 < noise < np.inf else None

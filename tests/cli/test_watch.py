@@ -123,9 +123,7 @@ class TestLines:
         samples = rng.normal(size=(rows, 3)) + np.resize([[0, 5, -4], [7, 0, 4]], (rows, 3))
         lines = [f"{k / 100:.2f},{x:.4f},{y:.4f},{z:.4f}" for k, (x, y, z) in enumerate(samples.tolist())]
         text = "\n".join(["time [s],gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s]", *lines, ""]).encode()
-        with pytest.raises(
-            OptionError, match=r"rows of 2 interleaved sensors.*column .gyro_z.*sigmatau analyze FILE"
-        ):
+        with pytest.raises(OptionError, match=r"rows of 2 interleaved sensors.*column .gyro_z.*sigmatau analyze FILE"):
             pushed(Live(options()), text, size)
         assert len(pushed(Live(options(interleaved=1)), text, size)) == rows
 

@@ -32,7 +32,7 @@ def test_words_are_made_in_one_room():
         if "findings.wording import" in path.read_text(encoding="utf-8")
     }
     assert users <= {
-        "analysis/pipeline.py",
+        "analysis/stages.py",
         "analysis/result.py",
         "analysis/text.py",
         "exporting/export.py",

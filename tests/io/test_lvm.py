@@ -174,4 +174,6 @@ def test_a_later_header_of_another_unit_is_a_table_of_its_own(tmp_path):
     for topic in ("segment 1", "segment 2"):
         record = read(path, topic=topic)
         assert len(record.streams[0].column("gyro_x")) == N
-        np.testing.assert_allclose(record.streams[0].column("gyro_x"), np.radians(VALUES[:, 0]), atol=1e-6)  # rounded in the file
+        np.testing.assert_allclose(
+            record.streams[0].column("gyro_x"), np.radians(VALUES[:, 0]), atol=1e-6
+        )  # rounded in the file

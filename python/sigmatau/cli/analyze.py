@@ -77,7 +77,6 @@ def analyze_command(
     joint_axes: Annotated[bool, Parameter(negative=())] = False,
     common: str | None = None,
     jobs: int | None = None,
-    threads: int | None = None,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -118,8 +117,6 @@ def analyze_command(
         terms differ from run to run, and their value is the mean over runs.
     jobs
         Number of logs to analyse in parallel (default 1).
-    threads
-        Number of threads (default: all cores). The result does not depend on it.
     verbose
         Print all coefficients and findings, not only the main ones.
     quiet
@@ -132,7 +129,6 @@ def analyze_command(
         **(settings or Settings()).arguments(),
         "stability": stability is not None,
         "notes": _notes(note or [], report, json),
-        "threads": threads,
     }
     exports = Exports.of(export or [], choosing, method=chosen["method"])
     check_style(style, plot or overlay, stability)
@@ -271,7 +267,7 @@ def _print_result(
     told = wrapped(causes(analysis.findings, room=_MOST_LINES))
     if with_table:
         _table(screen(analysis, below=len(told) + 1, legend=not quiet))
-        by_hand = lines_by_hand(analysis, settings["read_off_at"])
+        by_hand = lines_by_hand(analysis, settings["read_off_at"] or {})
         if by_hand:
             _table("\n".join(by_hand))
     for line in told:

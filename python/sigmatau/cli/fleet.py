@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sigmatau.cli.options import Reading, say
-from sigmatau.cli.settings import Settings
+from sigmatau.cli.settings import FleetSettings
 from sigmatau.cli.store import place_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import duration_text
@@ -48,7 +48,7 @@ def fleet_command(
     temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     retry_failed: Annotated[bool, Parameter(negative=())] = False,
     reading: Reading | None = None,
-    settings: Settings | None = None,
+    settings: FleetSettings | None = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
     """Analyse many logs, or very long ones, on several processes or hosts, and add the results to a store.
@@ -97,18 +97,19 @@ def fleet_command(
     if memory is not None and not 0.1 <= memory <= 1e5:
         raise OptionError(f"--memory {memory:g}: must be a number of GB, at least 0.1", option="memory")
 
-    from sigmatau.analysis.pipeline import stated_settings
+    from sigmatau.analysis.options import AnalysisOptions
     from sigmatau.fleet.logs import find
     from sigmatau.fleet.run import cluster
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Job
     from sigmatau.io.read.options import stated_options
+    from sigmatau.options import stated as stated_in
     from sigmatau.store.connect import engine_of
     from sigmatau.store.naming import Naming, stated_temperature
 
-    how, chosen = (reading or Reading()).options(), (settings or Settings()).arguments()
-    _check(how, chosen)
-    stated = {"reading": stated_options(**how), "analysis": stated_settings(**chosen)}
+    how, chosen = (reading or Reading()).options(), (settings or FleetSettings()).arguments()
+    _check(how)
+    stated = {"reading": stated_options(**how), "analysis": stated_in(AnalysisOptions(**chosen))}
     options = {of: values for of, values in stated.items() if values}
     degrees = stated_temperature(temperature)
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
@@ -176,17 +177,12 @@ def _told(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
     return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
 
 
-def _check(how: Mapping[str, Any], chosen: Mapping[str, Any]) -> None:
+def _check(how: Mapping[str, Any]) -> None:
     """Raise `OptionError` for what is wrong whatever the log, before it is sent to the workers."""
-    from sigmatau.fitting.arguments import wanted_terms
     from sigmatau.io.read.options import Options, check_skip
-    from sigmatau.quality.selection.exclusion import causes_to_keep
 
     check_skip(how["skip"])
     Options.check(**{key: value for key, value in how.items() if key not in ("layout", "skip", "max_expansion")})
-    causes_to_keep(chosen["keep"])
-    if chosen["terms"] is not None:
-        wanted_terms(chosen["terms"])
 
 
 def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str, Any]], list[str]]:

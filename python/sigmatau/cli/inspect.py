@@ -10,13 +10,13 @@ from cyclopts import Parameter
 
 from sigmatau.cli.options import (
     Reading,
-    bandwidths,
     check_outputs,
     finding_lines,
     wrapped,
     write_result,
 )
 from sigmatau.cli.options import reading as showing
+from sigmatau.cli.settings import CheckSettings
 from sigmatau.findings.finding import damaged
 from sigmatau.quality.inspection import inspect
 from sigmatau.results import lines_text
@@ -27,9 +27,7 @@ def inspect_command(
     /,
     *,
     reading: Reading | None = None,
-    bandwidth: Annotated[list[str] | None, Parameter(negative=())] = None,
-    leave_out: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
-    keep: Annotated[list[str] | None, Parameter(negative=())] = None,
+    checks: CheckSettings | None = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -39,12 +37,6 @@ def inspect_command(
     ----------
     log
         A log of any supported format.
-    bandwidth
-        Bandwidth of the sensor from its datasheet: gyro=30Hz, or gyro=30Hz/2 for a second-order filter. Default: unknown.
-    leave_out
-        Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log. Default: none.
-    keep
-        Disturbances to treat as good samples, as in analyze. Default: none.
     json
         Write JSON; - writes it to standard output instead of the list.
     quiet
@@ -53,9 +45,7 @@ def inspect_command(
     check_outputs(log, None, json)
     options = (reading or Reading()).options()
     with showing(log, quiet=quiet):
-        found = inspect(
-            log, bandwidth=bandwidths(bandwidth or []), leave_out=leave_out or None, keep=keep or (), **options
-        )
+        found = inspect(log, **(checks or CheckSettings()).arguments(), **options)
     told = [*finding_lines(found.findings), *found.wants()]
     lines = [*found.contents(), *(wrapped(told) if sys.stdout.isatty() else told)]
     write_result(lines_text(lines), found.to_dict(), json)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator, strided_sizes
 from sigmatau.estimators.allan import DeviationCurve
@@ -21,6 +22,7 @@ from sigmatau.estimators.gapped import GappedSums
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stretches import InStretches, PairsAcrossGaps
 from sigmatau.frozen import frozen
+from sigmatau.options import options_that_differ
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.record import Provenance
 from sigmatau.record.streams import Stream, grid_text
@@ -31,11 +33,8 @@ if TYPE_CHECKING:
 _VALUES = 1 << 25  # of a stretch, over all channels: about a second of a worker
 _PIECE = 1 << 16  # samples that are read at a time
 _COMPLETE = 0.9  # least share of pairs that gaps leave of a size that is fitted: intervals then change by 5 %
-_OTHERS = {
-    "window": None, "leave_out": None, "keep": (), "bandwidth": None, "at_rest": False, "stability": False,
-    "overlap": "full", "counting": "standard", "terms": None, "tau_min": None, "taus": "half", "read_off_at": None,
-}  # fmt: skip
-"""Settings of `analyze` that need the samples, or are not those of a fit of curves, with their defaults."""
+_OF_CURVES = ("method", "long", "notes", "threads")
+"""Options of `analyze` that the fit of curves has too, or that need no samples."""
 
 
 @frozen
@@ -72,9 +71,9 @@ def plan(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) ->
     DataError
         For a log that cannot be read in stretches.
     """
-    for name, default in _OTHERS.items():
-        value = settings.get(name, default)
-        if value != default and (value or default):
+    options = AnalysisOptions(**settings)
+    for name, _ in options_that_differ(options):
+        if name not in _OF_CURVES:
             raise OptionError(
                 f"{{option}} needs the whole record in a worker, and {place} is too large; give the workers more memory",
                 option=name,

@@ -1,0 +1,231 @@
+"""The options of an analysis: what `analyze` takes, the command line offers, and a result states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sigmatau.errors import OptionError
+from sigmatau.estimators.allan import Counting, Overlap
+from sigmatau.estimators.deviation_kinds import TauGrid
+from sigmatau.fitting.arguments import wanted_terms
+from sigmatau.fitting.read_off_lines import Span
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS
+from sigmatau.options import check_choices, option
+from sigmatau.quality.check import Bandwidth
+from sigmatau.quality.selection.exclusion import causes_to_keep
+
+Method = Literal["likelihood", "gls", "read-off"]
+Long = Literal["auto", "exact", "strided"]
+
+
+@frozen
+class AnalysisOptions:
+    """Options of `sigmatau.analyze`."""
+
+    taus: TauGrid | ArrayLike = field(
+        default="half",
+        metadata=option(
+            "Method",
+            "Averaging times of the curve: octave, half, quarter, eighth (of an octave), all, or a list.",
+            form="times",
+            unit="s",
+            kind="str or array_like",
+            python="See `sigmatau.allan`.",
+            typed="The times of a list are in seconds or have units: 0.1,1,10min.",
+        ),
+    )
+    overlap: Overlap = field(
+        default="full",
+        metadata=option(
+            "Method",
+            "Average overlapping clusters (full), or disjoint clusters only (none).",
+            choices=get_args(Overlap),
+        ),
+    )
+    counting: Counting = field(
+        default="standard",
+        metadata=option(
+            "Method",
+            "Number of terms for N rates: N+1-2n (standard), or N-2n as in the paper's eq. (6) (paper).",
+            choices=get_args(Counting),
+        ),
+    )
+    method: Method = field(
+        default="likelihood",
+        metadata=option(
+            "Method",
+            "Fit the coefficients to the spectrum (likelihood) or to the Allan variances (gls), or only read them off the"
+            " curve, as in the paper (read-off).",
+            choices=get_args(Method),
+            python="The likelihood has the filters, lines and processes that were found in the model. Coefficients are"
+            " always read off the curve too. Channels with very few samples are fitted by least squares, which always uses"
+            " overlapping clusters on half octaves, for any grid of the curve.",
+        ),
+    )
+    terms: Sequence[str] | None = field(
+        default=None,
+        metadata=option(
+            "Method",
+            "Noise terms that may be present. Default: all five. A term that is left out is assumed to be absent; if it is"
+            " present, the others are wrong.",
+            form="names",
+            kind="sequence of str, optional",
+            python="Keys of `sigmatau.noise.terms.TERMS`.",
+            typed="Example: random_walk,bias_instability.",
+        ),
+    )
+    tau_min: float | None = field(
+        default=None,
+        metadata=option(
+            "Method",
+            "Shortest averaging time of least squares, e.g. beyond a filter or a line. Default: by goodness of fit.",
+            form="seconds",
+            unit="s",
+            kind="float, optional",
+            typed="In seconds or with a unit, 500ms. Needs --method gls.",
+        ),
+    )
+    read_off_at: Mapping[str, Span] | None = field(
+        default=None,
+        metadata=option(
+            "Method",
+            "Averaging times between which lines are read off, by term, or by channel or sensor and term."
+            " Default: by the rules of the paper.",
+            form="ranges",
+            unit="s",
+            kind="mapping of str to tuple of float, optional",
+            python='``{"random_walk": (1, 10), "gyro_x.quantization": (0.01, 2)}``; see `sigmatau.read_off`.',
+            typed="random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for one, gyro.random_walk=… for a sensor"
+            " (ms, s, min, h, d); may be repeated.",
+        ),
+    )
+    long: Long = field(
+        default="auto",
+        metadata=option(
+            "Method",
+            "Pairs of clusters longer than 4096 samples: all pairs (exact), or at most every 64th pair, in bounded memory"
+            " (strided). auto is strided if the record does not fit in memory, and exact otherwise; a finding reports"
+            " strided.",
+            choices=get_args(Long),
+            python="See `sigmatau.Accumulator`.",
+        ),
+    )
+    window: str | None = field(
+        default=None,
+        metadata=option(
+            "Selection",
+            "Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h."
+            " Default: all.",
+            form="span",
+            kind="str, optional",
+            main=True,
+        ),
+    )
+    leave_out: str | Sequence[str] | None = field(
+        default=None,
+        metadata=option(
+            "Selection",
+            "Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log. Default: none.",
+            form="spans",
+            kind="str or sequence of str, optional",
+        ),
+    )
+    keep: str | Sequence[str] = field(
+        default=(),
+        metadata=option(
+            "Selection",
+            "Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes"
+            " (with commas between), or all. Default: none; they are treated as missing.",
+            form="texts",
+            kind="str or sequence of str",
+            python="A finding names what is treated as missing.",
+        ),
+    )
+    bandwidth: Bandwidth | None = field(
+        default=None,
+        metadata=option(
+            "Method",
+            "Bandwidth of the sensor from its datasheet. A finding then reports the random walk that aliasing adds."
+            " Default: unknown.",
+            form="bandwidths",
+            unit="Hz",
+            kind="mapping of str to (float, int or None), optional",
+            python='With the order of the filter if it is known: ``{"gyro": (30.0, 1)}``; see `sigmatau.check`.',
+            typed="gyro=30Hz, or gyro=30Hz/2 for a second-order filter.",
+        ),
+    )
+    at_rest: bool = field(
+        default=False,
+        metadata=option(
+            "Selection",
+            "Analyse motion, such as that of a turntable or a shaker, as noise. Default: a log that is partly at rest is cut"
+            " to its longest part at rest, and one that is not at rest or too short to tell gets no coefficients.",
+            form="flag",
+            kind="bool",
+            typed="The exit code is then 5.",
+            main=True,
+        ),
+    )
+    stability: bool = field(
+        default=False,
+        metadata=option(
+            "Output",
+            "Compute the dynamic Allan deviation of every channel, see `sigmatau.dynamic_allan`.",
+            kind="bool",
+            matters=False,
+        ),
+    )
+    notes: Mapping[str, str] | None = field(
+        default=None,
+        metadata=option(
+            "Output",
+            'Information about the record for the result: ``{"serial number": "A123", "run": "day 1"}``. `compare_runs`'
+            " groups results by these notes.",
+            kind="mapping of str to str, optional",
+            matters=False,
+        ),
+    )
+    threads: int | None = field(
+        default=None,
+        metadata=option(
+            "Output",
+            "Number of threads (default: all cores). The result does not depend on it.",
+            form="count",
+            kind="int, optional",
+            matters=False,
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        check_choices(self)
+        if self.terms is not None:
+            if self.method == "read-off":
+                raise OptionError(
+                    "{option} are of a fit: nothing is fitted if coefficients are read off", option="terms"
+                )
+            wanted = wanted_terms(self.terms)
+            object.__setattr__(self, "terms", [name for name in TERMS if name in wanted])
+        if self.tau_min is not None:
+            _check_time(self.tau_min, self.method)
+        if self.long == "strided" and (self.overlap, self.counting) != ("full", "standard"):
+            raise OptionError("{option} 'strided' is for overlapping clusters in the standard counting", option="long")
+        causes_to_keep(self.keep)
+
+    @property
+    def causes_kept(self) -> tuple[str, ...]:
+        """Causes of disturbances that are not left out."""
+        return causes_to_keep(self.keep)
+
+
+def _check_time(tau_min: object, method: Method) -> None:
+    """Raise `OptionError` for a shortest averaging time that is not positive, or without least squares."""
+    if isinstance(tau_min, bool) or not (isinstance(tau_min, int | float | np.number) and 0 < tau_min < np.inf):
+        raise OptionError(f"{{option}} must be a positive number of seconds, not {tau_min!r}", option="tau_min")
+    if method != "gls":
+        raise OptionError("{option} needs least squares: --method gls", option="tau_min")

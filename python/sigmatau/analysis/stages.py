@@ -1,0 +1,240 @@
+"""The stages of an analysis; `sigmatau.analysis.pipeline` has their order and their state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
+from sigmatau.errors import DataError, RecordTooShortError
+from sigmatau.estimators.allan import Curves, DeviationCurve, kept_freedom
+from sigmatau.findings.finding import Finding, ranked
+from sigmatau.findings.kinds.fit import NoMap
+from sigmatau.findings.kinds.values import CoarseResolution, ImplausibleUnit
+from sigmatau.findings.wording import words
+from sigmatau.fitting.channel import fit_channel
+from sigmatau.fitting.mean_stability import MeanStability, mean_stability
+from sigmatau.fitting.noise_fit import Fits, NoiseFit
+from sigmatau.fitting.read_off import ReadOff
+from sigmatau.fitting.read_off_at import ReadOffAt
+from sigmatau.fitting.rounding import allowing_for_rounding
+from sigmatau.options import stated
+from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
+from sigmatau.quality.curves import curves_of
+from sigmatau.quality.facts import in_threads
+from sigmatau.quality.fit_findings import fit_findings, without_consequences
+from sigmatau.quality.means import channel_mean
+from sigmatau.quality.samples.resolution import rounded
+from sigmatau.quality.selection.exclusion import from_the_start, leave_out
+from sigmatau.quality.selection.rest import at_rest_only, rest
+from sigmatau.quality.selection.window import choose as choose_window
+from sigmatau.record import memory
+from sigmatau.record.on_disk import loaded
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream, grid_text
+from sigmatau.record.used import used_spans
+from sigmatau.results import ByChannel
+
+if TYPE_CHECKING:
+    from sigmatau.analysis.options import AnalysisOptions
+    from sigmatau.analysis.pipeline import State
+    from sigmatau.estimators.stability import DynamicAllan
+
+
+def read(source: object) -> Record:
+    """The record of a path or a data frame; raises `TypeError` for something else."""
+    if isinstance(source, Record):
+        return source
+    if isinstance(source, str | Path):
+        from sigmatau.io.read import read as read_file
+
+        return read_file(source)
+    if isinstance(source, Curves) or not (hasattr(source, "columns") or isinstance(source, Mapping)):
+        hint = "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(source, Curves) else ""
+        if hasattr(source, "ndim"):
+            hint = "; an array has channels: sigmatau.Record.from_arrays(rate=100, gyro=x)"
+        raise TypeError(
+            f"`record` must be a Record, see sigmatau.read, a path or a data frame, not a {type(source).__name__}{hint}"
+        )
+    from sigmatau.io.read.frame import from_frame
+
+    return from_frame(source)
+
+
+def choose(state: State) -> State:
+    """Select the part that the options state, and load it if it is analysed as a whole."""
+    options, findings = state.options, list(state.findings)
+    ReadOffAt(options.read_off_at).check(channel for stream in state.record.streams for channel in stream.channels)
+    record = from_the_start(state.record)
+    if options.leave_out is not None:
+        record, excluded = leave_out(record, options.leave_out)
+        findings += excluded
+    if options.window is not None:
+        record, chosen = choose_window(record, options.window)
+        findings += chosen
+    if options.long != "strided":
+        record = replace(record, streams=loaded(record.streams, options.threads))
+    return replace(state, record=record, findings=tuple(findings))
+
+
+def check(state: State) -> State:
+    """Find out whether the record is at rest, select its part at rest, and look for faults of the samples."""
+    options = state.options
+    resting = rest(state.record, threads=options.threads)
+    record, motion = at_rest_only(state.record, resting, assumed=options.at_rest)
+    bounded = frozenset(stream.name for stream in record.streams if _in_bounded_memory(stream, options))
+    state = replace(state, record=record, rest=resting, bounded=bounded, findings=(*state.findings, *motion))
+    if state.moves and not resting.unit_in_doubt:
+        return state
+    cleaned, faults = examine(
+        record,
+        bandwidth=options.bandwidth,
+        looked_at=LOOKED_AT_BOUNDED if bounded else LOOKED_AT,
+        keep=options.causes_kept,
+        untouched=bounded,
+        threads=options.threads,
+    )
+    if state.moves:
+        return replace(state, findings=(*state.findings, *filter(_doubts_unit, faults)))
+    return replace(state, cleaned=cleaned, findings=(*state.findings, *faults))
+
+
+def mask(state: State) -> State:
+    """Treat the disturbances that were found as missing."""
+    return state if state.cleaned is None else replace(state, record=state.cleaned, cleaned=None)
+
+
+def curves(state: State) -> State:
+    """Compute the curves; raises `DataError` if no channel has one."""
+    options = state.options
+    computed, fitted_on, without_curve = curves_of(
+        state.record, taus=options.taus, overlap=options.overlap, counting=options.counting, long=options.long,
+        bounded=state.bounded, threads=options.threads,
+    )  # fmt: skip
+    findings = (*state.findings, *without_curve)
+    if not computed:
+        lost = [finding for finding in findings if finding.code in WITHOUT_CURVE]
+        reasons = (f"{', '.join(finding.channels)}: {words(finding).message}" for finding in lost)
+        raise DataError("no channel is left to analyse: " + "; ".join(reasons))
+    return replace(state, curves=computed, fitted_on=computed | fitted_on, findings=findings)
+
+
+def fit(state: State) -> State:
+    """Fit the coefficients of each channel, and its curve's degrees of freedom by them."""
+    options, record, findings, method = state.options, state.record, state.findings, state.options.method
+    if method == "read-off" or state.moves:
+        return state
+    coarse = {finding.channel: finding.details for finding in findings if rounded(finding)}
+
+    def fitted(channel: str) -> tuple[NoiseFit, NoiseFit, DeviationCurve]:
+        curve = state.curves[channel]
+        first = fit_channel(
+            record, channel, method=method, curve=state.fitted_on[channel], tau_min=options.tau_min,
+            terms=options.terms, threads=options.threads,
+        )  # fmt: skip
+        if curve.overlap == "full":
+            curve = with_freedom(curve, first)
+        steps = coarse.get(channel)
+        if isinstance(steps, CoarseResolution):
+            return first, allowing_for_rounding(first, step=steps.step, noise=steps.noise), curve
+        return first, first, curve
+
+    fits, final_curves = {}, {}
+    for channel, (first, final, curve) in in_threads(fitted, tuple(state.curves), options.threads).items():
+        fits[channel], final_curves[channel] = final, curve
+        stream = record.stream_of(channel)
+        missing = 0.0 if stream.mask is None else float(stream.mask[:, stream.channels.index(channel)].mean())
+        findings += tuple(fit_findings(first, start=stream.grid.lead, missing=missing, beside=findings))
+    return replace(state, fits=fits, curves=final_curves, findings=findings)
+
+
+def judge(state: State) -> State:
+    """Check the noise against the fits; compute what is read off the curves, the means and the dynamic deviations."""
+    options, record, fits, findings = state.options, state.record, state.fits, state.findings
+    channels = tuple(state.curves)
+    if fits:
+        looked_at = LOOKED_AT_BOUNDED if state.bounded else LOOKED_AT
+        of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=options.threads)
+        findings = (*without_consequences(findings, fits), *of_fits)
+    if not state.moves:
+
+        def stability_of(name: str) -> tuple[MeanStability, ...]:
+            return mean_stability(record.stream_of(name), name, fits.get(name))
+
+        spreads = in_threads(stability_of, channels, options.threads)
+        means = {name: channel_mean(record.stream_of(name), name, fits.get(name)) for name in channels}
+        state = replace(
+            state,
+            read_off=read_off_curves(state.curves, fits, ReadOffAt(options.read_off_at)),
+            mean_stability={name: of_means for name, of_means in spreads.items() if of_means},
+            means={name: mean for name, mean in means.items() if mean is not None},
+        )
+    if options.stability:
+        maps, without_map = _maps(record, channels, options.threads)
+        state, findings = replace(state, stability=maps), (*findings, *without_map)
+    return replace(state, findings=findings)
+
+
+def assemble(state: State) -> Analysis:
+    """Make the result."""
+    record = state.record
+    return Analysis(
+        source=record.provenance,
+        findings=ranked(state.findings),
+        curves=Curves(state.curves),
+        fits=Fits(state.fits),
+        read_off=ByChannel(state.read_off),
+        grids={stream.name: grid_text(stream) for stream in record.streams},
+        stability=ByChannel(state.stability),
+        mean_stability=state.mean_stability,
+        rest=state.rest,
+        rate_source=record.streams[0].grid.source,
+        used={channel: used_spans(record, channel) for channel in state.curves},
+        means=state.means,
+        options=stated(state.options),
+        notes={str(name): str(text) for name, text in (state.options.notes or {}).items()},
+    )
+
+
+def read_off_curves(
+    curves: Mapping[str, DeviationCurve], fits: Mapping[str, NoiseFit], lines: ReadOffAt
+) -> dict[str, ReadOff]:
+    """What is read off each curve."""
+    return {channel: lines.read(curve, fits.get(channel)) for channel, curve in curves.items()}
+
+
+def with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
+    """The curve with degrees of freedom by the model; with missing samples in proportion to the pairs that are left."""
+    edf = fitted.degrees_of_freedom(m=curve.m)
+    return replace(curve, edf=None if edf is None else kept_freedom(curve, edf))
+
+
+def _doubts_unit(finding: Finding) -> bool:
+    """Whether a finding says that a unit is wrong, and not that the file states it."""
+    return isinstance(finding.details, ImplausibleUnit) and not finding.details.by_file
+
+
+def _in_bounded_memory(stream: Stream, options: AnalysisOptions) -> bool:
+    """Whether a stream is analysed in bounded memory: as requested, or because it does not fit."""
+    if options.long == "auto":
+        return stream.mask is None and not memory.fits(stream, options.threads)
+    return options.long == "strided"
+
+
+def _maps(
+    record: Record, channels: tuple[str, ...], threads: int | None
+) -> tuple[dict[str, DynamicAllan], list[Finding]]:
+    """The dynamic Allan deviations, and findings of channels that are too short for one."""
+    from sigmatau.estimators.stability import dynamic_allan
+
+    maps: dict[str, DynamicAllan] = {}
+    without_map = []
+    for channel in channels:
+        try:
+            maps[channel] = dynamic_allan(record, channel, threads=threads)
+        except RecordTooShortError as error:
+            no_map = NoMap(samples=error.got, needed=error.need)
+            without_map.append(Finding(details=no_map, severity="info", channels=(channel,)))
+    return maps, without_map

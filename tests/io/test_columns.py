@@ -108,6 +108,11 @@ RECOGNISED = {
     "TimeUS": ("time", "us"),
     "seconds_elapsed": ("time", "s"),
     "Zeit (s)": ("time", "s"),
+    "GPSTime": ("time", None),
+    "HEADER_TIME_STAMP": ("time", None),
+    "X_ACCELERATION_METERS_PER_SECOND_SQUARED": ("accel_x", "m/s^2"),
+    "Gyro_Y_degrees_per_second": ("gyro_y", "deg/s"),
+    "angular_velocity_z_radians_per_second": ("gyro_z", "rad/s"),
     "Tiempo (s)": ("time", "s"),
     "Gyroskop x (rad/s)": ("gyro_x", "rad/s"),
     "Beschleunigung y (m/s^2)": ("accel_y", "m/s^2"),
@@ -319,6 +324,19 @@ def test_the_g_force_of_a_phone_before_its_acceleration_without_gravity():
 def test_a_unit_of_time_makes_a_clock_but_not_of_an_interval(name, clock):
     columns = names(name, "gyro_x [rad/s]", "gyro_y [rad/s]", "gyro_z [rad/s]")
     assert choose(columns, None).time == (0 if clock else None)
+
+
+def test_a_desired_velocity_is_an_increment_only_beside_increments_of_angle():
+    velocity = [Column(name=f"DVel{axis} [m/s]") for axis in "XYZ"]
+    angle = [Column(name=f"DAngle{axis} [rad]") for axis in "XYZ"]
+    assert recognise(velocity) == [None] * 3
+    assert [match[0] for match in recognise([*angle, *velocity])][3:] == ["accel_x", "accel_y", "accel_z"]
+
+
+@pytest.mark.parametrize("word", ["Vel", "Pos", "Err", "Bias", "Cov", "Ref", "Target", "Innov"])
+@pytest.mark.parametrize("name", ["Gyr{}X", "gyro_{}_x", "Acc{}_x", "accel_x_{}"])
+def test_words_of_another_quantity_are_no_samples(word, name):
+    assert recognise([Column(name=name.format(word))]) == [None]
 
 
 def test_half_a_stamp_is_no_time():

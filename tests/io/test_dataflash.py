@@ -42,6 +42,7 @@ KINDS = {  # number, letters, fields, units, factors: as libraries/AP_Logger/Log
     "GYR": (90, "QBQfff", "TimeUS,I,SampleUS,GyrX,GyrY,GyrZ", "s#sEEE", "F-F000"),
     "ACC": (91, "QBQfff", "TimeUS,I,SampleUS,AccX,AccY,AccZ", "s#sooo", "F-F000"),
     "ATT": (92, "Qcc", "TimeUS,Roll,Pitch", "sdd", "FBB"),
+    "XKF1": (94, "Qfff", "TimeUS,GX,GY,GZ", "sEEE", "F000"),
     "NAV": (93, "QcCeE", "TimeUS,A,B,C,D", "sdddd", "FBBBB"),
 }
 N = 400
@@ -235,3 +236,13 @@ def test_a_kind_that_is_defined_under_two_numbers(file):
     with pytest.raises(OptionError, match=r"IMU\[0\] of kind 82 .*IMU\[1\] of kind 182"):
         read(file)
     np.testing.assert_array_equal(three(read(file, topic="of kind 182"), "accel"), VALUES[1, :, 3:].astype(float))
+
+
+@pytest.mark.parametrize("units", [True, False])
+def test_biases_of_a_filter_are_no_gyro(file, units):
+    rows = b"".join(message("XKF1", t, *values) for t, values in zip(STAMPS, VALUES[0, :, :3].tolist(), strict=True))
+    file.write_bytes(definitions("XKF1", units=units) + rows)
+    with pytest.raises(OptionError, match="GX bias|has no IMU"):
+        read(file)
+    file.write_bytes(definitions("XKF1", "IMU", units=units) + rows + b"".join(map(imu, range(N))))
+    assert read(file).provenance.topics[0].startswith("IMU")

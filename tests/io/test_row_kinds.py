@@ -351,3 +351,25 @@ def test_cases_of_rows(field_data):
         assert np.degrees(scatter / np.sqrt(200.0)) * 60 == pytest.approx(0.300, rel=3 / np.sqrt(2 * 2285))
     both = read(mux, unit={"time": "ms", **unit})
     assert both.stream_of("accel_x").grid.rate == pytest.approx(62.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("style", ["comments", "marks", "comments in another order"])
+def test_names_above_the_rows_are_those_of_their_kind(tmp_path, style):
+    names = {"GYRO": "GYRO,time(s),gx(rad/s),gy(rad/s),gz(rad/s)", "MAGN": "MAGN,time(s),x(uT),y(uT),z(uT)"}
+    if style == "marks":
+        head = ["$LOG,2", "$COL,GYRO,time,wx,wy,wz", "$UNIT,GYRO,s,rad/s,rad/s,rad/s", "$COL,MAGN,time,x,y,z",
+                "$UNIT,MAGN,s,uT,uT,uT", "$DATA"]  # fmt: skip
+    else:
+        order = sorted(names, reverse=style != "comments")
+        head = ["% made by a logger", *(f"% data of {kind.lower()}: '{names[kind]}'" for kind in order)]
+    mark = "$" if style == "marks" else ""
+    rates = np.random.default_rng(seed_of(f"names above {style}")).normal(0, 1e-3, (1500, 3)).round(6)
+    rows = []
+    for k, (x, y, z) in enumerate(rates.tolist()):
+        rows += [f"{mark}GYRO,{k / 100:.2f},{x},{y},{z}", f"{mark}MAGN,{k / 100 + 0.002:.3f},31.2,5.1,-40.{k % 10}"]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([*head, *rows]) + "\n")
+    record = read(path)
+    assert record.channels == ("gyro_x", "gyro_y", "gyro_z")
+    assert record.streams[0].grid.rate == pytest.approx(100)
+    np.testing.assert_allclose(record.streams[0].column("gyro_y"), rates[:, 1])

@@ -22,6 +22,7 @@ from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
 from sigmatau.io.read.options import Options, check_skip, stated_options
 from sigmatau.io.read.registry import reader_of, require_text
+from sigmatau.io.read.repeated_clocks import separate_clocks
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.record.record import Record
@@ -206,8 +207,8 @@ def _tables(file: Path, skip: int) -> Sequence[Table]:
         from sigmatau.io.read.formats import text
 
         require_text(head, file)
-        return text.read(file, head, skip=skip)
-    tables = reader_of(head, file).read(file, head)
+        return separate_clocks(text.read(file, head, skip=skip))
+    tables = separate_clocks(reader_of(head, file).read(file, head))
     if len(tables) != 1 or tables[0].format == "text":
         return tables  # the reader separates the rows of text
     from sigmatau.io.read.instance_tables import separate_instances

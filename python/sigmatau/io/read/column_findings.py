@@ -25,7 +25,7 @@ _OF_MESSAGES = frozenset({"mcap", "rosbag1", "rosbag2", "ulog", "dataflash", "no
 # Columns beside the samples whose meaning is clear: no message names them.
 _BESIDE_SAMPLES = (
     r"(?:.*_)?(?:index|n|id|seq|sequence|frame_?id|row|count|counter|packet_?counter|sample|number|line)(?:_.*)?|.*covariance.*|"
-    r".*(?:n?secs?|nanosec)|" + "|".join(TIMES)
+    r".*(?:n?secs?|nanosec)|copy_of_.*|" + "|".join(TIMES)
 )
 
 

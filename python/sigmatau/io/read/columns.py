@@ -199,10 +199,10 @@ class ChosenTime:
 _OF_SENSOR = re.compile(TIMES[1])  # the stamp of the sensor, which precedes that of the receiver
 
 
-def _is_clock(column: Column, key: str) -> bool:
+def is_clock(column: Column) -> bool:
     """Whether a column of an unknown name is a clock by the unit that it states, ``Device clock [ms]``."""
-    unit = unit_of(column)[1]
-    return unit is not None and units.find(unit).si == "s" and not NOT_A_CLOCK.search(key)
+    name, unit = unit_of(column)
+    return unit is not None and units.find(unit).si == "s" and not NOT_A_CLOCK.search(sensor_key(name))
 
 
 def find_time(
@@ -226,7 +226,7 @@ def find_time(
     ]
     if not times and not pairs:
         times = [i for i, column in enumerate(columns) if i not in taken and is_date(column.first)]
-        times = times or [i for i in range(len(columns)) if i not in taken and _is_clock(columns[i], keys[i])]
+        times = times or [i for i in range(len(columns)) if i not in taken and is_clock(columns[i])]
     ranked = [
         [i for i in times if any(re.fullmatch(names, stem) for stem, _ in readings(keys[i], None))] for names in TIMES
     ]

@@ -14,6 +14,7 @@ from sigmatau.io.read import assemble
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
 from sigmatau.io.read.instance_tables import separate_instances
 from sigmatau.io.read.options import Options
+from sigmatau.io.read.repeated_clocks import separate_clocks
 from sigmatau.io.read.table import Column, Table
 from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.record.record import Record
@@ -98,7 +99,7 @@ def from_frame(
         interleaved=interleaved,
     )
     try:
-        tables = separate_turns(separate_instances([_table(frame)]), options)
+        tables = separate_turns(separate_instances(separate_clocks([_table(frame)])), options)
         return assemble.assemble(assemble.choose_tables(tables, options.topic, options.channels), None, options)
     except OptionError as error:
         raise error.about("the frame") from None

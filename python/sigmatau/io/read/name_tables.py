@@ -97,6 +97,11 @@ OF_PHONES = re.compile(r"(?i)linear acceleration [xyz]\b")
 # Names of increments.
 INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|angle|vel|velocity)|dv)_?[xyz]")
 
+ANGLE_INCREMENTS = re.compile(r"(?:delta|d)_?(?:theta|angle)_?[xyz]")
+
+# A desired velocity (ArduPilot NTUN.DVelX) unless increments of angle are beside it: increments come in pairs.
+DESIRED_VELOCITY = re.compile(r"d_?vel(?:ocity)?_?[xyz]")
+
 # Time columns by priority: the time stamp of the sensor before that of the receiver.
 TIMES = (
     r"sample_?us|time_?stamp_sample",  # ArduPilot, PX4: when the sensor sampled
@@ -105,7 +110,7 @@ TIMES = (
     r"t|ts|time|time_?stamps?|t_(?:host|imu|sensor|sys|rel|mcu)|(?:unix|epoch|sys|system|sensor|host|imu|ros)_?time(?:stamp)?"
     r"|time_(?:boot|since_start|since_boot|startup)|timestartup|seconds|secs?|epoch|date_?time|date_?time_utc|time_?utc"
     r"|utc_?time|date_and_time|time_?stamp_(?:unix|sync)|(?:motion|gyro|accelerometer)_?timestamp_since_?reboot"
-    r"|(?:gps_?)?tow|time_?of_?week|zeit|temps|tiempo|tempo",
+    r"|(?:gps_?)?tow|gps_?time(?:_?stamp)?|header_?time_?stamp|time_?of_?week|zeit|temps|tiempo|tempo",
     r"sample_?time_?fine",  # Xsens
     r"log_time",  # of the recorder of an MCAP file or a bag
 )
@@ -123,14 +128,18 @@ NOT_A_CLOCK = re.compile(
 # Units as the last part of a name: ``gyro_x_dps``, ``t_ns``, ``time in ms``.
 UNIT_ENDS = {
     **dict.fromkeys(("dps", "deg_s", "degps", "deg_per_s", "deg_per_sec", "deg_sec"), "deg/s"),
+    **dict.fromkeys(("degrees_per_second", "degree_per_second", "deg_per_second"), "deg/s"),
     **dict.fromkeys(("mdps", "mdeg_s"), "mdeg/s"),
     **dict.fromkeys(("rad_s", "radps", "rads", "rps", "rad_per_s", "rad_per_sec", "rad_sec"), "rad/s"),
+    **dict.fromkeys(("radians_per_second", "radian_per_second", "rad_per_second"), "rad/s"),
     **dict.fromkeys(("mrad_s", "mradps"), "mrad/s"),
     **dict.fromkeys(("dph", "deg_h", "deg_hr", "deg_per_h", "deg_per_hr", "deg_per_hour"), "deg/h"),
     "g": "g",
     "mg": "mg",
     "ug": "ug",
     **dict.fromkeys(("m_s2", "m_s_2", "m_ss", "m_s_s", "mps2", "ms2", "mss", "m_per_s2", "m_s^2", "m_s²"), "m/s^2"),
+    **dict.fromkeys(("meters_per_second_squared", "metres_per_second_squared", "meters_per_second2"), "m/s^2"),
+    **dict.fromkeys(("meters_per_second_per_second", "metres_per_second_per_second", "m_per_sec2"), "m/s^2"),
     **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
     **dict.fromkeys(("ms", "msec", "msecs", "millis", "milliseconds"), "ms"),
     **dict.fromkeys(("us", "usec", "usecs", "micros", "microseconds"), "us"),

@@ -14,8 +14,10 @@ from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.io.read.name_tables import (
     AFTER_AXIS,
+    ANGLE_INCREMENTS,
     BY_MESSAGE,
     DESCRIPTORS,
+    DESIRED_VELOCITY,
     INCREMENTS,
     NOT_A_SENSOR,
     OF_PHONES,
@@ -111,6 +113,7 @@ def recognise(columns: Sequence[Column]) -> list[Match | None]:
         ros_imu=any(column.name.strip() == ROS_IMU for column in columns),
         ros_paths=_is_ros_imu(columns),
         phone=not any(key.startswith("angular_vel") for key in keys),
+        turns=any(map(ANGLE_INCREMENTS.match, keys)),
     )
     matches = [_match(column, key, log) for column, key in zip(columns, keys, strict=True)]
     return _by_unit_of_axes(columns, keys, _without_linear(keys, matches))
@@ -125,6 +128,7 @@ class _Log:
     ros_imu: bool  # Whether the columns are those of ``rostopic echo -p``
     ros_paths: bool  # Whether both vectors of a sensor_msgs/Imu are in it, as paths
     phone: bool  # Whether a linear acceleration is one without gravity
+    turns: bool  # Whether it has increments of angle
 
     def unit(self, column: Column, sensor: str) -> str | None:
         """The unit of a sensor or of the time by the program or message that wrote the log."""
@@ -144,6 +148,8 @@ def _match(column: Column, key: str, log: _Log) -> Match | None:
     """The channel of a column by its name, the unit that it states, and the other columns."""
     name, stated = unit_of(column)
     if degrees_of(column) or _clock_in_another_unit(column, key) or (log.phone and OF_PHONES.match(name)):
+        return None
+    if not log.turns and DESIRED_VELOCITY.match(key):
         return None
     if log.program is not None and key in log.program.channels:
         channel = log.program.channels[key]

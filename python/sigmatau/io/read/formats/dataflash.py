@@ -7,6 +7,7 @@ https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -54,6 +55,8 @@ _DEFAULT_UNITS = {
     **dict.fromkeys(("GyrX", "GyrY", "GyrZ"), "rad/s"),
     **dict.fromkeys(("AccX", "AccY", "AccZ"), "m/s^2"),
 }
+_ESTIMATOR = re.compile(r"[ENX]K[A-Z]?\d+")  # EKF1, NKF2, XKF1 … of ArduPilot's Kalman filters
+_BIASES = ("GX", "GY", "GZ", "AX", "AY", "AZ")  # of gyros and accelerometers, in these messages
 _SENSORS = ("IMU", "GYR", "ACC")
 _SECONDS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns"}
 _SPELLED = {"m/s/s": "m/s^2"}
@@ -105,7 +108,7 @@ def _tables(
         return
     topic = kind.name if kind.instance is None else f"{kind.name}[{instance}]"
     topic = f"{topic} of kind {kind.number}" if kind.several else topic
-    columns = tuple(Column(name=f"{name} [{units[name]}]" if name in units else name) for name, _, _ in fields)
+    columns = tuple(Column(name=_name(kind.name, name, units.get(name))) for name, _, _ in fields)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         raw = logs.dataflash_columns(
@@ -136,6 +139,12 @@ def _tables(
         rows=rows,
         findings=findings,
     )
+
+
+def _name(kind: str, field: str, unit: str | None) -> str:
+    """The name of a column, with its unit; biases that a filter estimates have axes for names and are not samples."""
+    name = f"{field} bias" if _ESTIMATOR.fullmatch(kind) and field in _BIASES else field
+    return name if unit is None else f"{name} [{unit}]"
 
 
 def _units(kinds: Sequence[_Kind], definitions: Sequence[tuple[int, bytes]]) -> dict[int, dict[str, str]]:

@@ -43,6 +43,7 @@ _LYING_SAMPLES = 512  # columns that such a table has at least; no sensor's log 
 _LEAST_SAMPLES = 100  # rows that follow one with other numbers
 _OUTLYING = 10  # times the range of a column that a number is outside of it, if it is not one of a sample
 _HEAD_OF_RESULT = 100  # characters of a JSON of sigmatau within which its version is
+_SENTENCE = re.compile(r"\$[A-Z]{3,},[^*]*\*[0-9A-Fa-f]{2}")  # of NMEA 0183
 _SEPARATOR = re.compile(r'"?sep=.{1,3}$', re.IGNORECASE)  # for Excel
 
 
@@ -155,7 +156,7 @@ def _note_above(rows: list[Line], header: int | None) -> list[str]:
 
 
 def _refuse_sentences(rows: list[Line]) -> None:
-    sentences = [row for row in rows if row.text.startswith("$") and re.match(r"\$[A-Z]{3,},", row.text)]
+    sentences = [row for row in rows if row.text.startswith("$") and _SENTENCE.match(row.text)]
     if 2 * len(sentences) > len(rows):
         name = sentences[0].text.split(",")[0]
         raise DataError(

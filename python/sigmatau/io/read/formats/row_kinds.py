@@ -106,7 +106,7 @@ class KindText:
 def rows_of_kind(text: str, kinds: Kinds, label: str) -> KindText:
     """The text without the rows of other kinds; other lines that are not of this kind are blank."""
     chosen, numbers = [], []
-    before = True  # no row yet
+    before, named = True, False  # no row yet, and no line of names after the word of the kind
     for number, line in enumerate(text.split("\n"), 1):
         stripped = line.strip()
         comment = stripped.startswith(COMMENTS)
@@ -114,11 +114,37 @@ def rows_of_kind(text: str, kinds: Kinds, label: str) -> KindText:
         text_of_kind = fields[kinds.column] if len(fields) > kinds.column else ""
         is_row = not comment and _is_row(fields)
         is_header = text_of_kind not in kinds.labels and (comment or (before and not is_row))
+        names = _names_of_kind(stripped, kinds, label) if is_header else None
+        named = named or (names is not None and names.startswith(kinds.kind_of(label).topic))
+        if named and names == stripped:
+            names = None  # a mark below the names, such as $DATA
+        is_header = names is not None
         if text_of_kind == label or is_header or not is_row:
-            chosen.append(line if text_of_kind == label or is_header else "")
+            chosen.append(line if text_of_kind == label else names or "")
             numbers.append(number)
         before = before and not is_row
     return KindText(text="\n".join(chosen), numbers=tuple(numbers))
+
+
+def _names_of_kind(line: str, kinds: Kinds, label: str) -> str | None:
+    """A line above the rows that may name the columns of a kind; None if it has the word of another kind only.
+
+    Names may follow the word of their kind, ``% Gyroscope data: 'GYRO;AppTimestamp(s);…`` or ``$COL,IMU,time,wx``: then
+    what is before the word is left out.
+    """
+    words = {label: RowKind(column=0, name="", label=label, labels=()).topic for label in kinds.labels}
+    named = {each for each, word in words.items() if _is_word(word) and re.search(rf"\b{re.escape(word)}\b", line)}
+    if label not in named:
+        return None if named else line
+    mark = re.escape(kinds.delimiter) if kinds.delimiter else r"\s"
+    match = re.search(rf"(?P<quote>['\"`]?)(?P<names>\b{re.escape(words[label])}\b['\"]?\s*{mark}.*)", line)
+    if match is None or kinds.column != 0:
+        return line
+    return match["names"].removesuffix(match["quote"]) if match["quote"] else match["names"]
+
+
+def _is_word(text: str) -> bool:
+    return len(text) > 1 and text[0].isalpha()
 
 
 def first_values(text: str, kinds: Kinds, label: str) -> NDArray[np.float64]:
@@ -196,7 +222,7 @@ def _names(split: Sequence[Sequence[str]], text: str, delimiter: str | None) -> 
     first = text.lstrip().split("\n", 1)[0].strip()
     if first.startswith(COMMENTS):
         fields = bare_fields(first.lstrip("#%/ "), delimiter)
-        return fields if not any(map(is_number, fields)) else []
+        return fields if len(fields) > 1 and not any(map(is_number, fields)) else []
     return []
 
 

@@ -13,15 +13,18 @@ from pathlib import Path
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import gcsv, ros_csv
 from sigmatau.io.read.formats.layout import Layout, find_layout
+from sigmatau.io.read.formats.plain_cells import find_decoration
 from sigmatau.io.read.formats.row_kinds import Kinds, find_kinds, first_values, rows_of_kind
 from sigmatau.io.read.formats.text_beginning import Beginning, find_first_layout, skip_lines
 from sigmatau.io.read.formats.text_lines import decode
 from sigmatau.io.read.formats.text_programs import name_sensor_logger, time_mt_manager
 from sigmatau.io.read.formats.text_rows import Text, refuse_too_large
-from sigmatau.io.read.table import Head, Loaded, RowKind, Table
+from sigmatau.io.read.formats.unpacked import read_contents
+from sigmatau.io.read.table import HEAD, Head, Loaded, RowKind, Table
 from sigmatau.io.read.time.dates import date_columns
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
+_COPIES = 3  # of a file in memory whose cells have more than numbers
 _MIN_LINES = 16  # lines before the first bytes that are not text, to be a damaged table and not a binary file
 
 
@@ -59,6 +62,14 @@ def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "", *, s
         lines, _ = decode(beginning.data, whole=beginning.whole)
     except DataError:
         lines = ""  # said by `find_layout`
+    if beginning.encoding == "ascii" and (decoration := find_decoration(lines)) is not None:
+        contents = read_contents(source, head, copies=_COPIES)
+        data = decoration.strip(contents.data)
+        plain = Head(data=data[:HEAD], whole=head.whole, gzip=False)
+        return tuple(
+            replace(decoration.apply(table), findings=(*table.findings, *contents.findings))
+            for table in tables_of(data, plain, name, topic, skip=skip)
+        )
     kinds = find_kinds(lines)
     tables = [] if kinds is None else list(_tables_of_kinds(source, head, beginning, lines, kinds, topic))
     return tuple(tables) or (_table_of(source, head, beginning, name, topic),)

@@ -66,6 +66,7 @@ def find_first_layout(source: Path | bytes, beginning: Beginning) -> Layout:
         return first
     searched, skip = first.last, beginning.skip
     for _ in range(_MOST_PREAMBLES):
+        layout: Layout | None = None
         if searched - skip <= _OVERLAP:
             break
         skip = searched - _OVERLAP
@@ -81,7 +82,12 @@ def find_first_layout(source: Path | bytes, beginning: Beginning) -> Layout:
             searched = error.last
         except DataError:
             break
-        if isinstance(first, Layout) and layout.has_same_rows(first) and any(c.name for c in first.columns):
+        if (
+            isinstance(first, Layout)
+            and layout is not None
+            and layout.has_same_rows(first)
+            and any(c.name for c in first.columns)
+        ):
             break  # one table, whose end is damaged
         if len(data) <= HEAD and searched - skip < LINES:
             break

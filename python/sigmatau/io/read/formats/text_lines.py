@@ -146,8 +146,13 @@ def split_lines(text: str, skip: int) -> list[Line]:
         # As in the reader of the rows: tabs may be empty fields, so only blank lines are skipped.
         line = raw.strip(" \r") if "\t" in raw else raw.strip()
         if line:
-            lines.append(Line(number, line, line.lstrip().startswith(COMMENTS)))
+            lines.append(Line(number, line, line.lstrip().startswith(COMMENTS) or _is_remark(line)))
     return lines
+
+
+def _is_remark(line: str) -> bool:
+    """Whether a semicolon before a line with commas makes it a comment (Gulf Coast Data Concepts)."""
+    return line.startswith(";") and "," in line and ";" not in line[1:]
 
 
 def without_arrows(lines: list[Line]) -> tuple[list[Line], bool]:

@@ -10,6 +10,8 @@ from sigmatau.io.read.names import recognise, unit_of
 from sigmatau.io.read.table import Column
 
 _UNIT_GAP = re.compile(r"(?<!\s)\s++(?=[\[(])")
+# Before the names in a comment: its mark (%time is a name, of rostopic), and a word for them, ``;Headers, Time,Ax``.
+_MARK = re.compile(r"^\s*(?:#+|%+(?!time\b)|//+|;)\s*(?:(?:headers?|columns|fields|names)\s*[:=,]\s*)?", re.IGNORECASE)
 _IN_BRACKETS = re.compile(r"[\[(][^\])]{0,80}[\])]")
 
 
@@ -52,7 +54,7 @@ def names_in(line: Line, delimiter: str | None, columns: int) -> list[str]:
     """The names in a line, if it has one for each column and no numbers; else nothing."""
     text = line.text
     if line.comment:
-        text = re.sub(r"^\s*(?:#+|%+(?!time\b)|//+)\s*", "", text)  # %time is a name, of rostopic
+        text = _MARK.sub("", text)
         if columns == 1 and len(_IN_BRACKETS.sub("", text).split()) != 1:
             return []  # a comment
     if not text:

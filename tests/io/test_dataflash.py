@@ -242,7 +242,7 @@ def test_a_kind_that_is_defined_under_two_numbers(file):
 def test_biases_of_a_filter_are_no_gyro(file, units):
     rows = b"".join(message("XKF1", t, *values) for t, values in zip(STAMPS, VALUES[0, :, :3].tolist(), strict=True))
     file.write_bytes(definitions("XKF1", units=units) + rows)
-    with pytest.raises(OptionError, match="GX bias|has no IMU"):
+    with pytest.raises(OptionError, match=r"GX bias|has no IMU"):
         read(file)
     file.write_bytes(definitions("XKF1", "IMU", units=units) + rows + b"".join(map(imu, range(N))))
     assert read(file).provenance.topics[0].startswith("IMU")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import sigmatau as st
 
-__all__ = ["GRADES", "KINDS", "handled", "held", "moving", "sensed"]
+__all__ = ["GRADES", "KINDS", "SMALL_KINDS", "handled", "held", "moving", "sensed"]
 
 Floats = NDArray[np.float64]
 Generator = np.random.Generator
@@ -156,6 +156,34 @@ def _ship(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
     return np.stack([roll, pitch, yaw]), np.stack([engine, arm + engine, heave + engine])
 
 
+def _tilted(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
+    """A steady tilt of 0.3 to 1 deg/s about both level axes."""
+    t = np.arange(n) / rate
+    angles = np.zeros((3, n))
+    for axis in range(2):
+        angles[axis] = rng.choice([-1, 1]) * rng.uniform(0.3, 1.0) * DEGREE * t + rng.uniform(-20, 20) * DEGREE
+    return angles, np.zeros((3, n))
+
+
+def _springs(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
+    """A car on its springs, 0.1 to 4 Hz, and its wheels, 8 to 15 Hz: 0.4 m/s² peak to peak (six standard deviations)."""
+    low, high = rng.uniform(0.1, 0.8), min(rng.uniform(1.5, 4.0), 0.4 * rate)
+    wheels = min(8.0, 0.3 * rate), min(15.0, 0.45 * rate)
+    moved = np.stack(
+        [
+            rng.uniform(0.4, 1) * (band(rng, n, rate, low, high) + rng.uniform(0, 1) * band(rng, n, rate, *wheels))
+            for _ in "xyz"
+        ]
+    )
+    return np.zeros((3, n)), moved * (0.4 / 6) / moved.std(axis=1).max()
+
+
+def _vibrated(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
+    """Vibration of 10 to 50 Hz alone, 0.1 to 0.4 m/s² peak to peak."""
+    size = rng.uniform(0.1, 0.4) / 6
+    return np.zeros((3, n)), size * np.stack([band(rng, n, rate, 10, min(50.0, 0.45 * rate)) for _ in "xyz"])
+
+
 KINDS: dict[str, Callable[[Generator, int, float], tuple[Floats, Floats]]] = {
     "car": _car,
     "walk": _walk,
@@ -164,6 +192,9 @@ KINDS: dict[str, Callable[[Generator, int, float], tuple[Floats, Floats]]] = {
     "turntable": _turntable,
     "ship": _ship,
 }
+
+SMALL_KINDS = {"tilt": _tilted, "springs": _springs, "vibration": _vibrated}
+"""Motions that accelerometers alone or one axis must show."""
 
 
 def mounted(rng: Generator, rates: Floats, force: Floats, largest: float) -> tuple[Floats, Floats]:
@@ -208,7 +239,7 @@ def moving(
     drawn = float(rng.choice([50.0, 100.0, 200.0])), rng.uniform(1, 10)
     rate, minutes = drawn[0] if rate is None else rate, drawn[1] if minutes is None else minutes
     n = round(60 * minutes * rate)
-    rates, force = mounted(rng, *kinematics(*KINDS[kind](rng, n, rate), rate), 10 * DEGREE)
+    rates, force = mounted(rng, *kinematics(*(KINDS | SMALL_KINDS)[kind](rng, n, rate), rate), 10 * DEGREE)
     return sensed(rng, rates, force, rate, str(rng.choice(list(GRADES))), sensors=sensors)
 
 

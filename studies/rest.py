@@ -19,7 +19,7 @@ from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.rest import Rest, at_rest_only, rest
 from sigmatau.units import to_si
-from studies import false_alarms, rest_windows
+from studies import false_alarms, rest_axes, rest_windows
 from studies.motions import GRADES, KINDS, band, handled, moving
 from studies.runner import run
 
@@ -124,7 +124,7 @@ def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
     for grade in GRADES:
         for k in range(HANDLED // len(GRADES) // A_CELL):
             made[f"handled, {grade}, {k}"] = (of_handled, (grade, A_CELL))
-    return rest_windows.cells() | made
+    return rest_windows.cells() | rest_axes.cells() | made
 
 
 def main() -> None:
@@ -169,6 +169,7 @@ def main() -> None:
             + " | ".join(texts)
             + " |"
         )
+    lines.append(rest_axes.text(found))
     lines.append(rest_windows.text(found))
     Path("docs/study/rest.md").write_text("\n".join(lines), encoding="utf-8")
 
@@ -182,8 +183,7 @@ with simulated records.
 
 Cars, walks, drones, hand-held sensors, turntables and ships at anchor (studies/motions.py): 1 to 10 min at 50 to 200 Hz,
 with gravity, rigid-body rotation and the noise of MEMS or tactical sensors. Turntables have constant rates above 20 deg/s,
-steps, or oscillations. Accelerometers alone do not always show the motion of a drone for a minute or two beside strong
-vibration of its motors. On a level turntable with a constant rate they rest, beside a line.
+steps, or oscillations. Accelerometers alone on a level turntable with a constant rate rest, beside a line.
 
 Number of records not at rest / partly at rest / at rest:
 

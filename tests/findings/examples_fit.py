@@ -6,6 +6,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.fit import (
     BandLeftOut,
     BandsOff,
+    BeyondClass,
     CheckedInPart,
     CheckedWithoutFit,
     CoarseValues,
@@ -81,6 +82,8 @@ EXAMPLES = [
     of_gyro(Widened(frequency=0.2, ratio=0.8, allowed=0.2, lines=100), "warning", size=0.03),
     of_gyro(SHAKEN, size=0.97),
     of_gyro(replace(SHAKEN, start=0.0, stop=20.0, quietest=None), size=0.97),
+    of_gyro(BeyondClass(quantity="angular_rate", times=2.1, frequency=0.8), size=0.0037),
+    of_gyro(BeyondClass(quantity="acceleration", times=17.0, frequency=None), size=0.085),
     of_gyro(FewDegreesOfFreedom(freedom=11.3, duration=6.0), size=11.3),
     of_gyro(NoAdequateModel(reasons=(SHAKING,)), "warning"),
     of_gyro(NoAdequateModel(reasons=(OFF,)), "warning"),

@@ -175,6 +175,9 @@ EXAMPLES = [
     ),
     unit(replace(GYRO_UNIT, evidence="step", step=1 / 131, sensitivity=131.0), GYRO, 180 / math.pi),
     unit(GYRO_UNIT, GYRO, 180 / math.pi),
+    unit(replace(GYRO_UNIT, evidence="quiet", stated="deg/h", likely="deg/s", noise=1.2e-8), GYRO, 1 / 3600),
+    unit(replace(GYRO_UNIT, evidence="earth", stated="", likely="", option="", noise=4e-8, mean=2e-6), GYRO, 1.0),
+    unit(replace(GYRO_UNIT, evidence="quiet", quantity="acceleration", likely="", noise=1e-8), ACCEL, 1.0),
     unit(replace(GYRO_UNIT, stated="", likely="", option=""), GYRO, 1.0),
     unit(replace(GYRO_UNIT, likely="", option="", by_file=True), GYRO, 1.0),
     unit(

@@ -101,3 +101,44 @@ def test_accelerometers_from_seismic_to_cheap(density):
         direction = rng.standard_normal(3)
         samples = triad(rng, density, direction / np.linalg.norm(direction) + 0.02 * rng.standard_normal(3), spread=0.2)
         assert found(accel_record(samples, "g")) == []
+
+
+@pytest.mark.parametrize("walk", [0.1, 0.3, 1.0])
+@pytest.mark.parametrize("axes", ["xyz", "x"])
+def test_degrees_per_second_said_to_be_per_hour(walk, axes):
+    """Three axes as quiet as a strategic gyro, without the Earth's rotation; one axis only below all gyros."""
+    rng = np.random.default_rng(seed_of(f"per hour {walk} {axes}"))
+    samples = triad(rng, walk / 60, [0.4, -0.2, 0.1])
+    columns = {f"gyro_{axis}": samples[:, k] for k, axis in enumerate(axes)}
+    record = Record.from_arrays(rate=RATE, unit={"gyro": "deg/h"}, **columns)
+    details = [(f.details.evidence, f.details.likely, f.details.option) for f in found(record)]
+    if axes == "x":  # 6.9e-5 deg/√h is the quietest
+        assert details == ([("quiet", "deg/s", "--unit gyro=deg/s")] if walk / 3600 < 6.5e-5 else [])
+    else:
+        assert [one[1:] for one in details] == [("deg/s", "--unit gyro=deg/s")]
+        assert dict(found(record)[0].factors)["random_walk"] == pytest.approx(1 / 3600)
+
+
+@pytest.mark.parametrize("walk", [1e-4, 1e-3])
+def test_strategic_gyros_that_measure_the_earth(walk):
+    rng = np.random.default_rng(seed_of(f"strategic {walk}"))
+    samples = triad(rng, walk * 60, [9.0, 5.0, 10.6])  # deg/h
+    assert found(gyro_record(samples, "deg/h")) == []
+
+
+@pytest.mark.parametrize("truth", ["m/s^2", "g"])
+@pytest.mark.parametrize("stated", ["ug", "mg"])
+def test_gravity_in_a_smaller_unit(truth, stated):
+    rng = np.random.default_rng(seed_of(f"{truth} as {stated}"))
+    samples = triad(rng, 1e-3, [0.1, 0.2, 9.8]) / (9.80665 if truth == "g" else 1.0)
+    (said,) = found(accel_record(samples, stated))
+    assert (said.details.evidence, said.details.stated, said.details.likely) == ("gravity", stated, truth)
+
+
+def test_one_accelerometer_below_all_noise():
+    rng = np.random.default_rng(seed_of("one accelerometer"))
+    record = Record.from_arrays(rate=RATE, unit={"accel": "ug"}, accel_z=9.8 + 0.01 * rng.standard_normal(N))
+    (said,) = found(record)
+    assert (said.details.evidence, said.details.likely) == ("quiet", "m/s^2")
+    seismic = Record.from_arrays(rate=RATE, accel_z=10e-9 * G * 10 * rng.standard_normal(N))
+    assert found(seismic) == []

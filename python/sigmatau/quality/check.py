@@ -16,6 +16,7 @@ from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.kinds.fit import CheckedInPart
 from sigmatau.findings.kinds.values import ImplausibleUnit
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
 from sigmatau.quality.facts import facts_kept, forget, in_threads
@@ -225,6 +226,8 @@ def check_fits(
         between = between_steps(still, [*(found or ()), *said])
         steady = bridged(between)
         said += non_stationary(steady, fitted)
+        if stream.grid.source != "simulated":
+            said += [one for fit in fitted.values() for one in beyond_class(fit, beside=found or ())]
         if steady is not between:
             forget(steady)
         return said

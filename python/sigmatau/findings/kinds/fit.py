@@ -280,6 +280,25 @@ class Disturbed(Details, code="disturbed"):
 
 
 @frozen
+class BeyondClass(Details, code="beyond_class"):
+    """More noise than the noisiest sensors for sale, or a steeper ramp; the size is the density, or the ramp.
+
+    Attributes
+    ----------
+    quantity : str
+        Of the channel.
+    times : float
+        Size over that of the noisiest sensor. [1]
+    frequency : float or None
+        Frequency of the density with the largest ratio; None for a ramp. [Hz]
+    """
+
+    quantity: str
+    times: float
+    frequency: float | None
+
+
+@frozen
 class FewDegreesOfFreedom(Details, code="few_degrees_of_freedom"):
     """The random walk of the fit has few degrees of freedom; the size is their number.
 

@@ -251,9 +251,10 @@ class ImplausibleUnit(Details, code="implausible_unit"):
 
     Attributes
     ----------
-    evidence : {"gravity", "step", "noise", "bias"}
+    evidence : {"gravity", "step", "noise", "bias", "quiet", "earth"}
         Mean of an accelerometer triad; a step known from datasheets; noise beyond that of all gyros; a bias too large
-        for gyros with so little noise.
+        for gyros with so little noise; noise below that of all sensors; gyros with so little noise that do not measure the
+        Earth's rotation.
     quantity : str
         Quantity that the stream measures.
     stated, likely : str
@@ -274,7 +275,7 @@ class ImplausibleUnit(Details, code="implausible_unit"):
         Whether the file states the unit. A gyro's is not doubted then, and `likely` is empty.
     """
 
-    evidence: Literal["gravity", "step", "noise", "bias"]
+    evidence: Literal["gravity", "step", "noise", "bias", "quiet", "earth"]
     quantity: str
     stated: str = ""
     likely: str = ""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds import fit as kinds
-from sigmatau.findings.wording.phrases import Words, axes_text, percent
+from sigmatau.findings.wording.phrases import Words, axes_text, number, percent
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, seconds, two_digits
 
@@ -150,6 +151,20 @@ def _disturbed(finding: Finding, details: kinds.Disturbed) -> Words:
     return Words(f"{text}, {limit} in the quietest part", f"Record again without it, or try --window {part}")
 
 
+def _beyond_class(finding: Finding, details: kinds.BeyondClass) -> Words:
+    unit, factor = ("deg/s", math.degrees(1.0)) if details.quantity == "angular_rate" else ("m/s^2", 1.0)
+    size = number(factor * (finding.size or 0.0))
+    sensors = "gyros" if details.quantity == "angular_rate" else "accelerometers"
+    if details.frequency is None:
+        said = f"the mean changes by {size} {unit} per second"
+    else:
+        said = f"noise of {size} ({unit})/√Hz at {number(details.frequency)} Hz"
+    return Words(
+        f"{said}, {two_digits(details.times)} times that of the noisiest {sensors}",
+        "Record the sensor at rest, and check the unit",
+    )
+
+
 def _few_degrees_of_freedom(finding: Finding, details: kinds.FewDegreesOfFreedom) -> Words:
     return Words(
         f"the random walk has {details.freedom:.2g} degrees of freedom in {duration_text(details.duration)}",
@@ -210,6 +225,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.NoAdequateModel: _no_adequate_model,
     kinds.Widened: _widened,
     kinds.Disturbed: _disturbed,
+    kinds.BeyondClass: _beyond_class,
     kinds.FewDegreesOfFreedom: _few_degrees_of_freedom,
     kinds.ShortTimesLeftOut: _short_times_left_out,
     kinds.OutOfRange: _out_of_range,

@@ -20,7 +20,8 @@ def _motion(motion: Motion) -> str:
     if motion.kind == "turns":
         return f"{motion.channel} turns at {size}"
     if motion.kind == "loud":
-        return f"{motion.channel} has noise of {size}/√Hz, more than any gyro"
+        sensor = "gyro" if motion.quantity == "angular_rate" else "accelerometer"
+        return f"{motion.channel} has noise of {size}/√Hz, more than any {sensor}"
     if motion.kind == "tilts":
         angle = number(math.degrees(motion.size))
         return f"gravity changes direction by {angle} deg in {two_digits(motion.tau)} s"

@@ -21,6 +21,7 @@ from sigmatau.findings.kinds.values import (
 )
 from sigmatau.findings.wording.phrases import Words, clock, largest_factor_text, percent
 from sigmatau.results import duration_text, seconds, two_digits
+from sigmatau.units import STANDARD_GRAVITY
 
 
 def _degrees_per_hour(rate: float) -> str:
@@ -148,17 +149,31 @@ def _implausible_unit(finding: Finding, details: ImplausibleUnit) -> Words:
         said = f"the resolution is {details.step:.3g} rad/s (1 LSB of sensors with {details.sensitivity:.6g} LSB per deg/s)"
     elif details.evidence == "bias":
         said = f"the noise is that of an optical gyro, but the mean is {_degrees_per_hour(details.mean or 0)} deg/h"
+    elif details.evidence == "quiet":
+        said = f"white noise of {_small_noise(details)}, less than that of the quietest sensors"
+    elif details.evidence == "earth":
+        mean = f"{_degrees_per_hour(details.mean or 0)} deg/h"
+        said = f"white noise of {_small_noise(details)}, but a mean of {mean} and not the Earth's rotation of 15 deg/h"
     else:
         said = f"white noise of {noise}, {two_digits(details.times or 1.0)} times that of the noisiest gyros"
     if details.by_file:
         stated = f" {details.stated}" if details.stated else " the unit"
         return Words(f"{said}; the file states{stated}", "Check that the sensor was at rest, and the unit in the file")
+    if not details.likely and details.evidence in ("quiet", "earth"):
+        return Words(said, "Check the unit and the scale")
     looks = f"the unit is probably {details.likely}" if details.likely else "the values may be raw counts"
     if not details.likely:
         return Words(f"{said}; {looks}", "Run with --scale for raw counts")
     factor = finding.factors[0][1] if finding.factors else 1.0
     wrong = f"{_number(factor)} times too large" if factor > 1 else f"{_number(1 / factor)} times too small"
     return Words(f"{said}; {looks}", f"Run with {details.option}; all coefficients are now {wrong}")
+
+
+def _small_noise(details: ImplausibleUnit) -> str:
+    noise = details.noise or 0.0
+    if details.quantity == "angular_rate":
+        return f"{_number(60 * math.degrees(noise))} deg/√h"
+    return f"{_number(noise / (1e-9 * STANDARD_GRAVITY))} ng/√Hz"
 
 
 def _gravity(finding: Finding, details: Gravity) -> Words:

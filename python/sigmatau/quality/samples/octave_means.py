@@ -14,6 +14,7 @@ from sigmatau.findings.finding import Span
 from sigmatau.findings.kinds.rest import Motion
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.resolution import step_of
+from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
 
 Counts = NDArray[np.int64]
@@ -27,8 +28,7 @@ LEAST_DIFFERENCES = 5  # second differences that a level can be taken from
 
 # Blocks whose noise is compared [s], the share of them that shows a quiet sensor, and their least number for that share.
 _FLOOR_BLOCKS, _FLOOR_SHARE, _LEAST_FLOOR_BLOCKS = 10.0, 0.1, 10
-# White noise of the noisiest sensors for sale, see `units`: first MEMS gyros, consumer accelerometers. [SI unit/√Hz]
-NOISIEST = {"angular_rate": math.radians(0.1), "acceleration": 0.015}
+NOISIEST = {quantity: limits.noisiest["random_walk"] for quantity, limits in SENSOR_CLASSES.items()}  # [SI unit/√Hz]
 # Correlation of neighbouring means of 1/4 s that white noise does not reach: so many standard errors, but no less than this.
 _CORRELATED_ERRORS, _CORRELATED = 3.0, 0.3
 _CORRELATED_MEANS = 20  # of a stretch of 5 s, over which drifts are small beside the noise of means of 1/4 s

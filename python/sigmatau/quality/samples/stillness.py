@@ -31,6 +31,7 @@ from sigmatau.quality.samples.octave_means import (
     OctaveMeans,
 )
 from sigmatau.quality.samples.tremor import shaken
+from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
 _BLOCK, _MOST_BLOCKS = 40.0, 128  # least length of the blocks that are judged as a whole [s], and their number
@@ -40,9 +41,9 @@ _BLOCK, _MOST_BLOCKS = 40.0, 128  # least length of the blocks that are judged a
 # gyros for sale is up to 0.05 (deg/s)/√Hz, that of accelerometers up to 1 mg/√Hz, see `units`. [SI unit/√Hz]
 _LEVELS = {"angular_rate": (math.radians(0.05), math.radians(0.175)), "acceleration": (0.015, 0.03)}
 _RISE, _RISE_OF_HIGH = 8.0, 1.6
-# The same over 2 s and 4 s, where vibration has averaged out: ten times the noise of any accelerometer, so that no rise is
-# asked for. Only where three axes measure gravity: a wrong unit would make noise as large.
-_LOUD, _LOUD_FROM = 0.1, 5  # [m/s^2/√Hz], octave
+# Change of the mean from one 4 s to the next over the steepest warm-up of a sensor, so that it is not one with rate random
+# walk; and over the noise of the means.
+_DRIFT, _DRIFT_OVER_NOISE = 2.0, 5.0
 _ERRORS = 3.0  # a level by the median of n differences is wrong by no more than so many times 1/√n
 
 # Largest mean rate of a gyro at rest: twice the largest zero-rate offset of consumer sensors' datasheets. [rad/s]
@@ -85,13 +86,21 @@ def moved(streams: Iterable[Stream], *, threads: int | None = None) -> Moved:
     gone = joined(span for one in handled for span in one.spans)
     for one in means:
         one.leave_out(gone)
-    tilts = [tilt for alike in by_stream for tilt in gravity_tilts(alike)]
-    found = [*handled, *(Moved((span,), motion) for span, motion in tilts), *map(_blocks, means)]
+    tilted = [Moved((span,), motion) for alike in by_stream for span, motion in _tilts(alike)]
+    found = [*handled, *tilted, *map(_blocks, means)]
     if not any(one.spans for one in found) and (motion := shaken(means)) is not None:
         whole = means[0].span(0.0, math.inf)
         found.append(Moved((whole,), motion))
     strongest = max((one.motion for one in found if one.motion is not None), key=lambda one: one.times, default=None)
     return Moved(joined(span for one in found for span in one.spans), strongest)
+
+
+def _tilts(means: Sequence[OctaveMeans]) -> Sequence[tuple[Span, Motion]]:
+    """Stretches in which gravity changes its direction, which the means are then without."""
+    tilts = gravity_tilts(means)
+    for axis in means if tilts else ():
+        axis.leave_out([span for span, _ in tilts])
+    return tilts
 
 
 def _of_stream(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
@@ -138,14 +147,17 @@ def _blocks(found: OctaveMeans) -> Moved:
     spans: list[Span] = []
     motions: list[Motion] = []
     edges = np.arange(length + 1, dtype=np.float64) * block
-    for k in np.flatnonzero(_may_move(found, edges)).tolist():
-        if (motion := _judged(found, k * block, (k + 1) * block)) is not None:
-            spans.append(found.span(k * block, (k + 1) * block))
+    may_move = _may_move(found, edges)
+    for k in range(length):
+        start, stop = k * block, (k + 1) * block
+        motion = (_judged(found, start, stop) if may_move[k] else None) or _drift(found, start, stop)
+        if motion is not None:
+            spans.append(found.span(start, stop))
             motions.append(motion)
     found.leave_out(spans)
     whole = found.stream.grid.duration
-    may_move = length > len(spans) and _may_move(found, np.array([0.0, whole])).any()
-    if may_move and (motion := _judged(found, 0.0, whole)) is not None:
+    whole_may_move = length > len(spans) and _may_move(found, np.array([0.0, whole])).any()
+    if whole_may_move and (motion := _judged(found, 0.0, whole)) is not None:
         spans.append(found.span(0.0, whole))
         motions.append(motion)
     return Moved(tuple(spans), max(motions, key=lambda one: one.times, default=None))
@@ -173,11 +185,25 @@ def _judged(found: OctaveMeans, start: float, stop: float) -> Motion | None:
         sure = level * (1 - _ERRORS / math.sqrt(len(inside)))
         high = level > high_limit and sure > _RISE_OF_HIGH * lowest
         risen = octave > FLOOR and level > limit and times > _RISE
-        loud = found.unit_is_sure and octave >= _LOUD_FROM and sure > _LOUD
-        if usual > STEPS * found.step and (high or risen or loud):
+        if usual > STEPS * found.step and (high or risen):
             motions.append(found.motion("varies", usual / NORMAL_MEDIAN, max(times, level / limit), tau))
         lowest = min(lowest, max(level, found.rounding_level(octave)))
     return max(motions, key=lambda one: one.times, default=None)
+
+
+def _drift(found: OctaveMeans, start: float, stop: float) -> Motion | None:
+    """A motion with a steady change of the mean that no sensor has: the median of first differences of means of 4 s."""
+    octave = OCTAVES - 1
+    tau = found.tau(octave)
+    x = found.by_octave[octave][round(start / tau) : round(stop / tau)]
+    changes = present(np.abs(np.diff(x)))
+    if len(changes) < LEAST_DIFFERENCES:
+        return None
+    usual, steepest = median(changes), SENSOR_CLASSES[found.quantity].noisiest["rate_ramp"] * tau
+    noise = max(found.floor / math.sqrt(tau), found.step)
+    if usual <= max(_DRIFT * steepest, _DRIFT_OVER_NOISE * noise):
+        return None
+    return found.motion("varies", usual, usual / steepest, tau)
 
 
 def _seconds(found: OctaveMeans) -> Moved:

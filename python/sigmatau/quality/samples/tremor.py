@@ -15,7 +15,8 @@ from sigmatau.quality.samples.octave_means import NOISIEST, SECOND, OctaveMeans
 
 # Means of 1/4 s and 1/2 s: fast vibration has averaged out, and a short record has enough of them.
 _OCTAVES = (SECOND - 2, SECOND - 1)
-_LEAST_AXES, _LEAST_SHARE = 2, 0.5  # axes, and the share of the noise of the noisiest sensor that each has
+_AXES = 3  # of a sensor that shows gravity
+_LEAST_SHARE = 0.5  # share of the noise of the noisiest sensor that each axis has
 
 # Bands of a density of noise [Hz]: below the tremor of a hand, of the tremor, and above it. The tremor of hands is at 8 to
 # 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins University Press, 1990.
@@ -25,6 +26,9 @@ _SEGMENT, _LEAST_SEGMENTS = 2.0, 4  # length of the periodograms [s], and their 
 # A low-pass filter makes the second one, and not the first; in a record of 10 s the mean of three axes scatters by 13 %.
 # Studied in studies/rest.py.
 _OVER, _OVER_ON_EACH_AXIS = 1.5, 0.9
+# Band below the vibration of engines [Hz], length of its periodograms [s], and the factor over the noise of the noisiest
+# accelerometer from which on no sensor makes it.
+_BELOW_VIBRATION, _LONG_SEGMENT, _BEYOND = (0.75, 3.0), 4.0, 1.25
 _LEAST_NYQUIST = 18.0  # so that there are frequencies above the tremor [Hz]
 # Noise of the loudest axis over that of the noisiest sensor, from which on it is not that of a sensor: twice the power, for
 # those that are worse than their datasheet.
@@ -39,24 +43,34 @@ def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
     """The motion of a sensor whose axes all have noise beyond that of any sensor, and a cause other than a wrong unit.
 
     Accelerometers that measure gravity in the stated unit and are as noisy exclude a wrong unit; so does a tremor, and noise
-    that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there
-    the motion is "loud", and the unit in doubt.
+    that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there,
+    and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit in doubt.
     """
     gyros = [one for one in means if one.quantity == "angular_rate" and not one.slow]
+    if not gyros and len(means) < _AXES:
+        return _loud_without_tremor(_loud_motion([one for one in means if not one.slow]))
+    accelerometers = [one for one in means if one.unit_is_sure and not one.slow]
+    if (slow_shaking := _loud_below_vibration(accelerometers)) is not None:
+        return slow_shaking
     loud = _loud_motion(gyros)
     if loud is None:
         return None
-    accelerometers = [one for one in means if one.unit_is_sure and not one.slow]
     if _loud_motion(accelerometers) is not None or all(map(_is_unsteady, gyros)):
         return loud
-    if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST and loud.times > _LOUD_WITHOUT_TREMOR:
-        return replace(loud, kind="loud", size=loud.size * math.sqrt(loud.tau))
+    if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST and (doubtful := _loud_without_tremor(loud)) is not None:
+        return doubtful
     return _tremor(gyros)
+
+
+def _loud_without_tremor(motion: Motion | None) -> Motion | None:
+    if motion is None or motion.times <= _LOUD_WITHOUT_TREMOR:
+        return None
+    return replace(motion, kind="loud", size=motion.size * math.sqrt(motion.tau))
 
 
 def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
     """The noise of the loudest axis, if all axes are beyond the noise of any sensor."""
-    if len(means) < _LEAST_AXES:
+    if not means:
         return None
     levels = [_level(one) for one in means]
     noisiest = NOISIEST[means[0].quantity]
@@ -65,6 +79,20 @@ def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
     loudest, level = max(zip(means, levels, strict=True), key=lambda pair: pair[1])
     tau = loudest.tau(max(_OCTAVES[-1], loudest.first))
     return loudest.motion("varies", level / math.sqrt(tau), level / noisiest, tau)
+
+
+def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | None:
+    """The loudest axis whose density below vibration is beyond that of any sensor, if the unit is sure."""
+    motions: list[Motion] = []
+    limit = _BEYOND * NOISIEST["acceleration"]
+    for axis in accelerometers:
+        if not _level(axis) > NOISIEST["acceleration"]:
+            continue  # its means have more noise than this band
+        density = _densities(axis, (_BELOW_VIBRATION,), segment=_LONG_SEGMENT)
+        if density is not None and (level := math.sqrt(density[0])) > limit:
+            tau = axis.tau(_OCTAVES[-1])
+            motions.append(axis.motion("varies", level / math.sqrt(tau), level / NOISIEST["acceleration"], tau))
+    return max(motions, key=lambda motion: motion.times, default=None)
 
 
 def _level(means: OctaveMeans) -> float:
@@ -107,18 +135,24 @@ def _tremor(gyros: Sequence[OctaveMeans]) -> Motion | None:
 
 def _band_densities(gyro: OctaveMeans) -> tuple[float, float, float] | None:
     """Two-sided densities below, in and above the band of tremor; None if there are no samples for them."""
-    rate = gyro.stream.grid.rate
-    size = round(_SEGMENT * rate)
-    x = sample_of(gyro.stream, gyro.channel, most=_LOOKED_AT)
+    if gyro.stream.grid.rate / 2 < _LEAST_NYQUIST:
+        return None
+    densities = _densities(gyro, (_BELOW, _TREMOR, _ABOVE), segment=_SEGMENT)
+    return (densities[0], densities[1], densities[2]) if densities is not None else None
+
+
+def _densities(means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segment: float) -> list[float] | None:
+    """Two-sided densities in some bands [Hz], by periodograms of a length [s]; None if there are too few, or one is 0."""
+    rate = means.stream.grid.rate
+    size = round(segment * rate)
+    x = sample_of(means.stream, means.channel, most=_LOOKED_AT)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if rate / 2 < _LEAST_NYQUIST or len(rows) < _LEAST_SEGMENTS:
+    if len(rows) < _LEAST_SEGMENTS:
         return None
     taper = np.hanning(size)
     power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2
     density = power.mean(axis=0) / rate / float(taper @ taper)
-    f = np.arange(len(density)) / _SEGMENT
-    below, tremor, above = (
-        float(np.mean(density[(f >= low) & (f <= min(high, 0.45 * rate))])) for low, high in (_BELOW, _TREMOR, _ABOVE)
-    )
-    return (below, tremor, above) if min(below, tremor, above) > 0 else None
+    f = np.arange(len(density)) / segment
+    by_band = [float(np.mean(density[(f >= low) & (f <= min(high, 0.45 * rate))])) for low, high in bands]
+    return by_band if min(by_band) > 0 else None

@@ -1,4 +1,4 @@
-"""Units: mean acceleration against gravity, noise and mean of gyros against those of existing ones, known steps."""
+"""Units: mean acceleration against gravity, noise and mean of sensors against those of existing ones, known steps."""
 
 from __future__ import annotations
 
@@ -12,9 +12,15 @@ from sigmatau.noise.terms import TERMS
 from sigmatau.quality.means import mean_of
 from sigmatau.quality.samples.common import sample_of, white_level
 from sigmatau.quality.samples.resolution import hides_noise, step_of
+from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
+from sigmatau.units import find, to_si
 
 DEGREE = math.pi / 180
+
+Evidence = Literal["noise", "bias", "quiet", "earth"]
+
+_AXES = 3  # of a sensor that shows gravity or the Earth's rotation
 
 GRAVITY = 9.80665  # standard gravity [m/s^2]
 
@@ -36,16 +42,38 @@ _MISTAKEN: tuple[tuple[float, str, str, str], ...] = (
     (100 * GRAVITY, "m/s^2", "cm/s^2", "--scale accel=0.01"),
     (1000 * GRAVITY, "g", "mg", "--unit accel=mg"),
     (GRAVITY / 0.3048, "m/s^2", "ft/s^2", "--unit accel=ft/s^2"),
+    (GRAVITY**2 * 1e-3, "mg", "m/s^2", "--unit accel=m/s^2"),
+    (GRAVITY * 1e-3, "mg", "g", "--unit accel=g"),
+    (GRAVITY**2 * 1e-6, "ug", "m/s^2", "--unit accel=m/s^2"),
+    (GRAVITY * 1e-6, "ug", "g", "--unit accel=g"),
 )
+_SMALL_UNITS = ("mg", "ug")  # stated ones of `_MISTAKEN` whose means are small: counted only if they are stated
 
-# Gyros by the stated unit: the likely one, and the factor of all coefficients.
-_MISTAKES = {"rad/s": ("deg/s", 1 / DEGREE), "deg/s": ("rad/s", DEGREE)}
-_FACTORS = {"rad/s": 1.0, "deg/s": DEGREE}
+# By the stated unit, the larger ones that it may be taken for, the likeliest first.
+_MISTAKES: dict[str, tuple[str, ...]] = {
+    "rad/s": ("deg/s",),
+    "deg/s": ("rad/s",),
+    "deg/h": ("deg/s", "rad/s"),
+    "mdeg/s": ("deg/s", "rad/s"),
+    "mrad/s": ("deg/s", "rad/s"),
+    "urad/s": ("deg/s", "rad/s"),
+    "g": (),
+    "m/s^2": ("g",),
+    "mg": ("m/s^2", "g"),
+    "ug": ("m/s^2", "g", "mg"),
+    "mm/s^2": ("m/s^2", "g"),
+    "um/s^2": ("m/s^2", "g", "mg"),
+    "mGal": ("m/s^2", "g", "mg"),
+}
 _SAME_FACTOR = 1e-6
 
-# The noisiest gyros of datasheets have 0.1 (deg/s)/√Hz (first MEMS; consumer ones since have 0.004 to 0.03). [rad/s/√Hz]
-_NOISIEST_GYRO = 0.1 * DEGREE
+_NOISIEST_GYRO = SENSOR_CLASSES["angular_rate"].noisiest["random_walk"]
 _TIMES_NOISIEST = 2.0
+
+# White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h, of strategic gyros, whose bias is below
+# 0.01 deg/h (H. C. Lefèvre, C. R. Physique 15, 2014, doi:10.1016/j.crhy.2014.10.007). [rad/s/√Hz]
+_EARTH_NOISE = 5e-4 * DEGREE / 60
+_EARTH_RATE, _EARTH_TOLERANCE = 7.292115e-5, 0.3  # IERS [rad/s]; for axes that are not orthogonal
 
 # White noise that only optical gyros are below, whose bias is some deg/h at most: 0.01 deg/√h. [rad/s/√Hz]
 _OPTICAL_NOISE = 0.01 * DEGREE / 60
@@ -72,17 +100,20 @@ def implausible_unit(stream: Stream) -> list[Finding]:
 
     An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. Gyros are in deg/s, or are raw
     counts, if they are noisier than any gyro; in rad/s, if they have a bias that gyros with so little noise do not have. A
-    step of the numbers that is known from datasheets in the other unit distinguishes the two as well.
+    step of the numbers that is known from datasheets in the other unit distinguishes the two as well. Sensors that are
+    quieter than the quietest are in a larger unit than stated, and so are gyros as quiet as those that measure the Earth's
+    rotation, and do not measure it.
     """
     implausible_rate = not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
     if implausible_rate and stream.samples.transforms[0].kind != "rate":
         return []  # samples over an interval that is wrong are wrong by as much
-    if stream.quantity == "acceleration" and len(stream.channels) == 3:
-        return _by_gravity(stream)
-    if stream.quantity != "angular_rate":
+    is_triad = stream.quantity == "acceleration" and len(stream.channels) == _AXES
+    if is_triad and ((by_gravity := _by_gravity(stream)) or not _mean_vector(stream) < _WITHOUT_GRAVITY):
+        return by_gravity
+    if stream.quantity not in SENSOR_CLASSES:
         return []
-    if found := _by_step(stream):
-        return found
+    if by_step := _by_step(stream):
+        return by_step
     if implausible_rate or hides_noise(stream) or stream.grid.source == "simulated":
         return []  # a noise density is as wrong as the rate that it was computed with; rounding says nothing of noise
     return _by_noise(stream)
@@ -102,7 +133,7 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
     low, high = _ON_GROUND
     if low <= level <= high or not math.isfinite(level):
         return []
-    if any(abs(level / value - 1) < tolerance for value, _, _, _ in _MISTAKEN):
+    if _by_gravity(stream):
         return []  # `implausible_unit` reports it
     deviation = level / GRAVITY - 1
     near = abs(deviation) < tolerance
@@ -117,7 +148,9 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
 
 def _by_gravity(stream: Stream) -> list[Finding]:
     level = _mean_vector(stream)
-    value, stated, likely, option = min(_MISTAKEN, key=lambda one: abs(level / one[0] - 1))
+    stated_unit = _stated(stream)
+    possible = [row for row in _MISTAKEN if row[1] not in _SMALL_UNITS or row[1] == stated_unit]
+    value, stated, likely, option = min(possible, key=lambda row: abs(level / row[0] - 1))
     if not abs(level / value - 1) < GRAVITY_TOLERANCE:
         return []
     details = ImplausibleUnit(
@@ -128,9 +161,11 @@ def _by_gravity(stream: Stream) -> list[Finding]:
 
 def _by_step(stream: Stream) -> list[Finding]:
     steps = [step for channel in stream.channels if (step := step_of(stream, channel))]
-    if not steps:
+    stated = _stated(stream)
+    if not steps or stream.quantity != "angular_rate":
         return []
-    for stated, (likely, factor) in _MISTAKES.items():
+    for likely in _MISTAKES.get(stated, ()):
+        factor = to_si(1.0, stated) / to_si(1.0, likely)
         known = [s for s in _STEPS_DPS if all(abs(step / (s * DEGREE * factor) - 1) < _SAME_STEP for step in steps)]
         if known:
             details = ImplausibleUnit(
@@ -147,34 +182,62 @@ def _by_step(stream: Stream) -> list[Finding]:
 
 
 def _by_noise(stream: Stream) -> list[Finding]:
-    """Whether the noise of gyros is larger than that of any gyro, or their mean too large for gyros with so little noise."""
+    """Whether the noise is beyond that of any sensor, or below, or that of gyros with another mean."""
     # White noise is no more than the least of τσ²(τ), and no less than the largest where a slow term hides it.
     bounds = [_levels(stream, channel) for channel in stream.channels]
-    bounds = [one for one in bounds if not math.isnan(one[0])]
-    least = sorted(low for low, _ in bounds)
-    if not (least and least[0] > 0):
+    bounds = [pair for pair in bounds if not math.isnan(pair[0])]
+    lowest = sorted(low for low, _ in bounds)
+    if not (lowest and lowest[0] > 0):
         return []
-    stated, middle, mean = _stated(stream), least[len(least) // 2], _mean_vector(stream)
-    evidence: Literal["noise", "bias"] = "noise"
-    if least[0] <= _TIMES_NOISIEST * _NOISIEST_GYRO:
-        evidence = "bias"
-        most = max(high for _, high in bounds)
-        if stated != "deg/s" or not mean > _MIN_MEMS_BIAS or not most < _OPTICAL_NOISE:
-            return []
-    elif stated != "rad/s":
-        stated = ""
-    likely, factor = _MISTAKES.get(stated, ("", 1.0))
+    middle, highest = lowest[len(lowest) // 2], max(high for _, high in bounds)
+    if stream.quantity == "angular_rate" and lowest[0] > _TIMES_NOISIEST * _NOISIEST_GYRO:
+        stated = _stated(stream)
+        likely = "deg/s" if stated == "rad/s" else ""
+        return _by_density(stream, "noise", likely, middle, times=middle / _NOISIEST_GYRO)
+    is_in_degrees = stream.quantity == "angular_rate" and _stated(stream) == "deg/s"
+    if is_in_degrees and highest < _OPTICAL_NOISE and _mean_vector(stream) > _MIN_MEMS_BIAS:
+        return _by_density(stream, "bias", "rad/s", middle)
+    evidence = _quiet_evidence(stream, highest)
+    return _by_density(stream, evidence, _louder_unit(stream, middle), middle) if evidence else []
+
+
+def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
+    """Why white noise of up to some density is less than a sensor has; None if it is not."""
+    is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == _AXES
+    if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < _EARTH_TOLERANCE:
+        return None
+    if highest < SENSOR_CLASSES[stream.quantity].quietest:
+        return "quiet"
+    return "earth" if is_gyro_triad and highest < _EARTH_NOISE else None
+
+
+def _louder_unit(stream: Stream, noise: float) -> str:
+    """The likeliest larger unit in which the noise is that of a sensor for sale; empty if there is none."""
+    limits = SENSOR_CLASSES[stream.quantity]
+    stated = _stated(stream)
+    for likely in _MISTAKES.get(stated, ()):
+        density = noise * to_si(1.0, likely) / to_si(1.0, stated)
+        if limits.quietest < density <= limits.noisiest["random_walk"] and likely != stated:
+            return likely
+    return ""
+
+
+def _by_density(
+    stream: Stream, evidence: Evidence, likely: str, noise: float, *, times: float | None = None
+) -> list[Finding]:
+    stated = _stated(stream) if likely else ""
     details = ImplausibleUnit(
         evidence=evidence,
         quantity=stream.quantity,
         stated=stated,
         likely=likely,
         option=f"--unit {stream.name}={likely}" if likely else "",
-        noise=middle,
-        mean=mean,
-        times=middle / _NOISIEST_GYRO if evidence == "noise" else None,
+        noise=noise,
+        mean=_mean_vector(stream),
+        times=times,
     )
-    return _finding(stream, details, factor=factor, size=middle)
+    factor = to_si(1.0, stated) / to_si(1.0, likely) if likely else 1.0
+    return _finding(stream, details, factor=factor, size=noise)
 
 
 def _finding(stream: Stream, details: ImplausibleUnit, *, factor: float, size: float) -> list[Finding]:
@@ -185,9 +248,10 @@ def _finding(stream: Stream, details: ImplausibleUnit, *, factor: float, size: f
 
 
 def _stated(stream: Stream) -> str:
-    """The unit that all channels of a gyro were read in; empty for another, or several."""
+    """The unit that all channels were read in, of those that are mistaken; empty for another, or several."""
     factors = [transform.factor for transform in stream.samples.transforms]
-    alike = (unit for unit, of in _FACTORS.items() if all(abs(f / of - 1) < _SAME_FACTOR for f in factors))
+    units = (unit for unit in _MISTAKES if find(unit).si == stream.unit)
+    alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < _SAME_FACTOR for f in factors))
     return next(alike, "")
 
 

@@ -1,0 +1,67 @@
+"""Fits with more noise than the noisiest sensors: motion, another disturbance or another unit, whatever the spectrum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.kinds.fit import BeyondClass
+from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.noise import terms
+from sigmatau.quality.sensor_class import SENSOR_CLASSES
+
+_BEYOND = 1.25
+"""Factor over the noisiest sensor: fits of 240 axes at its limits, of 20 s to 300 s, are within it."""
+
+# Highest frequency at which densities are compared [Hz], below those of vibration and of the filters of most sensors;
+# least cycles in the record; highest share of the rate; number of frequencies.
+_HIGHEST, _CYCLES, _SHARE_OF_RATE, _FREQUENCIES = 2.0, 4.0, 0.4, 12
+_JUDGED = ("random_walk", "bias_instability", "rate_random_walk")
+_OTHER_CAUSES = ("implausible_unit", "gravity", "not_static")  # codes of warnings that explain more noise
+
+
+def beyond_class(fitted: NoiseFit, *, beside: Sequence[Finding] = ()) -> list[Finding]:
+    """Whether a fitted model has more noise below 2 Hz, or a steeper ramp, than the noisiest sensors: at most one finding.
+
+    All terms, processes and resonances count together, because motion is divided among them in any way. Lines and warm-up
+    do not count. None where a warning of `beside` doubts the unit, or names bursts or steps.
+    """
+    limits = SENSOR_CLASSES.get(fitted.quantity)
+    if (
+        limits is None
+        or not fitted.quantified
+        or any(
+            one.code in _OTHER_CAUSES and one.severity == "warning" and fitted.channel in one.channels for one in beside
+        )
+    ):
+        return []
+    highest = min(_HIGHEST, _SHARE_OF_RATE / fitted.tau0, fitted.highest or math.inf)
+    lowest = min(_CYCLES / (fitted.n * fitted.tau0), highest)
+    frequencies = np.geomspace(lowest, highest, _FREQUENCIES)
+    density = fitted.psd(frequencies)
+    allowed = sum(terms.psd(name, limits.noisiest[name], frequencies, tau0=fitted.tau0) for name in _JUDGED)
+    ratios = np.sqrt(density / allowed)
+    strongest = int(np.argmax(ratios))
+    times, frequency, size = (
+        float(ratios[strongest]),
+        float(frequencies[strongest]),
+        math.sqrt(float(density[strongest])),
+    )
+    ramp = abs(fitted.model.get("rate_ramp", 0.0))
+    if (of_ramp := ramp / limits.noisiest["rate_ramp"]) > times:
+        times, frequency, size = of_ramp, 0.0, ramp
+    if not times > _BEYOND:
+        return []
+    factors = tuple(
+        (name, fitted.observed[name] / limits.noisiest[name])
+        for name in _JUDGED
+        if fitted.observed.get(name, 0.0) > limits.noisiest[name]
+    )
+    details = BeyondClass(quantity=fitted.quantity, times=times, frequency=frequency or None)
+    unit = fitted.rate_unit + ("/sqrt(Hz)" if frequency else "/s")
+    return [
+        Finding(details=details, severity="warning", channels=(fitted.channel,), size=size, unit=unit, factors=factors)
+    ]

@@ -1,0 +1,99 @@
+"""Rest of accelerometers alone and of one axis: verdicts on moving records, and axes that are trusted.
+
+The table is a part of docs/study/rest.md, which ``python -m studies.rest`` writes.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+import sigmatau as st
+from studies.motions import KINDS, SMALL_KINDS, held, moving
+
+SENSORS = {
+    "accel, 3": "three accelerometers",
+    "accel, 2": "two accelerometers",
+    "accel, 1": "one accelerometer",
+    "gyro, 1": "one gyro",
+}
+MOTIONS = {
+    "accel": ("tilt", "springs", "car", "walk", "drone", "hand", "held", "vibration"),
+    "gyro": ("car", "walk", "drone", "hand", "held", "turntable"),
+}
+RATES = (25.0, 50.0, 100.0, 250.0, 1000.0)
+SHORTEST, LONGEST, MOST_SAMPLES = 20.0, 300.0, 60_000
+RECORDS = 20  # a cell
+
+
+def moving_axes(seed: int, kind: str, sensors: str) -> st.Record:
+    """A record of 20 s to 300 s of some axes of one sensor."""
+    rng = np.random.default_rng(seed)
+    sensor, axes = sensors.split(", ")
+    rate = float(rng.choice(RATES))
+    seconds = min(SHORTEST * (LONGEST / SHORTEST) ** rng.uniform(), MOST_SAMPLES / rate)
+    drawn = int(rng.integers(1 << 62))
+    if kind == "held":
+        record = held(drawn, rate=rate, seconds=seconds, sensors=sensor)
+    else:
+        record = moving(drawn, kind, sensors=sensor, rate=rate, minutes=seconds / 60)
+    names = rng.permutation([f"{sensor}_{axis}" for axis in "xyz"])[: int(axes)]
+    columns = {str(name): record.stream_of(str(name)).column(str(name)) for name in sorted(names)}
+    return st.Record.from_arrays(rate=rate, **columns)  # type: ignore[arg-type]  # names of channels
+
+
+def of_axes(seed: int, kind: str, sensors: str) -> list[str]:
+    """Verdicts; one at rest with an axis of trust "good" is "good"."""
+    rng = np.random.default_rng(seed)
+    verdicts: list[str] = []
+    for _ in range(RECORDS):
+        found = st.analyze(moving_axes(int(rng.integers(1 << 62)), kind, sensors), threads=1)
+        verdict = "" if found.rest is None else found.rest.verdict
+        trusted = any(fitted.trust == "good" for fitted in found.fits.values())
+        verdicts.append("good" if trusted and verdict == "at_rest" else verdict)
+    return verdicts
+
+
+def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
+    """All cells by name."""
+    return {
+        f"axes, {kind}, {sensors}": (of_axes, (kind, sensors))
+        for sensors in SENSORS
+        for kind in MOTIONS[sensors.split(", ")[0]]
+    }
+
+
+def text(results: Mapping[str, Any]) -> str:
+    """The section of the page."""
+    kinds = dict.fromkeys(kind for kinds in MOTIONS.values() for kind in kinds)
+    assert set(kinds) <= {*KINDS, *SMALL_KINDS, "held"}
+    lines = [_HEAD, f"| axes | {' | '.join(kinds)} |", "|---" * (len(kinds) + 1) + "|"]
+    for sensors, name in SENSORS.items():
+        row = [name]
+        for kind in kinds:
+            count = Counter(results.get(f"axes, {kind}, {sensors}", ()))
+            numbers = count["not_at_rest"], count["partly_at_rest"], count["at_rest"], count["good"]
+            row.append(" / ".join(map(str, numbers)) if count else "–")
+        lines.append(f"| {' | '.join(row)} |")
+    lines.append(_TAIL)
+    return "\n".join(lines)
+
+
+_HEAD = f"""
+## Accelerometers alone, and one axis
+
+Records of {SHORTEST:g} s to {LONGEST:g} s at {RATES[0]:g} to {RATES[-1]:g} Hz, as `sigmatau.analyze` has them.
+Tilt: a steady 0.3 to 1 deg/s. Springs: a car's 0.4 m/s² peak to peak, below 4 Hz and at its wheels. Vibration: 10 to 50 Hz
+alone, up to 0.4 m/s² peak to peak. Held: a phone that is kept still. Number of {RECORDS} records that are not at rest /
+partly at rest / at rest without an axis of trust "good" / at rest with one:
+"""
+
+_TAIL = """
+Noise below 3 Hz beyond that of the noisiest accelerometer, on three axes that measure gravity, is motion, and so is a mean
+that changes faster than in any warm-up. One or two axes do not show whether the unit is wrong: there the finding
+`beyond_class` bars "good" where the fit exceeds the noisiest sensors. Vibration above 10 Hz is not motion: it averages out.
+A phone that is kept still makes less than the noise of the noisiest accelerometers. A constant rate of a turntable that is
+below the largest bias of gyros is a bias to a single gyro."""

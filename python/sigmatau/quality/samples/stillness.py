@@ -196,10 +196,10 @@ def _drift(found: OctaveMeans, start: float, stop: float) -> Motion | None:
     octave = OCTAVES - 1
     tau = found.tau(octave)
     x = found.by_octave[octave][round(start / tau) : round(stop / tau)]
-    changes = present(np.abs(np.diff(x)))
+    changes = present(np.diff(x))
     if len(changes) < LEAST_DIFFERENCES:
         return None
-    usual, steepest = median(changes), SENSOR_CLASSES[found.quantity].noisiest["rate_ramp"] * tau
+    usual, steepest = abs(median(changes)), SENSOR_CLASSES[found.quantity].noisiest["rate_ramp"] * tau
     noise = max(found.floor / math.sqrt(tau), found.step)
     if usual <= max(_DRIFT * steepest, _DRIFT_OVER_NOISE * noise):
         return None

@@ -193,8 +193,7 @@ def _termination() -> Iterator[None]:
 
 
 def _fail(message: str, code: int, *, rows: str = "") -> int:
-    from sigmatau.results import printable
+    from sigmatau.cli.messages import print_error
 
-    line = printable(" ".join(message.split()))
-    sys.stderr.write("".join(f"{text}\n" for text in (f"sigmatau: {line}", *map(printable, rows.splitlines()))))
+    print_error(message, rows=rows)
     return code

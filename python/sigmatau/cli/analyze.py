@@ -19,6 +19,7 @@ from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
 from sigmatau.cli.earlier import curves_beside, expect, is_result
+from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
     Reading,
@@ -35,7 +36,6 @@ from sigmatau.cli.options import (
     say,
     screen,
     working,
-    wrapped,
     write_csv,
     write_figure,
     write_json,
@@ -370,7 +370,7 @@ def _many(
         for finding in outcomes[log].findings:
             say(f"{log}: {finding}", quiet=quiet or (finding.severity == "info" and not verbose))
         if outcomes[log].error:
-            sys.stderr.write(f"sigmatau: {outcomes[log].error}\n")
+            print_error(str(outcomes[log].error))
     attempts = Attempts()
     drawn = {names[log]: cast(Curves, outcomes[log].kept) for log in logs if outcomes[log].kept}
     if overlay is not None and drawn:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Iterator
 
+from sigmatau.cli.messages import print_error
 from sigmatau.errors import DataError, OptionError
-from sigmatau.results import printable
 
 
 class Attempts:
@@ -36,5 +35,5 @@ class Attempts:
         *others, last = sorted(self.errors, key=lambda error: isinstance(error, OptionError))
         for error in others:
             text = error.for_command_line() if isinstance(error, OptionError) else str(error)
-            sys.stderr.write(f"sigmatau: {printable(' '.join(text.split()))}\n")
+            print_error(text)
         raise last

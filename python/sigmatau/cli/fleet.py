@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import Reading, say
 from sigmatau.cli.settings import FleetSettings
 from sigmatau.cli.store import place_of
@@ -162,7 +163,7 @@ def _run(client: Client, wanted: Sequence[Log], job: Job, tally: _Tally, *, quie
 def _told(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
     """Print errors and the summary; returns the exit code."""
     for line in [*unnamed, *tally.errors][:_LISTED]:
-        sys.stderr.write(f"sigmatau: {line}\n")
+        print_error(line)
     if unnamed:
         say(f"not analysed: {len(unnamed)} {'log' if len(unnamed) == 1 else 'logs'} without a unit or a date")
     if tally.held:

@@ -8,11 +8,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from sigmatau.cli.messages import wrapped
 from sigmatau.cli.options import (
     Reading,
     check_outputs,
     finding_lines,
-    wrapped,
     write_result,
 )
 from sigmatau.cli.options import reading as showing

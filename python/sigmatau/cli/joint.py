@@ -13,6 +13,7 @@ from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Exports
 from sigmatau.cli.earlier import curves_beside, expect, is_result
+from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
     Reading,
     check_output,
@@ -23,7 +24,6 @@ from sigmatau.cli.options import (
     refuse_same,
     say,
     working,
-    wrapped,
     write_csv,
     write_figure,
     write_result,
@@ -153,7 +153,7 @@ def _analysed(
                 raise  # an option that is wrong is wrong for all logs
             except (DataError, ImportError) as error:
                 codes.add(code if code == NOT_AT_REST else 1)
-                sys.stderr.write(f"sigmatau: {error}\n")
+                print_error(str(error))
             done(k / len(logs))
     for line in told:
         say(line, quiet=quiet)

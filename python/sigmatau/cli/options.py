@@ -33,7 +33,6 @@ from sigmatau.io.read import read
 from sigmatau.quality.selection.time_text import seconds_of
 from sigmatau.record.record import Record
 from sigmatau.results import csv_text, printable
-from sigmatau.results import wrapped as wrapped_to
 
 if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
@@ -334,16 +333,6 @@ def screen(analysis: Analysis, *, below: int, legend: bool = True) -> str:
     drawn = [text_plot(panel, width=width, height=height) for panel in panels.values()]
     rows = zip(*(lines for lines in drawn if lines), strict=True)
     return "\n".join([text, *("  ".join(line.ljust(width) for line in row).rstrip() for row in rows)])
-
-
-def wrapped(lines: Sequence[str]) -> list[str]:
-    """Lines as wide as the terminal, those that follow the first one indented; unchanged in a pipe."""
-    if not (sys.stderr.isatty() or "COLUMNS" in os.environ):
-        return list(lines)
-    width = shutil.get_terminal_size().columns
-    return [
-        part for line in lines for part in wrapped_to([line], indent=5 if line.startswith("  -> ") else 2, width=width)
-    ]
 
 
 def say(message: str, *, quiet: bool = False) -> None:

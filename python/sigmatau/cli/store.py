@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import check_output, json_text, matched, say, working, write_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
-from sigmatau.results import csv_text, printable
+from sigmatau.results import csv_text
 
 if TYPE_CHECKING:
     from sigmatau.store.choosing import Chosen, Table
@@ -208,7 +209,7 @@ def add_command(
         )
     unnamed = [problem for problem in found.problems if problem.unit_unknown]
     for problem in found.problems[:_MOST_PROBLEMS]:
-        sys.stderr.write(f"sigmatau: {printable(f'{problem.file}: {problem.reason}')}\n")
+        print_error(f"{problem.file}: {problem.reason}")
     if len(found.problems) > _MOST_PROBLEMS:
         say(f"{len(found.problems) - _MOST_PROBLEMS} more files were not added")
     added = found.added

@@ -102,6 +102,11 @@ class Summary:
         return float(self._native.periodogram[1][1:].min())
 
     @property
+    def spacing(self) -> float:
+        """Distance of the densities of the periodogram. [Hz]"""
+        return float(self._native.periodogram[0][1])
+
+    @property
     def duration(self) -> float:
         """Length from the first sample to the last one. [s]"""
         return self._native.duration

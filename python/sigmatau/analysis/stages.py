@@ -15,6 +15,7 @@ from sigmatau.findings.kinds.fit import NoMap
 from sigmatau.findings.kinds.values import CoarseResolution, ImplausibleUnit
 from sigmatau.findings.wording import words
 from sigmatau.fitting.channel import fit_channel
+from sigmatau.fitting.coarse_counts import fit_sums
 from sigmatau.fitting.mean_stability import MeanStability, mean_stability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import ReadOff
@@ -26,7 +27,7 @@ from sigmatau.quality.curves import curves_of
 from sigmatau.quality.facts import in_threads
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.means import channel_mean
-from sigmatau.quality.samples.resolution import rounded
+from sigmatau.quality.samples.resolution import LEAST_SUMS
 from sigmatau.quality.selection.exclusion import from_the_start, leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.quality.selection.window import choose as choose_window
@@ -126,18 +127,20 @@ def fit(state: State) -> State:
     options, record, findings, method = state.options, state.record, state.findings, state.options.method
     if method == "read-off" or state.moves:
         return state
-    coarse = {finding.channel: finding.details for finding in findings if rounded(finding)}
+    coarse = {finding.channel: finding.details for finding in findings if isinstance(finding.details, CoarseResolution)}
 
     def fitted(channel: str) -> tuple[NoiseFit, NoiseFit, DeviationCurve]:
-        curve = state.curves[channel]
-        first = fit_channel(
-            record, channel, method=method, curve=state.fitted_on[channel], tau_min=options.tau_min,
-            terms=options.terms, threads=options.threads,
-        )  # fmt: skip
+        curve, steps = state.curves[channel], coarse.get(channel)
+        if steps is not None and steps.summed != 1 and method == "likelihood":
+            first = fit_sums(record, channel, summed=steps.summed, least=LEAST_SUMS, terms=options.terms)
+        else:
+            first = fit_channel(
+                record, channel, method=method, curve=state.fitted_on[channel], tau_min=options.tau_min,
+                terms=options.terms, threads=options.threads,
+            )  # fmt: skip
         if curve.overlap == "full":
             curve = with_freedom(curve, first)
-        steps = coarse.get(channel)
-        if isinstance(steps, CoarseResolution):
+        if steps is not None and steps.rounding != "quantization":
             return first, allowing_for_rounding(first, step=steps.step, noise=steps.noise), curve
         return first, first, curve
 

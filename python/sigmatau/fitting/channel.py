@@ -126,21 +126,34 @@ def fit_channel(
         )
     stream = record.stream_of(channel)
     if method == "likelihood" and usable(stream, channel):
-        given = dict(regressors or {})
-        degrees = None if TEMPERATURE in given else temperature_at(record, stream)
-        if degrees is not None:
-            with_it = likelihood.fit_samples(
-                stream,
-                channel,
-                terms=terms,
-                processes=processes,
-                regressors={**given, TEMPERATURE: degrees},
-                level=level,
-            )
-            if _ratio(with_it) > _LEAST_RATIO:
-                return with_it
-        return likelihood.fit_samples(stream, channel, terms=terms, processes=processes, regressors=given, level=level)
+        return by_likelihood(record, channel, terms=terms, processes=processes, regressors=regressors, level=level)
     return _by_curve(record, channel, curve, threads=threads, tau_min=tau_min, terms=terms, level=level)
+
+
+def by_likelihood(
+    record: Record,
+    channel: str,
+    *,
+    terms: Sequence[str] | None = None,
+    processes: Sequence[float] | None = None,
+    regressors: Mapping[str, ArrayLike] | None = None,
+    level: float = 0.95,
+) -> NoiseFit:
+    """Fit the samples of a channel, with the temperature of the log if the channel follows it."""
+    stream, given = record.stream_of(channel), dict(regressors or {})
+    degrees = None if TEMPERATURE in given else temperature_at(record, stream)
+    if degrees is not None:
+        with_it = likelihood.fit_samples(
+            stream,
+            channel,
+            terms=terms,
+            processes=processes,
+            regressors={**given, TEMPERATURE: degrees},
+            level=level,
+        )
+        if _ratio(with_it) > _LEAST_RATIO:
+            return with_it
+    return likelihood.fit_samples(stream, channel, terms=terms, processes=processes, regressors=given, level=level)
 
 
 def follows_temperature(fitted: NoiseFit) -> bool:

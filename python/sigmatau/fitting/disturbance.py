@@ -1,4 +1,4 @@
-"""Records of vibration rather than of a sensor's noise: when a fit says so, and the upper limits that remain."""
+"""Records whose noise is hidden, by vibration or by rounding: when a fit says so, and the upper limits that remain."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.estimators.octaves import octaves
-from sigmatau.findings.kinds.fit import VibrationPower
+from sigmatau.findings.kinds.fit import Reason, VibrationPower
 from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
 from sigmatau.noise.terms import avar
 from sigmatau.record.streams import Stream
@@ -24,8 +24,7 @@ MAX_HIDING_SHARE, HIDDEN = 0.3, 0.6
 """Share of such power from which on the random walk must show in the curve; and its least size there, over the limit that
 the curve sets: 0.72 is the least of quiet real records with so large a share."""
 
-# A resonance is a vibration if its half width over its centre is below `_NARROW`, and no shape of the sensor's noise; and if
-# its centre is above `_SLOWEST`, and it is no drift. [Hz]
+# Half width over centre, and centre, of a resonance that is a vibration: largest, and least. [1, Hz]
 _NARROW, _SLOWEST = 0.25, 0.5
 
 # Beside some lines of a steady machine or the mains a steady white level is known: their number at most, the largest power
@@ -53,54 +52,64 @@ def vibration_share(fitted: NoiseFit) -> float:
 
 
 def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
-    """Whether the Allan deviations are all well above the random walk of the model."""
+    """Whether the Allan deviations are all well above the random walk of the model, or one is surely below it."""
     walk = fitted.terms.get("random_walk")
     level = None if walk is None else walk.value or walk.upper_limit
-    if level is None:
+    if walk is None or level is None:
         return False
     x = stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
-    limit = upper_limits(x, fitted.tau0, ("random_walk",), min_pairs=_MIN_PAIRS_HIDDEN)["random_walk"]
-    return level < HIDDEN * limit < math.inf
+
+    def limit(pairs: int) -> float:
+        return upper_limits(x, fitted.tau0, ("random_walk",), min_pairs=pairs)["random_walk"]
+
+    return level < HIDDEN * limit(_MIN_PAIRS_HIDDEN) < math.inf or (walk.low or 0.0) > limit(_MIN_PAIRS)
 
 
 def _power_of_resonances(fitted: NoiseFit) -> float:
-    narrow = (
-        r for r in fitted.resonance if r.width.value < _NARROW * r.frequency.value and r.frequency.value > _SLOWEST
-    )
-    return sum(r.sigma.value**2 for r in narrow)
+    return sum(r.sigma.value**2 for r in fitted.resonance if is_narrow(r.frequency.value, r.width.value))
+
+
+def is_narrow(frequency: float, width: float) -> bool:
+    """Whether a resonance is a vibration: no shape of the sensor's noise, and no drift."""
+    return width < _NARROW * frequency and frequency > _SLOWEST
 
 
 def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
-    """Whether vibration hides the noise: it has most of the power, or it has much of it and the white noise of the model is
-    below half of the Allan variance at all averaging times. Some steady lines hide nothing.
+    """Whether vibration hides the noise: it has much of the power and the white noise of the model shows at no averaging
+    time, or it has most of the power. Some steady lines beside a white level that shows hide nothing.
 
     `unsteady` is the p-value of a white level that is the same in all eighths of the record.
     """
     share = vibration_share(fitted)
     if share <= MAX_HIDING_SHARE:
         return False
+    if _is_hidden(fitted, stream):
+        return True
     lines = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid)
     few = len(fitted.sinusoid) <= _STEADY_LINES and _power_of_resonances(fitted) <= _STEADY_RESONANCES * lines
-    if share <= MAX_SHARE:
-        return not few and _is_hidden(fitted, stream)
-    return not (few and unsteady >= _UNSTEADY and fitted.verdict != "widened")
+    return share > MAX_SHARE and not (few and unsteady >= _UNSTEADY and fitted.verdict != "widened")
 
 
-def with_limits(fitted: NoiseFit, stream: Stream) -> NoiseFit:
-    """The fit of a disturbed record: upper limits of all terms, and the quietest stretch of the record."""
-    k, n = stream.channels.index(fitted.channel), min(stream.grid.n, _LONGEST)
-    x = stream.samples.read(k, 0, n)
-    limits = upper_limits(x, fitted.tau0, tuple(fitted.terms))
+def vibration_of(fitted: NoiseFit, stream: Stream) -> VibrationPower:
+    """The share of the vibration in the power, and the quietest stretch of the record with its limit if that is smaller."""
+    x = stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
     first, last, least = _quietest(x, fitted.tau0)
-    walk = limits.get("random_walk", math.inf)
-    reason = VibrationPower(
+    whole = upper_limits(x, fitted.tau0, ("random_walk",))["random_walk"]
+    return VibrationPower(
         lines=len(fitted.sinusoid),
         resonances=len(fitted.resonance),
         share=vibration_share(fitted),
         start=stream.grid.time(first),
         stop=stream.grid.time(last),
-        quietest=least if math.isfinite(least) else None,
+        quietest=least if 0 < least < whole else None,
     )
+
+
+def with_limits(fitted: NoiseFit, stream: Stream, reason: Reason) -> NoiseFit:
+    """The fit of a record whose noise is hidden: upper limits of all terms."""
+    x = stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
+    limits = upper_limits(x, fitted.tau0, tuple(fitted.terms))
+    walk = limits.get("random_walk", math.inf)
     return replace(
         fitted,
         verdict="disturbed",

@@ -14,10 +14,13 @@ from sigmatau._native import likelihood as native
 from sigmatau._native.likelihood import Summary
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.kinds.fit import CrowdedLines
 from sigmatau.fitting import likelihood
 from sigmatau.fitting.arguments import check_level, wanted_terms
+from sigmatau.fitting.beside_vibration import as_wide
 from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
 from sigmatau.fitting.components import LINEAR
+from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
 from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint
 from sigmatau.fitting.joint_runs import lines_of, of_run, ramp_of_runs, spreads_of
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -285,13 +288,36 @@ def join(
         verdict=verdict,
         runs=tuple(run.stream.grid.duration for run in runs),
     )
+    fitted = _beside_vibration(fitted, runs, longest)
     return JointChannel(
         fit=fitted,
         common=tuple(name for name in LINEAR if name in wanted and name not in found.levels),
-        spreads=spreads_of(found),
+        spreads={} if fitted.verdict == "disturbed" else spreads_of(found),
         homogeneity=_homogeneity(found, fitted),
         runs=_judged(runs, found, jointly, fitted, level),
     )
+
+
+def _beside_vibration(fitted: NoiseFit, runs: Sequence[Run], longest: int) -> NoiseFit:
+    """The joint fit with upper limits if vibration hides the noise of it or of one of its runs, or with an interval of the
+    random walk that is at least as wide as that of a run whose lines may be noise.
+    """
+    alone = replace(fitted, channel=runs[longest].channel)
+    if any(run.fit.verdict == "disturbed" for run in runs) or is_disturbed(alone, runs[longest].stream, unsteady=1.0):
+        limited = [
+            with_limits(replace(fitted, channel=run.channel), run.stream, vibration_of(run.fit, run.stream))
+            for run in runs
+        ]
+        # Each run bounds the noise of one sensor, but an axis only its own.
+        of_axes = len({run.channel for run in runs}) > 1
+        limits = [one["random_walk"].upper_limit or math.inf if "random_walk" in one else math.inf for one in limited]
+        at = limits.index(max(limits) if of_axes else min(limits))
+        return replace(limited[at], channel=fitted.channel)
+    for run in runs:
+        for reason in run.fit.reasons:
+            if isinstance(reason, CrowdedLines):
+                fitted = as_wide(fitted, run.fit["random_walk"], reason)
+    return fitted
 
 
 def _judged(

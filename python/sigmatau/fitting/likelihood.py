@@ -15,8 +15,9 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.kinds.fit import MOST_LINES, BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.arguments import check_level, wanted_terms
+from sigmatau.fitting.beside_vibration import allowing_for_changes, crowded_share, with_lines_as_noise
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.disturbance import is_disturbed, with_limits
+from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
 from sigmatau.fitting.noise_fit import (
     FittedTerm,
     GaussMarkov,
@@ -91,21 +92,31 @@ def fit_samples(
     given = regressors or {}
     curves = [at_blocks(summary.centres + start, curve, stream.grid.tau0) for curve in given.values()]
     sizes = [float(curve.std()) or 1.0 for curve in curves]
-    found = summary.analyse(
-        terms=wanted,
-        processes=processes is None,
-        resonances=processes is None,
-        drifts="rate_ramp" in given_terms,
-        times=processes or (),
-        regressors=[(curve - curve.mean()) / size for curve, size in zip(curves, sizes, strict=True)],
-        level=level,
-    )
+
+    def analysed(*, lines: bool = True) -> Outcome:
+        return summary.analyse(
+            terms=wanted,
+            processes=processes is None,
+            resonances=processes is None,
+            lines=lines,
+            drifts="rate_ramp" in given_terms,
+            times=processes or (),
+            regressors=[(curve - curve.mean()) / size for curve, size in zip(curves, sizes, strict=True)],
+            level=level,
+        )
+
+    found = analysed()
     coefficients = tuple(
         (value / size, error / size) for size, (value, error) in zip(sizes, found.regressors, strict=True)
     )
     found = replace(found, regressors=coefficients)
     fitted = stated(stream, channel, found, wanted=wanted, regressors=tuple(given), level=level)
-    return with_limits(fitted, stream) if is_disturbed(fitted, stream, unsteady=found.unsteadiness[1]) else fitted
+    if is_disturbed(fitted, stream, unsteady=found.unsteadiness[1]):
+        return with_limits(fitted, stream, vibration_of(fitted, stream))
+    highest = found.highest or 0.5 / stream.grid.tau0
+    if share := crowded_share(found.lines, spacing=summary.spacing, highest=highest):
+        fitted = with_lines_as_noise(fitted, analysed(lines=False), share, highest=highest)
+    return allowing_for_changes(fitted, found.unsteadiness)
 
 
 def _refuse(

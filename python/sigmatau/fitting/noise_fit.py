@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.findings.finding import plain as plain_details
-from sigmatau.findings.kinds.fit import MOST_LINES, Reason
+from sigmatau.findings.kinds.fit import MOST_LINES, CoarseCounts, Reason
 from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
@@ -269,7 +269,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     verdict : {"adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"}
         "adequate": the terms describe the record. "adequate_with": the terms together with filters, lines or processes
         describe it, see `found`. "widened": the model does not fit exactly, and the intervals are wider. "disturbed":
-        vibration has most of the power of the record, and all terms are upper limits. "descriptive":
+        vibration has most of the power of the record, or the rounding of increments hides the noise, and all terms are
+        upper limits. "descriptive":
         a least-squares fit that does not describe the curve from tau_min to tau_max; its values have no intervals.
     reasons : tuple of Reason
         Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
@@ -531,7 +532,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         """
         t = self[term]
         if self.verdict == "disturbed":
-            return "hidden by the vibration"
+            return f"hidden by the {'rounding' if self._is_coarse else 'vibration'}"
         if t.p_value is None:
             hidden = "the filter hides the short times" if self.response is not None else "the short times"
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
@@ -558,12 +559,21 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         if self.verdict == "descriptive":
             return verdict_text(self.verdict)
         if self.verdict == "disturbed":
-            return verdict_text(self.verdict, self.parts_text)
+            return (
+                "hidden by the rounding: upper limits only"
+                if self._is_coarse
+                else verdict_text("disturbed", self.parts_text)
+            )
         if self.method == "likelihood":
             return f"{verdict_text(self.verdict, self.parts_text)}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
         how = "generalised least squares" if method else verdict_text(self.verdict)
         return f"{how}, {times}, p = {self.p_value:.2g}"
+
+    @property
+    def _is_coarse(self) -> bool:
+        """Whether the rounding of increments hides all terms."""
+        return any(isinstance(reason, CoarseCounts) and reason.hidden for reason in self.reasons)
 
     @property
     def parts_text(self) -> str:

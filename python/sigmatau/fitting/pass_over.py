@@ -22,12 +22,12 @@ _PIECE = 1 << 18  # samples that are read at once
 _FEW, _LEAK = 0.07, 0.01
 
 
-def usable(stream: Stream, channel: str) -> bool:
+def usable(stream: Stream, channel: str, *, least: int = LEAST_SAMPLES) -> bool:
     """Whether a channel has enough samples for its likelihood, and in enough places."""
     there = _there(stream, channel)
     if there is None:
-        return stream.grid.n >= LEAST_SAMPLES
-    return int(there.sum()) >= LEAST_SAMPLES and native.enough(there[_span(there)])
+        return stream.grid.n >= least
+    return int(there.sum()) >= least and native.enough(there[_span(there)])
 
 
 def _there(stream: Stream, channel: str) -> NDArray[np.bool_] | None:

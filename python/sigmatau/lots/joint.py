@@ -12,6 +12,7 @@ from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.findings.finding import Finding, Findings, ranked
+from sigmatau.findings.kinds.fit import CoarseCounts
 from sigmatau.findings.kinds.joint import RunDiffers, RunLeftOut, RunsDiffer
 from sigmatau.findings.kinds.values import CoarseResolution
 from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of
@@ -22,6 +23,7 @@ from sigmatau.fitting.read_off import read_off
 from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS
+from sigmatau.quality.fit_findings import disturbed_findings
 from sigmatau.quality.samples.resolution import rounded
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.used import only_used
@@ -123,6 +125,8 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
         try:
             if channel not in fits:
                 raise DataError("too few samples")
+            if any(isinstance(reason, CoarseCounts) for reason in fits[channel].reasons):
+                raise DataError("the rounding of its increments is not white")
             runs[channel] = run_of(used, channel, name=name, fit=fits[channel])
         except DataError as error:
             reason = str(error).partition(": ")[2] or str(error)
@@ -171,6 +175,8 @@ def fit_analysed(
             details = RunLeftOut(run=members[0][0].name, reason="the only run with this channel")
             findings.append(Finding(details=details, severity="warning", channels=(pool,)))
             continue
+        members, left_out = _without_disturbed(members, pool)
+        findings += left_out
         joint = join([run for run, _ in members], pool, common=common, terms=terms)
         joint = replace(joint, fit=_rounded(joint.fit, members))
         joints[pool] = joint
@@ -198,8 +204,24 @@ def fit_analysed(
     return JointAnalysis(analysis=analysis, joint=JointFit(joints), records=by_name, over=over)
 
 
+def _without_disturbed(
+    members: list[tuple[Run, Analysis]], pool: str
+) -> tuple[list[tuple[Run, Analysis]], list[Finding]]:
+    """The runs whose noise no vibration hides, and findings of the others; all runs if there are not two of them."""
+    quiet = [member for member in members if member[0].fit.verdict != "disturbed"]
+    if len(quiet) < _LEAST:
+        return members, []
+    details = [
+        RunLeftOut(run=run.name, reason="vibration hides its noise")
+        for run, _ in members
+        if run.fit.verdict == "disturbed"
+    ]
+    return quiet, [Finding(details=one, severity="warning", channels=(pool,)) for one in details]
+
+
 def _findings(joint: JointChannel) -> list[Finding]:
-    found = [
+    found = disturbed_findings(joint.fit)
+    found += [
         Finding(
             details=RunsDiffer(runs=len(joint.runs), term=term, p_value=p_value),
             severity="warning",

@@ -11,6 +11,7 @@ from sigmatau.findings.kinds.disturbances import NotStatic
 from sigmatau.findings.kinds.drift import TemperatureDrift, WarmUp
 from sigmatau.findings.kinds.fit import (
     BandsOff,
+    CrowdedLines,
     Disturbed,
     FewDegreesOfFreedom,
     NoAdequateModel,
@@ -76,7 +77,7 @@ def fit_findings(
         return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity=of_misfit, channels=channels)]
     found: list[Finding] = []
     if fitted.verdict == "disturbed":
-        return [*_disturbed(fitted), *_lines(fitted)]
+        return [*disturbed_findings(fitted), *_lines(fitted)]
     if (freedom := walk_freedom(fitted)) < LEAST_FREEDOM:
         short = FewDegreesOfFreedom(freedom=freedom, duration=fitted.n * fitted.tau0)
         found.append(Finding(details=short, severity="warning", channels=channels, size=freedom))
@@ -119,7 +120,8 @@ def walk_freedom(fitted: NoiseFit) -> float:
     return walk.value**2 / (2 * variance) if variance > 0 else math.inf
 
 
-def _disturbed(fitted: NoiseFit) -> list[Finding]:
+def disturbed_findings(fitted: NoiseFit) -> list[Finding]:
+    """Vibration that hides the noise of a fit, and its quietest stretch."""
     details = [
         Disturbed(
             quantity=fitted.quantity,
@@ -221,6 +223,7 @@ def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
         ratio=1.0 if band is None else band.ratio,
         allowed=worst[1],
         lines=len(fitted.sinusoid),
+        crowded=next((reason.share for reason in fitted.reasons if isinstance(reason, CrowdedLines)), 0.0),
     )
     size = None
     if walk is not None and walk.value and walk.low is not None and walk.high is not None:

@@ -72,7 +72,7 @@ class VibrationPower:
     start, stop : float
         The part of the record in which the random walk has the smallest upper limit. [s]
     quietest : float or None
-        That limit; None if the part is too short for it. [SI]
+        That limit, if it is smaller than that of the whole record. [SI]
     """
 
     kind: str = field(default="vibration_power", init=False)
@@ -136,6 +136,23 @@ class CoarseValues:
 
 
 @frozen
+class CoarseCounts:
+    """The rounding of the angle is not white from increment to increment, so that the fit is that of sums of increments.
+
+    Attributes
+    ----------
+    summed : int or None
+        Increments in a sum; None if no sum in the record has white rounding.
+    hidden : bool
+        Whether the record has too few such sums: all terms are upper limits.
+    """
+
+    kind: str = field(default="coarse_counts", init=False)
+    summed: int | None
+    hidden: bool
+
+
+@frozen
 class BandLeftOut:
     """The spectrum from a frequency on has a shape that no model describes, and is left out.
 
@@ -146,6 +163,26 @@ class BandLeftOut:
     """
 
     kind: str = field(default="band_left_out", init=False)
+    highest: float
+
+
+@frozen
+class CrowdedLines:
+    """Widened: spectral lines take so much of the band that they may be noise.
+
+    Attributes
+    ----------
+    lines : int
+        Lines of the model.
+    share : float
+        Part of the band that they take.
+    highest : float
+        Upper end of the interval of the random walk if they are noise. [SI]
+    """
+
+    kind: str = field(default="crowded_lines", init=False)
+    lines: int
+    share: float
     highest: float
 
 
@@ -187,6 +224,8 @@ Reason = (
     | ShortTimesDeviate
     | IncompleteRecord
     | CoarseValues
+    | CoarseCounts
+    | CrowdedLines
     | BandLeftOut
     | BandsOff
     | VibrationPower
@@ -239,12 +278,15 @@ class Widened(Details, code="widened"):
         Largest standard deviation of the logarithm of the density that the intervals allow for.
     lines : int
         Spectral lines of the model.
+    crowded : float
+        Part of the band that the lines take, if it is so much that they may be noise; otherwise 0.
     """
 
     frequency: float
     ratio: float
     allowed: float
     lines: int = 0
+    crowded: float = 0.0
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
         """The upper end of the interval of the random walk over its value."""
@@ -266,7 +308,7 @@ class Disturbed(Details, code="disturbed"):
     start, stop : float
         The quietest part of the record. [s]
     quietest : float or None
-        Upper limit of the random walk in that part. [SI]
+        Upper limit of the random walk in that part, if it is smaller than that of the whole record. [SI]
     """
 
     quantity: str

@@ -236,6 +236,10 @@ class CoarseResolution(Details, code="coarse_resolution"):
         What rounding adds: quantization noise to increments, white noise to rates; neither below half a step of noise.
     added : float or None
         Coefficient of the noise added: Q [unit·s], at most, or N [unit·√s]; None if unknown.
+    summed : int or None
+        Increments that must be summed for white rounding of the angle; None if no sum in the record is long enough.
+    needed : float or None
+        Shortest record that shows the random walk in such sums, if this one does not. [s]
     """
 
     step: float
@@ -243,6 +247,8 @@ class CoarseResolution(Details, code="coarse_resolution"):
     unit: str
     rounding: Literal["quantization", "white", "unknown"]
     added: float | None
+    summed: int | None = 1
+    needed: float | None = None
 
 
 @frozen

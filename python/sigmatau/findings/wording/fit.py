@@ -31,8 +31,16 @@ _REASONS: dict[type, Callable[[Any], str]] = {
         + ("least squares needs all" if r.suits_likelihood else "the others are too few for a fit")
     ),
     kinds.CoarseValues: lambda r: "the resolution is too coarse for the noise, so the rounding error is unknown",
+    kinds.CoarseCounts: lambda r: (
+        "the rounding of the increments hides the noise"
+        if r.hidden
+        else f"the rounding is white only in sums of {r.summed} increments, which are fitted"
+    ),
     kinds.BandLeftOut: lambda r: f"the spectrum from {r.highest:.3g} Hz on fits no model and is left out",
     kinds.VibrationPower: lambda r: f"lines and resonances have {percent(r.share)} of the power",
+    kinds.CrowdedLines: lambda r: (
+        f"{count_text(r.lines)} spectral lines take {percent(r.share)} of the band and may be noise"
+    ),
     kinds.BandsOff: lambda r: f"the density near {r.frequency:.2g} Hz is {_off(r.ratio)} the best model",
 }
 
@@ -134,6 +142,10 @@ _MANY_LINES = 10  # from which they are more likely than all else what a model l
 
 
 def _widened(finding: Finding, details: kinds.Widened) -> Words:
+    if details.crowded:
+        lines = f"{count_text(details.lines)} spectral lines take {percent(details.crowded)} of the band"
+        action = "Look for a vibration, or for noise that changes, and record again without it"
+        return Words(f"{lines} and may be noise; the interval of the random walk has both readings", action)
     off = f"the density near {details.frequency:.2g} Hz is {_off(details.ratio)} the best model; intervals are wider"
     if details.lines >= _MANY_LINES:
         action = "Look for a vibration or a supply with these frequencies, and record again without it"
@@ -145,7 +157,9 @@ def _disturbed(finding: Finding, details: kinds.Disturbed) -> Words:
     text = f"vibration has {percent(details.share)} of the power; the coefficients are upper limits"
     part = f"{details.start:.4g}s:{details.stop:.4g}s"
     if details.quietest is None:
-        return Words(text, "Record again without the vibration")
+        return Words(
+            f"{text}, which are least from {details.start:.4g} to {details.stop:.4g} s", "Record again without it"
+        )
     unit, factor = display_units("random_walk", details.quantity, details.rate_unit)[-1]
     limit = f"{two_digits(details.quietest / factor)} {unit}"
     return Words(f"{text}, {limit} in the quietest part", f"Record again without it, or try --window {part}")

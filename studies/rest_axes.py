@@ -13,6 +13,7 @@ import numpy as np
 
 import sigmatau as st
 from studies.motions import KINDS, SMALL_KINDS, held, moving
+from studies.rest_windows import CLASSES, clean, verdict
 
 SENSORS = {
     "accel, 3": "three accelerometers",
@@ -27,6 +28,7 @@ MOTIONS = {
 RATES = (25.0, 50.0, 100.0, 250.0, 1000.0)
 SHORTEST, LONGEST, MOST_SAMPLES = 20.0, 300.0, 60_000
 RECORDS = 20  # a cell
+CLEAN_RECORDS, CLEAN_CELLS = 14, 9  # a cell, and a class of sensors
 
 
 def moving_axes(seed: int, kind: str, sensors: str) -> st.Record:
@@ -51,18 +53,42 @@ def of_axes(seed: int, kind: str, sensors: str) -> list[str]:
     verdicts: list[str] = []
     for _ in range(RECORDS):
         found = st.analyze(moving_axes(int(rng.integers(1 << 62)), kind, sensors), threads=1)
-        verdict = "" if found.rest is None else found.rest.verdict
+        at_rest = "" if found.rest is None else found.rest.verdict
         trusted = any(fitted.trust == "good" for fitted in found.fits.values())
-        verdicts.append("good" if trusted and verdict == "at_rest" else verdict)
+        verdicts.append("good" if trusted and at_rest == "at_rest" else at_rest)
     return verdicts
+
+
+def of_clean_axes(seed: int, grade: str) -> list[dict[str, Any]]:
+    """Clean records: verdicts on some axes of each, and whether a fit of one axis is beyond the noisiest sensors."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for _ in range(CLEAN_RECORDS):
+        record = clean(int(rng.integers(1 << 62)), grade)
+        for sensors in SENSORS:
+            sensor, axes = sensors.split(", ")
+            columns = {
+                f"{sensor}_{axis}": record.stream_of(f"{sensor}_{axis}").column(f"{sensor}_{axis}") for axis in "xyz"
+            }
+            some = dict(list(columns.items())[-int(axes) :])
+            part = st.Record.from_arrays(rate=record.streams[0].grid.rate, **some)  # type: ignore[arg-type]
+            row: dict[str, Any] = {"sensors": sensors, "verdict": verdict(part).verdict}
+            if axes == "1" and all(np.ptp(x) > 0 for x in some.values()):  # coarse steps may hide all noise
+                codes = {finding.code for finding in st.analyze(part, threads=1).findings}
+                row["doubted"] = bool(codes & {"beyond_class", "implausible_unit"})
+            rows.append(row)
+    return rows
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
     """All cells by name."""
-    return {
+    moves = {
         f"axes, {kind}, {sensors}": (of_axes, (kind, sensors))
         for sensors in SENSORS
         for kind in MOTIONS[sensors.split(", ")[0]]
+    }
+    return moves | {
+        f"clean axes, {grade}, {k}": (of_clean_axes, (grade,)) for grade in CLASSES for k in range(CLEAN_CELLS)
     }
 
 
@@ -79,6 +105,11 @@ def text(results: Mapping[str, Any]) -> str:
             row.append(" / ".join(map(str, numbers)) if count else "–")
         lines.append(f"| {' | '.join(row)} |")
     lines.append(_TAIL)
+    names = [f"clean axes, {grade}, {k}" for grade in CLASSES for k in range(CLEAN_CELLS)]
+    rows = [row for name in names for row in results[name]]
+    refused = sum(row["verdict"] != "at_rest" for row in rows)
+    doubted = [row["doubted"] for row in rows if "doubted" in row]
+    lines.append(_CLEAN.format(refused=refused, records=len(rows), doubted=sum(doubted), axes=len(doubted)))
     return "\n".join(lines)
 
 
@@ -97,3 +128,7 @@ that changes faster than in any warm-up. One or two axes do not show whether the
 `beyond_class` bars "good" where the fit exceeds the noisiest sensors. Vibration above 10 Hz is not motion: it averages out.
 A phone that is kept still makes less than the noise of the noisiest accelerometers. A constant rate of a turntable that is
 below the largest bias of gyros is a bias to a single gyro."""
+
+_CLEAN = """
+The same axes of clean records (below): {refused} of {records} are not called at rest. Of {axes} fits of one axis, {doubted}
+have the finding `beyond_class` or `implausible_unit`."""

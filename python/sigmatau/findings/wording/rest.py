@@ -31,10 +31,12 @@ def _motion(motion: Motion) -> str:
 
 
 def _not_at_rest(_: Finding, details: NotAtRest) -> Words:
-    unit = " or the unit is wrong" if details.motion.kind in ("turns", "loud") else ""
+    in_doubt = details.motion.kind in ("turns", "loud")
+    unit = " or the unit is wrong" if in_doubt else ""
     message = f"not at rest{unit}: {_motion(details.motion)}; no coefficients are given"
     if not details.still:
-        return Words(message, "Record the sensor at rest, or run with --at-rest to analyse the motion as noise")
+        remedy = "Record the sensor at rest, check the unit," if in_doubt else "Record the sensor at rest,"
+        return Words(message, f"{remedy} or run with --at-rest to analyse the motion as noise")
     options = [f"{keep_option(span)} ({duration_text(span[1] - span[0])} at rest)" for span in details.still]
     return Words(message, while_short(f"Run with {options[0]}", options[1:], between=" or ", longest=LONGEST))
 

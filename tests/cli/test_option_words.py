@@ -38,6 +38,10 @@ LINES = {
     "option of one value": ("a.csv --window 0s:5s b=c", "a.csv --window 0s:5s b=c"),
     "flag": ("a.csv --unit gyro=deg/s --at-rest b=c", "a.csv --unit gyro=deg/s --at-rest b=c"),
     "behind --": ("--unit gyro=deg/s -- a=b", "--unit gyro=deg/s -- a=b"),
+    "topics": ("a.csv --topic GYR ACC", "a.csv --topic GYR --topic ACC"),
+    "topics before a log": ("--topic /imu/gyro /imu/accel run", "--topic /imu/gyro --topic /imu/accel run"),
+    "a log behind a topic": ("--topic GYR a.csv logs/*", "--topic GYR a.csv logs/*"),
+    "topic and unit": ("a.csv --topic GYR ACC --unit gyro=g", "a.csv --topic GYR --topic ACC --unit gyro=g"),
     "nothing to do": ("a.csv b.csv -q", "a.csv b.csv -q"),
 }
 
@@ -45,7 +49,7 @@ LINES = {
 @pytest.mark.parametrize("name", LINES)
 def test_values_in_a_row(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for file in ("run=1.csv", "77"):
+    for file in ("run=1.csv", "77", "run"):
         Path(file).write_text("")
     typed, repeated = LINES[name]
     assert repeat_options(app, ["analyze", *typed.split()]) == ["analyze", *repeated.split()]

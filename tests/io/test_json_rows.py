@@ -8,7 +8,7 @@ import pytest
 import known
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read import read
+from sigmatau.io.read import opened, read
 
 N = 900
 STEP = 0.300 / 60 * np.sqrt(100.0)  # deg/s: 0.300 deg/√h at 100 Hz
@@ -160,3 +160,63 @@ def test_mutants(tmp_path, form):
     path = tmp_path / "log"
     path.write_text(FORMS[form](rows_of("nested", 40)))
     assert survives(f"json {form}", path.read_bytes(), path, 100, unit=UNIT) > 0
+
+
+TAGS = {"word": ("gyro", "accel"), "name": ("Gyroscope", "Accelerometer"), "short": ("GYR", "ACC")}
+TAGGED = {
+    "x, y, z": lambda tag, t, v: {"sensor": tag, "t": t, **named(v)},
+    "array": lambda tag, t, v: {"timestamp": t, "type": tag, "values": v},
+    "nested": lambda tag, t, v: {"name": tag, "time": t, "data": named(v)},
+    "texts": lambda tag, t, v: {"name": tag, "time": str(t), **{k: repr(x) for k, x in named(v).items()}},
+    "names": lambda tag, t, v: {"kind": tag, "t_ns": t, **{f"{tag[0].lower()}{k}": x for k, x in named(v).items()}},
+}
+
+
+@pytest.mark.parametrize("order", ["in turn", "in blocks"])
+@pytest.mark.parametrize("tags", TAGS)
+@pytest.mark.parametrize("kind", TAGGED)
+def test_rows_with_the_sensor_in_a_field(tmp_path, kind, tags, order):
+    gyro, accel = ([TAGGED[kind](tag, STAMPS[k], x[k].tolist()) for k in range(N)]
+                   for tag, x in zip(TAGS[tags], (GYRO, ACCEL), strict=True))  # fmt: skip
+    rows = [*gyro, *accel] if order == "in blocks" else [row for pair in zip(gyro, accel, strict=True) for row in pair]
+    path = tmp_path / "log.jsonl"
+    path.write_text(FORMS["lines"](rows))
+    record = read(path, unit=UNIT)
+    exact(record)
+    assert set(record.provenance.topics) == set(TAGS[tags])
+
+
+@pytest.mark.parametrize("ids", [("imu0", "imu1"), (0, 1), ("left", "right")])
+def test_rows_of_two_sensors_in_a_field_are_asked_for(tmp_path, ids):
+    rows = [{"id": ids[k % 2], "t": STAMPS[k // 2], "gyro": (GYRO[k // 2] + k % 2).tolist()} for k in range(2 * N)]
+    path = tmp_path / "log.jsonl"
+    path.write_text(FORMS["lines"](rows))
+    topics = [f"imu{name}" if isinstance(name, int) else name for name in ids]
+    with pytest.raises(OptionError, match=f"has {ids[0]} and {ids[1]}, so the rows are of several sensors"):
+        read(path, unit={"gyro": "deg/s", "time": "ns"})
+    record = read(path, unit={"gyro": "deg/s", "time": "ns"}, topic=topics[1])
+    expected = (GYRO[:, 0] + 1) * np.pi / 180
+    np.testing.assert_allclose(
+        record.stream_of("gyro_x").column("gyro_x"), expected, rtol=1e-15
+    )  # rounding of a product
+
+
+def test_rows_of_one_sensor_in_a_field(tmp_path):
+    path = tmp_path / "log.jsonl"
+    path.write_text(FORMS["lines"]([TAGGED["x, y, z"]("gyro", STAMPS[k], GYRO[k].tolist()) for k in range(N)]))
+    assert read(path, unit={"gyro": "deg/s", "time": "ns"}).channels == ("gyro_x", "gyro_y", "gyro_z")
+
+
+def test_fields_that_begin_late(tmp_path):
+    """Rows of another kind beyond the first ones, and beyond those that are held at once, have their fields read."""
+    path = tmp_path / "log.jsonl"
+    first = [{"t": k, "gx": 0.5} for k in range((1 << 16) + 10)]
+    rows = [*first, *({"t": len(first) + k, "ax": 2.0, "az": 9.0} for k in range(50))]
+    path.write_text(FORMS["lines"](rows))
+    with opened(path) as (_, tables):
+        assert [column.name for column in tables[0].columns] == ["t", "gx", "ax", "az"]
+        columns = tables[0].load([0, 1, 2], 0).columns
+    assert columns[0].dtype == np.int64
+    assert np.isnan(columns[2]).sum() == len(first)
+    assert np.nansum(columns[2]) == 100
+    assert np.isnan(columns[1]).sum() == 50

@@ -1,11 +1,13 @@
 """Words of the command line: further values behind an option that takes several, ``--unit gyro=deg/s accel=g``.
 
 The parser takes one word behind an option, because a word that follows may be a log. Here the option is repeated in front of
-each further word that cannot be a log: KEY=VALUE, or a number behind ``--rate``, unless a file has that name.
+each further word that cannot be a log: KEY=VALUE, a number behind ``--rate``, or a word without an ending behind
+``--topic``, unless a file has that name.
 """
 
 from __future__ import annotations
 
+import glob
 import os
 from collections.abc import Sequence
 from itertools import pairwise
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from cyclopts import App
 
 _NUMBERS = "--rate"  # the option whose further values are numbers: one for each log
+_NAMES = "--topic"  # the option whose further values are names: one for each sensor
 
 
 def repeat_options(app: App, words: Sequence[str]) -> list[str]:
@@ -52,13 +55,23 @@ def is_number(word: str) -> bool:
 def _has_values_in_a_row(words: Sequence[str]) -> bool:
     """Whether a word that may be a further value follows another word without a dash."""
     pairs = pairwise(words)
-    return any(not before.startswith("-") or "=" in before for before, word in pairs if "=" in word or is_number(word))
+    names = any(word.partition("=")[0] == _NAMES for word in words)
+    return any(
+        not before.startswith("-") or "=" in before
+        for before, word in pairs
+        if "=" in word or is_number(word) or (names and _is_name(word))
+    )
 
 
 def _is_value(word: str, option: str) -> bool:
-    if "=" not in word and not (option == _NUMBERS and is_number(word)):
+    if "=" not in word and not (option == _NUMBERS and is_number(word)) and not (option == _NAMES and _is_name(word)):
         return False
     return not os.path.lexists(word)
+
+
+def _is_name(word: str) -> bool:
+    """Whether a word may be a topic: it is no option, and has neither the ending of a file nor a pattern."""
+    return not word.startswith("-") and not os.path.splitext(word)[1] and not glob.has_magic(word)  # noqa: PTH122
 
 
 def _options_of_several(app: App, words: Sequence[str]) -> set[str]:

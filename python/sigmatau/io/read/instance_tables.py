@@ -6,8 +6,7 @@ tells the kinds is loaded, and the rows of the other columns are chosen by it.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +14,12 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.kind_columns import with_sensor_names
-from sigmatau.io.read.instances import SENSORS, cycles_with_rows, has_instance_name, may_be_instance, means_differ
+from sigmatau.io.read.instances import cycles_with_rows, has_instance_name, may_be_instance, means_differ, sensor_of
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Loaded, RowKind, Table
 
-_FORMATS = ("npy", "npz", "matlab", "hdf5", "parquet", "arrow", "tdms", "frame")
-_IN_MEMORY = ("npy", "npz", "matlab", "frame")  # a column is at hand without a pass over the file
+_FORMATS = ("npy", "npz", "matlab", "hdf5", "parquet", "arrow", "tdms", "frame", "json")
+_IN_MEMORY = ("npy", "npz", "matlab", "frame", "json")  # a column is at hand without a pass over the file
 _HEAD = 2000  # rows that show whether a column tells kinds
 _MAX_KINDS = 16  # different values of such a column
 _MAX_COLUMNS = 16  # columns without the name of an instance that are tested
@@ -38,8 +37,9 @@ def separate_instances(tables: Sequence[Table]) -> Sequence[Table]:
             values = load()
         except DataError:
             continue  # raised again if it is wanted
-        labels = _labels(values[:_HEAD])
-        if labels and _tells_kinds(table, name, column, values[:_HEAD], labels):
+        head = values if column < 0 else values[:_HEAD]  # rows of another word may begin late
+        labels = _labels(head)
+        if _names_sensor(labels, column) or (len(labels) > 1 and _tells_kinds(table, name, column, head, labels)):
             texts = np.asarray(values[:]).astype(str) if column < 0 else np.asarray(values[:])
             masks = {label: texts == value for label, value in labels.items()}
             if sum(float(np.mean(mask)) for mask in masks.values()) >= _COVERED:
@@ -67,7 +67,7 @@ def _labels(head: NDArray[np.generic]) -> dict[str, object]:
     values = np.asarray(head)
     if values.dtype.kind not in "iuf":
         texts = list(dict.fromkeys(values.astype(str).tolist()))
-        return {text: text for text in texts} if 2 <= len(texts) <= _MAX_KINDS and "" not in texts else {}
+        return {text: text for text in texts} if len(texts) <= _MAX_KINDS and "" not in texts else {}
     numbers = np.unique(values)
     if not 2 <= len(numbers) <= _MAX_KINDS or not np.isfinite(numbers).all():
         return {}
@@ -76,10 +76,16 @@ def _labels(head: NDArray[np.generic]) -> dict[str, object]:
     return {str(int(number)): number for number in numbers}
 
 
+def _names_sensor(labels: Mapping[str, object], column: int) -> bool:
+    """Whether all rows have one word, and it names a sensor."""
+    return column < 0 and len(labels) == 1 and sensor_of(next(iter(labels))) is not None
+
+
 def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic], labels: dict[str, object]) -> bool:
     order = np.asarray(head).astype(str).tolist() if column < 0 else [str(int(value)) for value in head]
-    if column < 0 and any(re.search(pattern, label) for label in labels for pattern in SENSORS.values()):
-        return sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
+    sensors = [sensor for label in labels if column < 0 and (sensor := sensor_of(label)) is not None]
+    if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
+        return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
     if not cycles_with_rows(order):
         return False
     if has_instance_name(name):
@@ -87,19 +93,21 @@ def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic]
     if not may_be_instance(name):
         return False
     codes = {label: k for k, label in enumerate(labels)}
-    return means_differ(_head(table), np.array([codes[label] for label in order]))
+    order = order[:_HEAD]
+    return means_differ(_values(table, np.arange(len(order))), np.array([codes[label] for label in order]))
 
 
-def _head(table: Table) -> NDArray[np.float64]:
-    """The first rows of all columns of numbers: shape (n, columns)."""
-    rows = []
+def _values(table: Table, rows: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Some rows of all columns of numbers, NaN in columns of words: shape (n, columns)."""
+    columns = []
     for k in range(len(table.columns)):
         try:
-            rows.append(np.asarray(table.load([k], None).columns[k][:_HEAD], dtype=np.float64))
+            column = table.load([k], None).columns[k]
+            columns.append(np.asarray(column[rows[rows < len(column)]], dtype=np.float64))
         except (DataError, ValueError):  # words
-            rows.append(np.full(_HEAD, np.nan))
-    shortest = min(map(len, rows))
-    return np.stack([column[:shortest] for column in rows], axis=1)
+            columns.append(np.full(len(rows), np.nan))
+    shortest = min(map(len, columns))
+    return np.stack([column[:shortest] for column in columns], axis=1)
 
 
 def _of_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
@@ -114,7 +122,13 @@ def _of_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
 
     columns, notes = table.columns, tuple[str, ...]()
     if kind.column < 0:
-        columns, notes = with_sensor_names(columns, kind.label, _head(table)[rows[rows < _HEAD]])
+        values = _values(table, rows[:_HEAD])
+        empty = [table.format == "json" and bool(np.isnan(column).all()) for column in values.T]
+        # Rows of another kind have other fields.
+        columns = tuple(
+            replace(c, name="", unit=None, first="") if e else c for c, e in zip(columns, empty, strict=True)
+        )
+        columns, notes = with_sensor_names(columns, kind.label, values)
     return replace(
         table,
         columns=columns,

@@ -180,7 +180,7 @@ def _find_by_means(
         size=float(np.ptp(by_turn.means[largest])),
         means=tuple(by_turn.means[largest].tolist()),
         bunched=bunched,
-        certain=slow == "independent" or (bunched and slow != "in common"),
+        certain=slow == "independent",
     )
 
 

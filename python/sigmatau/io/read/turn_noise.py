@@ -21,7 +21,7 @@ _TAPER = 0.25  # share of a series at either end that the window tapers
 _CORRELATED = 1.4  # variance of a mean share over that of independent ones: the window makes neighbours alike
 _ERRORS = 4.5  # deviation of the mean share from 1/2 that is significant, in standard errors: 11 bands are looked at
 _SHARED = 0.65  # mean share of noise in common: 0.5 for independent noise
-_RISE = 3.0  # power of a band over that of the highest ones: above the white noise
+_RISE = 3.0  # power of a band over that of the highest ones, of sum and difference: above the white noise
 _FEWEST_SHARES = 48  # in bands of slow noise, to tell that it is independent: standard error 0.05
 _INDEPENDENT = 0.12  # largest deviation of their mean from 1/2; 0.28 for slow noise in common of this rise
 
@@ -49,7 +49,10 @@ def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) 
         error = (_CORRELATED / (12 * up_to_band.size)) ** 0.5
         if up_to_band.mean() - 0.5 > max(_ERRORS * error, _SHARED - 0.5):
             return "in common"
-        slow.append(shares[low:top, total[low:top].mean(axis=0) > _RISE * high].ravel())
+        powers = np.minimum(power_of_sum[low:top].mean(axis=0), power_of_difference[low:top].mean(axis=0))
+        slow.append(
+            shares[low:top, powers > _RISE / 2 * high].ravel()
+        )  # a line at half the rate is in one of them only
     of_slow_noise = np.concatenate(slow)
     if len(of_slow_noise) >= _FEWEST_SHARES and abs(of_slow_noise.mean() - 0.5) < _INDEPENDENT:
         return "independent"

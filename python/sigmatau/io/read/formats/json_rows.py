@@ -78,6 +78,7 @@ def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> t
             load=load,
             rows=len(fields[0].values),
             topic=topic,
+            words={field.name: field.words for field in fields if field.has_words()},
         ),
     )
 
@@ -93,6 +94,15 @@ class _Field:
         """Its name, and its first value."""
         first = str(self.values[0])[:40] if len(self.values) and self.values[0] is not None else ""
         return Column(name=self.name, unit="ns" if is_date(first) else None, first=first)
+
+    def has_words(self) -> bool:
+        """Whether its first values are words, not dates or numbers in quotes."""
+        words = [value for value in self.values[:_FIRST_ROWS] if isinstance(value, str)]
+        return bool(words) and not any(is_date(word) or _is_number(word) for word in words)
+
+    def words(self) -> NDArray[Any]:
+        """Its values as words; a blank where a row has none."""
+        return np.array([value if isinstance(value, str) else " " for value in self.values])
 
     def numbers(self, *, exact: bool) -> NDArray[Any]:
         """Its values as numbers, NaN where a row has none; dates as nanoseconds since 1970."""
@@ -132,8 +142,9 @@ def _of_rows(rows: Sequence[Any]) -> dict[_Path, _Field]:
 
 
 def _paths(rows: Sequence[Any]) -> list[_Path]:
-    """Where the fields of the first rows are, in their order."""
-    return list(dict.fromkeys(at for row in rows[:_FIRST_ROWS] for at, _ in _fields(row)))
+    """Where the fields are, in their order: of the first rows, and of the first of each kind of rows with other names."""
+    later = {tuple(row): row for row in reversed(rows[_FIRST_ROWS:]) if isinstance(row, Mapping)}
+    return list(dict.fromkeys(at for row in (*rows[:_FIRST_ROWS], *reversed(later.values())) for at, _ in _fields(row)))
 
 
 def _parts(rows: Sequence[Any], paths: Sequence[_Path]) -> dict[_Path, NDArray[Any]]:
@@ -141,10 +152,10 @@ def _parts(rows: Sequence[Any], paths: Sequence[_Path]) -> dict[_Path, NDArray[A
 
 
 def _joined(parts: Sequence[Mapping[_Path, NDArray[Any]]]) -> dict[_Path, _Field]:
-    """The fields from their parts, as integers only if all parts are."""
+    """The fields from their parts, as integers only if all parts are; NaN in the parts that lack a field."""
     fields = {}
-    for at in parts[0] if parts else ():
-        arrays = [part[at] for part in parts]
+    for at in dict.fromkeys(at for part in parts for at in part):
+        arrays = [part[at] if at in part else np.full(len(next(iter(part.values()))), np.nan) for part in parts if part]
         kinds = {array.dtype.kind for array in arrays}
         common = object if "O" in kinds else np.float64 if "f" in kinds else np.int64
         fields[at] = _Field(_name(at), np.concatenate([array.astype(common) for array in arrays]))
@@ -236,7 +247,6 @@ def _columns_of_rows(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...
     """The fields of rows up to the end, or up to the damage, which is a finding if it ends the file or is not text."""
     rows: list[Any] = []
     parts: list[dict[_Path, NDArray[Any]]] = []
-    paths: list[_Path] = []
     at = _first_object(text)
     decode, blank = json.JSONDecoder().raw_decode, _BLANK.match
     size, count = len(text), 0
@@ -250,8 +260,7 @@ def _columns_of_rows(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...
             rows.append(row)
             count += 1
             if len(rows) == _CHUNK:
-                paths = paths or _paths(rows)
-                parts.append(_parts(rows, paths))
+                parts.append(_parts(rows, _paths(rows)))
                 rows = []
             gap = blank(text, end)
             at = gap.end() if gap else end
@@ -274,7 +283,7 @@ def _columns_of_rows(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...
         details = Damaged(truncated=not damaged, place=place, reason=reason, kept=count)
         findings = (Finding(details=details, severity="error"),)
     if rows:
-        parts.append(_parts(rows, paths or _paths(rows)))
+        parts.append(_parts(rows, _paths(rows)))
     return _joined(parts), findings
 
 

@@ -111,7 +111,7 @@ def test_options_reach_the_file(result, capsys):
         (["--to", "kalibr", *WALKS, "--axes", "each"], "choose worst or mean"),
         (["--to", "kalibr", *WALKS, "--noise-factor", "0"], "--noise-factor must be a positive number"),
         (["--to", "kalibr", *WALKS, "--name", "gravity=9.8"], "no name 'gravity'; names: topic"),
-        (["--to", "vinz"], "unknown target 'vinz'; targets: kalibr"),
+        (["--to", "vinz"], "unknown target 'vinz', perhaps vins; targets: kalibr"),
         ([], "--to is missing; targets: kalibr"),
     ],
 )

@@ -129,8 +129,12 @@ def _in_words(error: CycloptsError) -> str:
         return f"{words}: {name} is missing{more}; see sigmatau {words} --help"
     if isinstance(error, CoercionError) and error.token and (command, error.token.keyword) == ("deviation", "--kind"):
         return _of_kind(error.token.value)
+    if command == "fleet" and isinstance(error, CoercionError) and error.token and not error.token.keyword:
+        return f"the logs come behind the word analyze: sigmatau fleet analyze {error.token.value}"
     if isinstance(error, UnknownOptionError):
         option = (error.token.keyword or error.token.value).partition("=")[0]
+        if option == "-":
+            return f"sigmatau {command} reads files. Save the samples first; live samples: … | sigmatau watch"
         if hint := _OTHER_NAMES.get((command, option)):
             return f"unknown option {option}: {hint}"
         if command == "export" and (name := _as_target(option.lstrip("-"))):
@@ -139,6 +143,8 @@ def _in_words(error: CycloptsError) -> str:
         unused = error.unused_tokens or []
         if command == "export" and unused and (name := _as_target(unused[0])):
             return f"{unused[0]!r} is not expected here: the target is --to {name}"
+        if all(map(os.path.lexists, unused)):
+            return f"sigmatau {words} takes one file, and {', '.join(unused)} is one more. Run it once for each file"
         return f"{', '.join(map(repr, unused))} not expected here. {_UNUSED_HINT}"
     if isinstance(error, CoercionError) and error.target_type in (int, float) and error.token and error.token.keyword:
         kind = "whole number" if error.target_type is int else "number"

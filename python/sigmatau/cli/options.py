@@ -54,14 +54,33 @@ def key_values(values: Sequence[str], option: str, example: str) -> dict[str, st
         for part in text.split(","):
             key, equals, value = part.partition("=")
             key, value = key.strip(), value.strip()
+            if part != text and part.strip().isdigit():
+                raise OptionError(
+                    f"--{option} {text!r}: a comma separates pairs. Write a decimal number with a point, e.g. gyro=0.01",
+                    option=option,
+                )
             if not (key and equals and value):
                 what = "" if part == text else f" {part!r}"
                 raise OptionError(
                     f"--{option} {text!r}:{what} must be NAME=VALUE, e.g. --{option} {example}", option=option
                 )
+            if _is_swapped(key, value, option):
+                raise OptionError(
+                    f"--{option} {part.strip()}: the name comes first. Give --{option} {value}={key}", option=option
+                )
             if result.setdefault(key, value) != value:
                 raise OptionError(f"--{option}: {key!r} is given twice, {result[key]!r} and {value!r}", option=option)
     return result
+
+
+_SENSOR = re.compile(r"(gyro|accel)(_[xyz])?|time")
+_NUMBERS_OF_COLUMNS = re.compile(r"\d+(:\d+)?")
+
+
+def _is_swapped(key: str, value: str, option: str) -> bool:
+    """Whether a pair has the name of a channel or sensor behind its value."""
+    is_column = option != "channels" or _NUMBERS_OF_COLUMNS.fullmatch(key) is not None
+    return is_column and _SENSOR.fullmatch(value) is not None and _SENSOR.fullmatch(key) is None
 
 
 def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, float]:
@@ -102,6 +121,8 @@ def _check_place(place: Path) -> None:
         raise OptionError(
             f"{word!r} is not a file. Write it directly behind its option, e.g. --unit {word}", option="log"
         )
+    if word.lower() in ("hz", "khz"):
+        raise OptionError(f"{word!r} is not a file. Write a rate in Hz without the unit, e.g. --rate 100", option="log")
     if is_number(word):
         raise OptionError(
             f"{word!r} is not a file. Write a rate directly behind --rate, e.g. --rate {word}", option="log"
@@ -123,6 +144,8 @@ def check_output(path: Path | None, endings: Sequence[str], option: str) -> None
         raise DataError(f"{path}: is not a regular file, and would be replaced; give the name of a file")
     if not path.parent.is_dir():
         raise DataError(f"{path}: there is no directory {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise DataError(f"{path}: the directory {path.parent} is read-only; give another place")
     if _is_database(path):
         raise OptionError(f"--{option} {path}: is a database, and would be replaced; name another file", option=option)
     _need_libraries(path, option)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from sigmatau.errors import OptionError
+
+_WITH_COMMA = re.compile(r"(\d+),(\d+)")
+_IN_HERTZ = re.compile(r"([0-9.]+) ?hz", re.IGNORECASE)
 
 
 def parse_rate(words: Sequence[str]) -> float | dict[str, float] | None:
@@ -36,6 +40,12 @@ def assign_rates(words: Sequence[str], logs: Sequence[Path], places: Sequence[Pa
     common: list[str] = []
     numbers: list[str] = []
     for word in words:
+        if len(logs) == 1 and (decimal := _WITH_COMMA.fullmatch(word)):
+            raise OptionError(
+                f"--rate {word}: two rates for one log. Give one rate, a decimal one with a point: --rate"
+                f" {decimal[1]}.{decimal[2]}",
+                option="rate",
+            )
         key, equals, value = word.rpartition("=")
         if equals and (log := _log_of(key.strip(), logs)) is not None:
             if log in rates and rates[log] != [value]:
@@ -80,9 +90,12 @@ def _parts(words: Sequence[str]) -> list[tuple[str, float]]:
             try:
                 value = float(text)
             except ValueError:
+                in_hertz = _IN_HERTZ.fullmatch(text.strip())
+                example = "--rate 100 or --rate gyro=400,accel=200"
+                if in_hertz:
+                    example = f"--rate {f'{key}=' if equals else ''}{in_hertz[1]}"
                 raise OptionError(
-                    f"--rate {word!r}: must be a number without a unit, in Hz, e.g. --rate 100 or --rate gyro=400,accel=200",
-                    option="rate",
+                    f"--rate {word!r}: must be a number without a unit, in Hz, e.g. {example}", option="rate"
                 ) from None
             if equals and (not key or "/" in key or "." in key):
                 raise OptionError(f"--rate {part}: no log of this command has the name {key!r}", option="rate")

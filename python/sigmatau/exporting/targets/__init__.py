@@ -6,6 +6,7 @@ named in `_OTHERS`.
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from importlib import import_module
 
 from sigmatau.errors import OptionError
@@ -47,7 +48,9 @@ def target(name: str) -> Target:
     if known in templates.TARGETS:
         return templates.TARGETS[known]
     if known not in _OTHERS:
-        raise OptionError(f"unknown target {name!r}; targets: {', '.join(NAMES)}", option="to")
+        close = get_close_matches(known, NAMES, n=1)
+        meant = f", perhaps {close[0]}" if close else ""
+        raise OptionError(f"unknown target {name!r}{meant}; targets: {', '.join(NAMES)}", option="to")
     module, attribute = _OTHERS[known].split(".")
     found: Target = getattr(import_module(f"{__name__}.{module}"), attribute)
     return found

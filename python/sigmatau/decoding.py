@@ -39,14 +39,14 @@ class WrongValueError(ValueError):
 
 def decode(kind: Callable[..., T], value: object) -> T:
     """A value of a declared type; raises `WrongValueError`. Keys that the type lacks are ignored."""
-    found: T = _decoder(kind, null=False)(value)
-    return found
+    decoded: T = _decoder(kind, null=False)(value)
+    return decoded
 
 
 def decode_details(kind: Callable[..., T], value: object) -> T:
     """The same for details of a finding, which have null in place of a number that is not finite."""
-    found: T = _decoder(kind, null=True)(value)
-    return found
+    decoded: T = _decoder(kind, null=True)(value)
+    return decoded
 
 
 def _refuse(value: object, wanted: str) -> NoReturn:
@@ -68,7 +68,7 @@ def _decoder(kind: Any, *, null: bool) -> Decoder:  # noqa: ANN401  any annotati
     if origin is tuple:
         if arguments[-1] is Ellipsis:
             return functools.partial(_items, _decoder(arguments[0], null=null))
-        return functools.partial(_tuple, [_decoder(one, null=null) for one in arguments])
+        return functools.partial(_tuple, [_decoder(argument, null=null) for argument in arguments])
     if origin is np.ndarray:
         return functools.partial(_array, get_args(arguments[1])[0])
     if origin is not None and issubclass(origin, Mapping):
@@ -110,11 +110,11 @@ def _choice(values: tuple[object, ...], value: object) -> object:
 
 
 def _union(kinds: tuple[Any, ...], *, null: bool) -> Decoder:
-    several = [one for one in kinds if one is not type(None)]
+    several = [member for member in kinds if member is not type(None)]
     if len(several) == 1:
         inner = _decoder(several[0], null=null)
         return lambda value: None if value is None else inner(value)
-    by_tag = {_tag(one): _decoder(one, null=null) for one in several}
+    by_tag = {_tag(member): _decoder(member, null=null) for member in several}
 
     def decode_tagged(value: Any) -> object:  # noqa: ANN401  of JSON
         tag = value.get("kind") if isinstance(value, dict) else None
@@ -124,10 +124,10 @@ def _union(kinds: tuple[Any, ...], *, null: bool) -> Decoder:
 
 
 def _tag(kind: Any) -> str:  # noqa: ANN401  a dataclass
-    return str(next(one.default for one in fields(kind) if one.name == "kind"))
+    return str(next(field.default for field in fields(kind) if field.name == "kind"))
 
 
-def _at(key: str | int, decoder: Decoder, value: object) -> object:
+def _decode_place(key: str | int, decoder: Decoder, value: object) -> object:
     try:
         return decoder(value)
     except WrongValueError as error:
@@ -138,19 +138,21 @@ def _at(key: str | int, decoder: Decoder, value: object) -> object:
 def _items(decoder: Decoder, value: object) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
         _refuse(value, "a list")
-    return tuple([_at(k, decoder, one) for k, one in enumerate(value)])
+    return tuple([_decode_place(k, decoder, item) for k, item in enumerate(value)])
 
 
 def _tuple(decoders: list[Decoder], value: object) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple) or len(value) != len(decoders):
         _refuse(value, f"a list of {len(decoders)}")
-    return tuple([_at(k, decoder, one) for k, (decoder, one) in enumerate(zip(decoders, value, strict=True))])
+    return tuple(
+        [_decode_place(k, decoder, item) for k, (decoder, item) in enumerate(zip(decoders, value, strict=True))]
+    )
 
 
 def _mapping(decoder: Decoder, value: object) -> dict[str, Any]:
     if not isinstance(value, Mapping):
         _refuse(value, "an object")
-    return {str(key): _at(str(key), decoder, one) for key, one in value.items()}
+    return {str(key): _decode_place(str(key), decoder, item) for key, item in value.items()}
 
 
 def _array(kind: type[np.generic], value: object) -> np.ndarray[Any, Any]:
@@ -159,12 +161,12 @@ def _array(kind: type[np.generic], value: object) -> np.ndarray[Any, Any]:
     if not isinstance(value, list | tuple) or not set(map(type, value)) <= _NUMBERS[whole]:
         _refuse(value, "a list of whole numbers" if whole else "a list of numbers")
     try:
-        found = np.array(value, dtype=kind)
+        array = np.array(value, dtype=kind)
     except OverflowError:
         _refuse(value, "a list of numbers")
-    if not whole and np.isinf(found).any():
+    if not whole and np.isinf(array).any():
         _refuse(value, "a list of finite numbers")
-    return found
+    return array
 
 
 def _dataclass(kind: Any, *, null: bool) -> Decoder:  # noqa: ANN401  a class
@@ -176,22 +178,26 @@ def _dataclass(kind: Any, *, null: bool) -> Decoder:  # noqa: ANN401  a class
         if not parts:  # at the first value, because a class may have parts of its own type
             hints = get_type_hints(kind)
             parts.extend(
-                (one.name, _decoder(hints[one.name], null=null), one.default is one.default_factory is MISSING)
-                for one in fields(kind)
-                if one.init
+                (
+                    member.name,
+                    _decoder(hints[member.name], null=null),
+                    member.default is member.default_factory is MISSING,
+                )
+                for member in fields(kind)
+                if member.init
             )
-        found = {}
+        decoded = {}
         for name, decoder, needed in parts:
             if name in value:
                 try:
-                    found[name] = decoder(value[name])
+                    decoded[name] = decoder(value[name])
                 except WrongValueError as error:
                     error.path.append(name)
                     raise
             elif needed:
                 raise WrongValueError(f"{name} is missing")
         try:
-            return kind(**found)
+            return kind(**decoded)
         except DataError as error:
             raise WrongValueError(error.message) from None
 

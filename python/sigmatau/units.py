@@ -318,8 +318,8 @@ def usual(si: str) -> str:
 def if_known(spelling: str) -> Unit | None:
     """The unit that a spelling means; None if it is unknown."""
     # A symbol of the table means itself; the patterns of the words take longer to compile than the head of a log to read.
-    found = _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
-    return found or _BY_COMPACT.get(_compact(spelling))
+    unit = _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
+    return unit or _BY_COMPACT.get(_compact(spelling))
 
 
 def needs_scale(spelling: str) -> bool:

@@ -171,8 +171,8 @@ class Stamp:
 
 def parse_stamp(text: str, order: DayOrder = "day_first") -> Stamp | None:
     """The date or time of day that a text states; None for any other text."""
-    found = _core.parse_stamp(text, order)
-    return None if found is None else Stamp(form=found[0], nanoseconds=found[1], ordered=found[2])
+    parsed = _core.parse_stamp(text, order)
+    return None if parsed is None else Stamp(form=parsed[0], nanoseconds=parsed[1], ordered=parsed[2])
 
 
 @frozen

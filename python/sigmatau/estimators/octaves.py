@@ -14,12 +14,12 @@ _MIN_PAIRS = 8
 def octaves(x: Floats) -> Iterator[tuple[int, float, int]]:
     """Cluster size 1, 2, 4, …, Allan variance of clusters that share no sample and are half there, and pairs (8 or more)."""
     n = len(x)
-    there = np.isfinite(x)
-    if there.all():
+    present = np.isfinite(x)
+    if present.all():
         total, count = x - x[0], None
     else:
-        first = x[int(np.argmax(there))] if there.any() else 0.0
-        total, count = np.where(there, x - first, 0.0), there.astype(np.float64)
+        first = x[int(np.argmax(present))] if present.any() else 0.0
+        total, count = np.where(present, x - first, 0.0), present.astype(np.float64)
     m = 1
     while n // m > _MIN_PAIRS:
         if count is None:

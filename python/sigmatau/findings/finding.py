@@ -166,15 +166,15 @@ class Findings(tuple[Finding, ...], Tabular):
     def columns(self) -> dict[str, list[Any]]:
         """A row a finding, see `Tabular.columns`."""
         return {
-            "severity": [one.severity for one in self],
-            "code": [one.code for one in self],
-            "channels": [", ".join(one.channels) for one in self],
-            "message": [one.message for one in self],
-            "action": [one.action for one in self],
-            "size": [one.size for one in self],
-            "unit": [one.unit for one in self],
-            "left_out": [one.left_out for one in self],
-            "topic": [one.topic for one in self],
+            "severity": [finding.severity for finding in self],
+            "code": [finding.code for finding in self],
+            "channels": [", ".join(finding.channels) for finding in self],
+            "message": [finding.message for finding in self],
+            "action": [finding.action for finding in self],
+            "size": [finding.size for finding in self],
+            "unit": [finding.unit for finding in self],
+            "left_out": [finding.left_out for finding in self],
+            "topic": [finding.topic for finding in self],
         }
 
     def __repr__(self) -> str:
@@ -220,13 +220,18 @@ def _effect(factor: float) -> float:
 def exit_code(findings: Iterable[Finding]) -> int:
     """Exit code of an analysis: 5 if the sensor is not at rest, else that of `damaged`."""
     told = tuple(findings)
-    return 5 if any(one.code in _WITHOUT_REST and one.severity == "error" for one in told) else damaged(told)
+    return (
+        5 if any(finding.code in _WITHOUT_REST and finding.severity == "error" for finding in told) else damaged(told)
+    )
 
 
 def damaged(findings: Iterable[Finding]) -> int:
     """Exit code of a command that has done what it could: 4 if rows of the data are missing or wrong, else 0."""
     return (
         4
-        if any(one.severity == "error" and not one.channels and one.code not in _WITHOUT_REST for one in findings)
+        if any(
+            finding.severity == "error" and not finding.channels and finding.code not in _WITHOUT_REST
+            for finding in findings
+        )
         else 0
     )

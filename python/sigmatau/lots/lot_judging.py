@@ -155,7 +155,7 @@ def _ratios(judged: Judged) -> Iterator[Remark]:
 def of_findings(unit: UnitResult) -> list[Remark]:
     """The warnings about a record, and the defects that the analysis could leave out; others as notes."""
     reason = reason_without_rest(unit)
-    found = [Remark(code=unit.rest, kind="judging", text=reason)] if reason else []
+    remarks = [Remark(code=unit.rest, kind="judging", text=reason)] if reason else []
     kinds: dict[tuple[str, str], list[UnitFinding]] = {}
     for one in unit.findings:
         if one.code == unit.rest and reason:
@@ -164,8 +164,8 @@ def of_findings(unit: UnitResult) -> list[Remark]:
     for (code, severity), alike in kinds.items():
         channels = tuple(dict.fromkeys(channel for one in alike for channel in one.channels))
         grave = (severity != "info" and code not in ALLOWED_FOR) or code in DEFECTS
-        found.append(Remark(code=code, kind="data" if grave else "note", channels=channels, text=alike[0].told))
-    return found
+        remarks.append(Remark(code=code, kind="data" if grave else "note", channels=channels, text=alike[0].told))
+    return remarks
 
 
 def channels_text(unit: UnitResult, usual: Mapping[str, int]) -> str:

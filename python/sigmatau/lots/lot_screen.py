@@ -37,7 +37,7 @@ def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
     names = max((len(name) for _, name, _ in told[:most]), default=0)
     states = max((len(state) for state, _, _ in told[:most]), default=0)
     for state, name, reason in told[:most]:
-        lines += _told(f"{state.ljust(states)}  {name.ljust(names)}  ", reason, width)
+        lines += _wrap_reason(f"{state.ljust(states)}  {name.ljust(names)}  ", reason, width)
     if len(told) > most:
         lines.append(f"… and {len(told) - most} more; see -v or the files of -o")
     lines += _only_described(lot, width)
@@ -103,7 +103,7 @@ def _short(name: str) -> str:
     return name if len(name) <= _MOST_NAME else f"{name[: _MOST_NAME // 2 - 1]}…{name[-_MOST_NAME // 2 :]}"
 
 
-def _told(head: str, reason: str, width: int) -> list[str]:
+def _wrap_reason(head: str, reason: str, width: int) -> list[str]:
     """A unit with its reason beside it, or below it in a narrow terminal; a long one is whole in the files."""
     indent = " " * (len(head) if len(head) <= width // 2 else 4)
     return textwrap.wrap(

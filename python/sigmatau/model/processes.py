@@ -267,8 +267,8 @@ def coefficients_of(what: str, given: object) -> dict[str, float]:
             raise DataError(unknown_term(name))
         found[name] = real(value)
         if not math.isfinite(found[name]) or (found[name] < 0 and name != "rate_ramp"):
-            more = "; NoiseModel.from_dict takes values with units" if isinstance(value, str) else ""
-            raise DataError(f"{name} must be a positive number, not {value!r}{more}")
+            hint = "; NoiseModel.from_dict takes values with units" if isinstance(value, str) else ""
+            raise DataError(f"{name} must be a positive number, not {value!r}{hint}")
     return found
 
 

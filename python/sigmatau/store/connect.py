@@ -182,10 +182,10 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
         """What is written to a file that was removed is lost, and SQLite does not say so."""
         if connection.get_execution_options().get("writes", False) and not to_read:
             try:
-                there = os.path.samestat(connection.info["file"], os.stat(name))  # noqa: PTH116
+                same = os.path.samestat(connection.info["file"], os.stat(name))  # noqa: PTH116
             except OSError:
-                there = False
-            if not there:
+                same = False
+            if not same:
                 raise DataError(f"{name}: was removed or replaced by another program; run the command again")
 
 

@@ -169,23 +169,23 @@ class Naming:
             return self.temperature
         for key in _TEMPERATURE_NOTES:
             if text := notes.get(key):
-                found = _celsius(text)
-                if found is None:
+                degrees = _celsius(text)
+                if degrees is None:
                     raise DataError(
                         f"the note {key} {text!r:.40} is not a temperature like 25 degC; give --temperature"
                     )
-                if found < -_KELVIN:
+                if degrees < -_KELVIN:
                     raise DataError(f"the note {key} {text!r:.40} is below absolute zero; give --temperature")
-                return found
+                return degrees
         return None
 
 
 def stated_temperature(text: str | None) -> float | None:
     """A temperature of the command line in degC; raises `OptionError` for anything but 25, 25degC or 298K."""
-    found = None if text is None else _celsius(text)
-    if text is not None and found is None:
+    degrees = None if text is None else _celsius(text)
+    if text is not None and degrees is None:
         raise OptionError(f"{{option}} {text!r:.40} is not a temperature like 25degC", option="temperature")
-    return found
+    return degrees
 
 
 def _celsius(text: str) -> float | None:

@@ -83,7 +83,7 @@ def _table(
     error = np.where(valued & (numbers["fits"] == 1) & ~mean, error, np.nan)
     status = np.where(np.isnan(error), WITHOUT_INTERVAL, OBSERVED)
     status = np.where(mean, WITHOUT_ERROR, np.where(valued, status, LIMITED)).astype(np.int8)
-    found = RunTable(
+    table = RunTable(
         runs=runs,
         labels=tuple(labels.values()),
         run=run,
@@ -94,7 +94,7 @@ def _table(
         delta=np.full(len(value), np.nan),
         status=status,
     )
-    return replace(found, runs=without_copies(found))  # a log that was saved again has other bytes and the same values
+    return replace(table, runs=without_copies(table))  # a log that was saved again has other bytes and the same values
 
 
 def _errors(value: _Floats, numbers: NDArray[np.void], *, signed: NDArray[np.bool_]) -> _Floats:

@@ -19,5 +19,5 @@ def details_by_code() -> Mapping[str, type[Details]]:
 
     modules = [import_module(f"{__name__}.{subject}") for subject in SUBJECTS]
     members = (member for module in modules for member in vars(module).values())
-    classes = (one for one in members if isinstance(one, type) and issubclass(one, Details))
-    return {one.code: one for one in classes if one.code}
+    classes = (each for each in members if isinstance(each, type) and issubclass(each, Details))
+    return {each.code: each for each in classes if each.code}

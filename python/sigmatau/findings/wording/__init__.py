@@ -102,9 +102,9 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
 
     findings = tuple(findings)
     kinds: dict[tuple[str, str], list[Finding]] = {}
-    for one in ranked(findings):
-        if one.severity != "info" or one.left_out:
-            kinds.setdefault((one.severity, one.code), []).append(one)
+    for finding in ranked(findings):
+        if finding.severity != "info" or finding.left_out:
+            kinds.setdefault((finding.severity, finding.code), []).append(finding)
     told = _naming_all(list(kinds.values()), most)
     lines = [_cause(alike) for alike in told]
     for k, alike in enumerate(told if room else ()):
@@ -114,8 +114,8 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
             lines = longer
     while room and len(wrapped(lines)) > room and told[-1][0].severity == "info":
         told, lines = told[:-1], lines[:-1]
-    named = {one for alike in told for one in alike}
-    if others := [one for one in findings if one not in named]:
+    named = {finding for alike in told for finding in alike}
+    if others := [finding for finding in findings if finding not in named]:
         lines.append(_others(others, rest))
     return lines
 

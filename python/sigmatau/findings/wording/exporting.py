@@ -72,10 +72,10 @@ def _other_rate(_: Finding, of: kinds.OtherRate) -> Words:
     return Words(f"written for {of.rate:.4g} Hz; the sampling rate of the record is {of.record_rate:.4g} Hz")
 
 
-def _fastest_rate(_: Finding, of: kinds.FastestRate) -> Words:
-    listed = ", ".join(f"{sensor} {rate:.4g} Hz" for sensor, rate in of.rates)
+def _fastest_rate(_: Finding, it: kinds.FastestRate) -> Words:
+    listed = ", ".join(f"{sensor} {rate:.4g} Hz" for sensor, rate in it.rates)
     return Words(
-        f"the written rate of the filter is {of.rate:.4g} Hz, the highest of the sensors ({listed})",
+        f"the written rate of the filter is {it.rate:.4g} Hz, the highest of the sensors ({listed})",
         "Give --filter-rate HZ if the filter takes samples at another rate; the densities do not depend on it",
     )
 

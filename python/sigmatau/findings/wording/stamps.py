@@ -183,12 +183,11 @@ def _bad_stamps(finding: Finding, found: kinds.BadStamps) -> Words:
     return Words(f"{_count(finding)} of {found.rows} rows {wrong}, the first at {found.place}; {done}", action)
 
 
-def _counter_overflows(finding: Finding, found: kinds.CounterOverflows) -> Words:
+def _counter_overflows(finding: Finding, it: kinds.CounterOverflows) -> Words:
     count = _count(finding)
     times = "once" if count == 1 else f"{count} times"
     return Words(
-        f"time stamps in column {found.column} begin again after {found.period:.10g} {times}, first at {found.place};"
-        " counted on"
+        f"time stamps in column {it.column} begin again after {it.period:.10g} {times}, first at {it.place}; counted on"
     )
 
 

@@ -62,8 +62,8 @@ def check_common_rate(rate: float, measured: Mapping[str, float]) -> None:
     """Raise `OptionError` for one rate for sensors whose rates differ. `measured`: rates by stream."""
     if not measured or is_one_nominal_rate(max(measured.values()), min(measured.values())):
         return
-    listed = ", ".join(f"{name} {of:.6g} Hz" for name, of in measured.items())
-    stated = ",".join(f"{name}={of:.4g}" for name, of in measured.items())
+    listed = ", ".join(f"{name} {hertz:.6g} Hz" for name, hertz in measured.items())
+    stated = ",".join(f"{name}={hertz:.4g}" for name, hertz in measured.items())
     raise OptionError(
         f"{{option}} {rate:g} is one rate for sensors of several ({listed}, by the log); omit it, or give --rate {stated}",
         option="rate",
@@ -107,12 +107,15 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
     )
 
 
-def with_topics(found: Sequence[tuple[str, Sequence[Finding]]]) -> list[tuple[Finding, ...]]:
+def with_topics(by_topic: Sequence[tuple[str, Sequence[Finding]]]) -> list[tuple[Finding, ...]]:
     """The findings of several topics, each with its topic, except those that all topics have: they are about the file."""
-    shared = set(found[0][1]).intersection(*(findings for _, findings in found[1:]))
+    shared = set(by_topic[0][1]).intersection(*(findings for _, findings in by_topic[1:]))
     return [
-        tuple(one if one in shared or _names_topic(one) else replace(one, topic=topic) for one in findings)
-        for topic, findings in found
+        tuple(
+            finding if finding in shared or _names_topic(finding) else replace(finding, topic=topic)
+            for finding in findings
+        )
+        for topic, findings in by_topic
     ]
 
 
@@ -162,11 +165,11 @@ def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options
     def sensors_in(each: Table) -> set[str]:
         return set(named.get(id(each), ())) or by_columns(each)
 
-    own, others = sensors_in(table), {s for other in tables if other is not table for s in sensors_in(other)}
+    here, others = sensors_in(table), {s for further in tables if further is not table for s in sensors_in(further)}
 
     def kept(values: Mapping[str, Any]) -> dict[str, Any]:
         return {
-            key: value for key, value in values.items() if stream_name(key) in own or stream_name(key) not in others
+            key: value for key, value in values.items() if stream_name(key) in here or stream_name(key) not in others
         }
 
     return replace(
@@ -258,9 +261,9 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
 
 def _no_imu(tables: Sequence[Table]) -> OptionError:
     """The question for a file none of whose tables has a sensor: no table is proposed."""
-    known = f"none of its {len(tables)} topics or tables has a column of a gyro or accelerometer"
+    counted = f"none of its {len(tables)} topics or tables has a column of a gyro or accelerometer"
     return OptionError(
-        f"has no IMU: {known}: {_listed(tables)}; record one, or name a topic and its columns by --topic and --channels",
+        f"has no IMU: {counted}: {_listed(tables)}; record one, or name a topic and its columns by --topic and --channels",
         option="topic",
     )
 

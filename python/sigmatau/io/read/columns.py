@@ -118,10 +118,10 @@ def choose(
     )
 
 
-def _first_of_each(found: Sequence[tuple[str, str | None] | None], time: int | None) -> str:
+def _first_of_each(matches: Sequence[tuple[str, str | None] | None], time: int | None) -> str:
     """The first column of each channel that is recognised, as an option."""
     channels = {} if time is None else {"time": time}
-    for index, match in enumerate(found):
+    for index, match in enumerate(matches):
         if match is not None and match[0] != "time":
             channels.setdefault(match[0], index)
     return as_option(channels)
@@ -207,7 +207,7 @@ def is_clock(column: Column) -> bool:
 
 def find_time(
     columns: Sequence[Column],
-    found: Sequence[tuple[str, str | None] | None],
+    matches: Sequence[tuple[str, str | None] | None],
     *,
     taken: Collection[int],
     strict: bool,
@@ -221,7 +221,7 @@ def find_time(
     excluded = {*taken, *(index for pair in pairs for index in (pair.seconds, pair.part))}
     times = [
         i
-        for i, match in enumerate(found)
+        for i, match in enumerate(matches)
         if match is not None and match[0] == "time" and i not in excluded and not (i in halves and len(halves) > 1)
     ]
     if not times and not pairs:

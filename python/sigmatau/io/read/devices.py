@@ -37,9 +37,9 @@ def pair_topics(tables: Sequence[tuple[Table, Sequence[str]]]) -> list[Device]:
     gyros: dict[str, list[Table]] = {}
     accels: dict[str, list[Table]] = {}
     for table, sensors in tables:
-        for sensor, found in (("gyro", gyros), ("accel", accels)):
+        for sensor, topics in (("gyro", gyros), ("accel", accels)):
             if sensor in sensors and (rest := _without_sensor(table.topic, sensor)) is not None:
-                found.setdefault(rest, []).append(table)
+                topics.setdefault(rest, []).append(table)
     return [
         Device(gyro=gyros[rest][0], accel=accels[rest][0])
         for rest in gyros
@@ -49,5 +49,5 @@ def pair_topics(tables: Sequence[tuple[Table, Sequence[str]]]) -> list[Device]:
 
 def _without_sensor(topic: str, sensor: str) -> str | None:
     """The name of a topic with a mark for the word of its sensor; None if the name has no such word, or more than one."""
-    found = re.findall(_WORDS[sensor], topic)
-    return re.sub(_WORDS[sensor], "\0", topic).lower() if len(found) == 1 else None
+    words = re.findall(_WORDS[sensor], topic)
+    return re.sub(_WORDS[sensor], "\0", topic).lower() if len(words) == 1 else None

@@ -220,32 +220,32 @@ def inspect(
             if options.topic:
                 raise
             chosen, wanting = [], error.for_command_line()
-        found, parts, at, read = list[TableInfo](), list[Part](), list[int](), list[int]()
+        infos, parts, places, read = list[TableInfo](), list[Part](), list[int](), list[int]()
         for table in tables:
             wanted = any(table is one for one in chosen)
             of_this = options if len(chosen) == 1 else replace(options, channels={})
             if wanted or (sensors(table) and not options.topic):
                 info, made = _looked_into(table, chosen or [table], of_this, chosen=wanted)
                 if wanted and made is not None:
-                    at.append(len(found))
+                    places.append(len(infos))
                     parts.append(made)
-                read.append(len(found))
-                found.append(info)
+                read.append(len(infos))
+                infos.append(info)
             else:
-                found.append(_named(table))
+                infos.append(_named(table))
         if parts:
             parts = assemble.of_one_clock(parts)
-            for k, made in zip(at, parts, strict=True):
-                found[k] = replace(found[k], findings=made.findings)
-        told = assemble.with_topics([(found[k].topic, found[k].findings) for k in read]) if read else []
-        for k, findings in zip(read, told, strict=True):
-            found[k] = replace(found[k], findings=findings)
+            for k, made in zip(places, parts, strict=True):
+                infos[k] = replace(infos[k], findings=made.findings)
+        merged = assemble.with_topics([(infos[k].topic, infos[k].findings) for k in read]) if read else []
+        for k, findings in zip(read, merged, strict=True):
+            infos[k] = replace(infos[k], findings=findings)
         record = None
         if chosen and len(parts) == len(chosen):
             with contextlib.suppress(OptionError):  # raised again when the record is read
                 record = assemble.joined(parts, chosen, file)
     return Inspection(
-        path=os.fsdecode(path), format=tables[0].format, tables=tuple(found), wanting=wanting, record=record
+        path=os.fsdecode(path), format=tables[0].format, tables=tuple(infos), wanting=wanting, record=record
     )
 
 

@@ -52,9 +52,9 @@ def _has_pairs(head: bytes) -> bool:
     """Whether names with numbers stand on two lines of the head, after a colon or an equals sign."""
     if b":" not in head and b"=" not in head:
         return False  # fast path: most tables
-    found = re.finditer(_PAIR, head)
-    first = next(found, None)
-    return first is not None and any(b"\n" in head[first.end() : more.start()] for more in found)
+    pairs = re.finditer(_PAIR, head)
+    first = next(pairs, None)
+    return first is not None and any(b"\n" in head[first.end() : pair.start()] for pair in pairs)
 
 
 # The more specific format first: zip archives of arrays before zip archives of tables. Text has no signature and is last.
@@ -114,7 +114,7 @@ def require_text(head: Head, path: Path) -> None:
 _IN_ARCHIVES = ("lvm", "json_rows", "keyed", "text")  # formats whose readers take text in memory
 
 
-def text_reader_of(head: Head, path: Path) -> TextFormat | None:
+def find_text_reader(head: Head, path: Path) -> TextFormat | None:
     """The reader of a text in memory, such as a member of an archive; None if it is not text."""
     for each in _FORMATS:
         if each.module in _IN_ARCHIVES and each.likely(head.data):

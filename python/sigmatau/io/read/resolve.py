@@ -120,27 +120,27 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         stream = "time" if channel == "time" else stream_name(channel)
         if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
             stated = match[1]
-        given = options.unit.get(channel, options.unit.get(stream))
+        chosen = options.unit.get(channel, options.unit.get(stream))
         if channel == "time" and choice.split is not None:
-            given, stated = None, "ns"  # as they are joined
+            chosen, stated = None, "ns"  # as they are joined
         if channel == "time" and is_date(table.columns[index].first):
-            given = None  # dates have no unit
-        if given is not None and (counted := table.columns[index].counted):
-            given = _unit_of_converted(table, index, stream, given, counted)
-        if given is not None and stated is not None and not _same(given, stated):
-            overruled.append(_overruled(channel, given, stated))
+            chosen = None  # dates have no unit
+        if chosen is not None and (counted := table.columns[index].counted):
+            chosen = _unit_of_converted(table, index, stream, chosen, counted)
+        if chosen is not None and stated is not None and not _same(chosen, stated):
+            overruled.append(_overruled(channel, chosen, stated))
         unknown = stated_unit(table.columns[index]) if stated is None and channel != "time" else None
         if unknown is not None and stream not in SI and unknown.isprintable():  # a signal may have any unit
             stated, unknown = unknown, None
-            if given is not None and not _same(given, stated):
-                overruled.append(_overruled(channel, given, stated))
-        if given is not None and unknown is not None:
+            if chosen is not None and not _same(chosen, stated):
+                overruled.append(_overruled(channel, chosen, stated))
+        if chosen is not None and unknown is not None:
             overruled.append(
                 _overruled(
-                    channel, given, unknown, known=False, scaled=channel in options.scale or stream in options.scale
+                    channel, chosen, unknown, known=False, scaled=channel in options.scale or stream in options.scale
                 )
             )
-        spelled = given or stated
+        spelled = chosen or stated
         if spelled is None:
             if channel != "time":
                 missing.append(channel)
@@ -178,15 +178,15 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
     return unit, overruled
 
 
-def _unit_of_converted(table: Table, index: int, stream: str, given: str, counted: str) -> str | None:
+def _unit_of_converted(table: Table, index: int, stream: str, unit: str, counted: str) -> str | None:
     """The unit of a column that the reader converts: None, since a unit given for its numbers adds nothing. Raises
     `OptionError` for another one than the file shows.
     """
     column = table.columns[index]
-    if any(_same(given, unit) for unit in (counted, column.unit) if unit):
+    if any(_same(unit, shown) for shown in (counted, column.unit) if shown):
         return None
     raise OptionError(
-        f"{stream}={given}: the head of the file states that column {table.label(index)} counts in"
+        f"{stream}={unit}: the head of the file states that column {table.label(index)} counts in"
         f" {column.unit if counted == 'counts' else counted}; leave out the unit of {stream}",
         option="unit",
     )
@@ -199,8 +199,8 @@ def _overruled(channel: str, given: str, stated: str, *, known: bool = True, sca
 
 def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:
     """The option that is needed for the rate, beside the units."""
-    known = table.rate is not None if choice.time is None else "time" in unit or _shows_unit(table, choice.time)
-    if options.states_rate or known:
+    is_timed = table.rate is not None if choice.time is None else "time" in unit or _shows_unit(table, choice.time)
+    if options.states_rate or is_timed:
         return ""
     return " --rate HZ" if choice.time is None else " --unit time=s (or ms, us, ns)"
 

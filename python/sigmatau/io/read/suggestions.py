@@ -154,12 +154,12 @@ def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[
 
 def _signals(columns: Sequence[Column]) -> str:
     """Columns with names and units that are no sensor's, as an option; nothing if they are many."""
-    known = recognise(columns)
+    matches = recognise(columns)
     if any(names_sensor(column) for column in columns):
         return ""  # an option for the signals alone would drop the sensor
     signals: dict[str, int] = {}
     for index, column in enumerate(columns):
-        if known[index] is None and column.name.strip() and stated_unit(column) and not is_date(column.first):
+        if matches[index] is None and column.name.strip() and stated_unit(column) and not is_date(column.first):
             signals[signal_name(column, taken=signals)] = index
     if not 0 < len(signals) <= _EXAMPLE_SIGNALS:
         return ""
@@ -171,11 +171,11 @@ def _first_rows(table: Table, loaded: Mapping[int, NDArray[Any]]) -> str:
     shown = range(min(len(table.columns), _COLUMNS_SHOWN))
     rows = [[str(index + 1) for index in shown]]
     rows += [[_cell(table.columns[index], loaded.get(index), row) for index in shown] for row in range(_ROWS_SHOWN)]
-    more = f"  … {len(table.columns)} columns" if len(table.columns) > len(shown) else ""
+    rest = f"  … {len(table.columns)} columns" if len(table.columns) > len(shown) else ""
     lines = _aligned(rows)
-    if len(lines[0] + more) > _WIDTH:
-        return "\n".join([*_aligned([list(column) for column in zip(*rows, strict=True)]), *([more] if more else [])])
-    return "\n".join([lines[0] + more, *lines[1:]])
+    if len(lines[0] + rest) > _WIDTH:
+        return "\n".join([*_aligned([list(column) for column in zip(*rows, strict=True)]), *([rest] if rest else [])])
+    return "\n".join([lines[0] + rest, *lines[1:]])
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:

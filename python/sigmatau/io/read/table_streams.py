@@ -244,14 +244,15 @@ def _resolved(table: Table, options: Options) -> tuple[Resolved, Loaded]:
         loaded_first = loaded.columns[choice.time]
         idle = {choice.time, *((choice.split.part,) if choice.split else ())}
         resolved = resolve(table, options, without_times=idle)
-        loaded, other = _loaded(table, resolved[0])
-        if other.time is not None:
+        loaded, second = _loaded(table, resolved[0])
+        if second.time is not None:
             first, value = table.label(choice.time), loaded_first[0]
             choice = replace(
-                other, notes=(*other.notes, f"time from {table.label(other.time)}: all stamps in {first} are {value}")
+                second,
+                notes=(*second.notes, f"time from {table.label(second.time)}: all stamps in {first} are {value}"),
             )
         else:
-            choice = other
+            choice = second
     return (choice, *resolved[1:]), loaded
 
 

@@ -133,11 +133,11 @@ class _Loader:
         if count == 1:
             return data
         lines = data.split(b"\n")
-        at = [k for k in range(self.records.first_line - 1, len(lines)) if lines[k].strip()]
-        for begin in range(0, len(at), count):
-            own = at[begin : begin + count]
-            lines[own[0]] = b" ".join(lines[k] for k in own)
-            for k in own[1:]:
+        filled = [k for k in range(self.records.first_line - 1, len(lines)) if lines[k].strip()]
+        for begin in range(0, len(filled), count):
+            record = filled[begin : begin + count]
+            lines[record[0]] = b" ".join(lines[k] for k in record)
+            for k in record[1:]:
                 lines[k] = b""
         return b"\n".join(lines)
 
@@ -165,10 +165,10 @@ class _Loader:
         first = _WORDS_FOR_NUMBERS.sub(b"", filled[0])
         odd = {line for line in set(filled) if _WORDS_FOR_NUMBERS.sub(b"", line) != first}
         if odd:
-            at = next(k for k, line in enumerate(lines) if line in odd)
+            place = next(k for k, line in enumerate(lines) if line in odd)
             raise DataError(
-                f", line {at + self.records.first_line}: other names than on line {self.records.first_line}"
-                f" ({lines[at][:40].decode('latin-1')!r}); correct or delete the line"
+                f", line {place + self.records.first_line}: other names than on line {self.records.first_line}"
+                f" ({lines[place][:40].decode('latin-1')!r}); correct or delete the line"
             )
 
 

@@ -12,7 +12,7 @@ from sigmatau.io.read.table import Column
 
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 PAIR = re.compile(rb"([A-Za-z_\xb0-\xff][^:=,;|\t\r\n\"{}]{0,60}?)[ \t]*[:=][ \t]*(" + NUMBER + rb")(?![\d:])")
-_MORE = re.compile(rb"(?:[ \t]*[,; \t][ \t]*" + NUMBER + rb"(?![\w.:=]))+")
+_FURTHER = re.compile(rb"(?:[ \t]*[,; \t][ \t]*" + NUMBER + rb"(?![\w.:=]))+")
 _IN_BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]")
 _CLOCK = re.compile(rb"[ \t]*(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)[ \t]*(?:->)?[ \t]*(?=[A-Za-z])")
 GLUED = re.compile(rb"(?<=[0-9.])(?=(?![eE][-+0-9])[A-Za-z\xb0\xc2\xb5])")
@@ -22,13 +22,13 @@ _NAMED = 0.5  # smallest share of the numbers of a record that have names: an ad
 
 def find_start(lines: list[bytes], tail: list[tuple[bytes, int]], start: int, count: int) -> int:
     """The first line of a record of several lines: the one after a blank line, if there are blank lines among them."""
-    for at in range(max(start - count + 1, 0), start + count):
-        record = [skeleton for skeleton, _ in tail[at : at + count]]
-        after = [k for _, k in tail[at + count : at + count + 1]]
+    for begin in range(max(start - count + 1, 0), start + count):
+        record = [skeleton for skeleton, _ in tail[begin : begin + count]]
+        after = [k for _, k in tail[begin + count : begin + count + 1]]
         apart = bool(after) and not lines[after[0] - 1].strip()
-        between = any(not lines[k - 1].strip() for _, k in tail[at + 1 : at + count])
-        if record == [skeleton for skeleton, _ in tail[at + count : at + 2 * count]] and (apart or not between):
-            return at
+        between = any(not lines[k - 1].strip() for _, k in tail[begin + 1 : begin + count])
+        if record == [skeleton for skeleton, _ in tail[begin + count : begin + 2 * count]] and (apart or not between):
+            return begin
     return start
 
 
@@ -45,7 +45,7 @@ def pair_records(record: list[bytes], first_line: int, count: int) -> Records | 
         clock = _CLOCK.match(line)
         if clock:
             values.append(Value(name="time", unit="s", words=(place, place + 1, place + 2), weights=(3600, 60, 1)))
-        values += _values_of(line[clock.end() if clock else 0 :], place + (len(words) - _word_count(line, clock)))
+        values += _find_values(line[clock.end() if clock else 0 :], place + (len(words) - _word_count(line, clock)))
         place += len(words)
     numbers = sum(map(is_number, firsts.values()))
     if not any(value.name for value in values) or sum(len(v.words) for v in values) < _NAMED * numbers:
@@ -57,7 +57,7 @@ def _word_count(line: bytes, clock: re.Match[bytes] | None) -> int:
     return len((line[clock.end() :] if clock else line).translate(SPACES).split())
 
 
-def _values_of(line: bytes, place: int) -> list[Value]:
+def _find_values(line: bytes, place: int) -> list[Value]:
     """The named numbers of a line whose first word has this place."""
     values: list[Value] = []
     stem, begun = "", 0
@@ -73,11 +73,11 @@ def _values_of(line: bytes, place: int) -> list[Value]:
             name = f"{stem} {name}"
         word = place + len(line[: match.start(2)].translate(SPACES).split())
         bare, in_brackets = _without_brackets(name)
-        more = _MORE.match(line, match.end(2))
-        count = 1 + (len(re.findall(NUMBER, more[0])) if more else 0)
+        further = _FURTHER.match(line, match.end(2))
+        count = 1 + (len(re.findall(NUMBER, further[0])) if further else 0)
         names = [bare] if count == 1 else [f"{bare}[{k}]" for k in range(count)]
         values += [Value(name=n, unit=in_brackets or None, words=(word + k,)) for k, n in enumerate(names)]
-        begun = more.end() if more else match.end(2)
+        begun = further.end() if further else match.end(2)
     rest = line[begun:].decode("utf-8", "replace").strip(" \t\r,;|)]}")
     if values and rest and _is_unit(rest):
         values[-1] = replace(values[-1], unit=rest)

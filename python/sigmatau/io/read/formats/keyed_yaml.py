@@ -64,12 +64,12 @@ def _yaml_names(document: str) -> list[Value]:
             while path and path[-1][0] >= indent:
                 path.pop()
             path.append((indent, name.strip()))
-            item, at = 0, place + len(name.translate(_SPACES_TEXT).split())
+            item, begin = 0, place + len(name.translate(_SPACES_TEXT).split())
             inner = [part for part in re.split(r"[\[\],\s]+", rest) if part]
             for k, part in enumerate(inner):
                 if is_number(part):
                     index = f"[{k}]" if "[" in rest else ""
-                    values.append(Value(name=f"{_path(path)}{index}", words=(at + k,)))
+                    values.append(Value(name=f"{_path(path)}{index}", words=(begin + k,)))
         place += len(text.translate(_SPACES_TEXT).split())
     return [replace(v, unit=_ROS_UNITS.get(v.name.split(".")[-2] if "." in v.name else "")) for v in values]
 

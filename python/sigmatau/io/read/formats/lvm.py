@@ -229,15 +229,15 @@ def _columns(segment: _Segment, names: Sequence[str]) -> tuple[Column, ...]:
 
 def _rows_in_place(data: bytes, segments: list[_Segment], separator: bytes, columns: int) -> bytes:
     """The file with blank lines for headers and for other segments, so that lines keep their numbers; without comments."""
-    pieces, at = [], segments[0].start
-    pieces.append(b"\n" * data[:at].count(b"\n"))
+    pieces, end = [], segments[0].start
+    pieces.append(b"\n" * data[:end].count(b"\n"))
     comment = re.compile(rb"^((?:[^%b\r\n]*%b){%d})[^\r\n]*" % (separator, separator, columns), re.MULTILINE)
     for segment in segments:
         rows = data[segment.start : segment.end]
         if rows.translate(None, _DIGITS):
             rows = comment.sub(rb"\1", rows)
-        pieces += [b"\n" * data[at : segment.start].count(b"\n"), rows]
-        at = segment.end
+        pieces += [b"\n" * data[end : segment.start].count(b"\n"), rows]
+        end = segment.end
     return b"".join(pieces)
 
 

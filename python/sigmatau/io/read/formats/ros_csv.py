@@ -60,13 +60,13 @@ def named(columns: Sequence[Column], load: Load) -> tuple[tuple[Column, ...], Lo
         places = {k: k + 1 for k in wanted if k > 0}
         stamp = [0, 1] if 0 in wanted or exact == 0 else []
         loaded = load([*stamp, *places.values()], places.get(exact) if exact else None)
-        found = {k: loaded.columns[place] for k, place in places.items()}
+        columns = {k: loaded.columns[place] for k, place in places.items()}
         if stamp:
             seconds, nanoseconds = loaded.columns[0], loaded.columns[1]
             missing = np.isnan(seconds) | np.isnan(nanoseconds)
             parts = [np.where(missing, 0, part).astype(np.int64) for part in (seconds, nanoseconds)]
-            found[0] = np.where(missing, np.iinfo(np.int64).min, parts[0] * 1_000_000_000 + parts[1])
-        return replace(loaded, columns=found)
+            columns[0] = np.where(missing, np.iinfo(np.int64).min, parts[0] * 1_000_000_000 + parts[1])
+        return replace(loaded, columns=columns)
 
     fields = tuple(replace(f, first=c.first) for f, c in zip(_FIELDS, columns[_STAMP:], strict=True))
     header = (Column(name="header.stamp", unit="ns"), replace(columns[2], name="header.frame_id"))

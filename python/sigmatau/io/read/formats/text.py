@@ -72,7 +72,7 @@ def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "", *, s
         )
     kinds = find_kinds(lines)
     tables = [] if kinds is None else list(_tables_of_kinds(source, head, beginning, lines, kinds, topic))
-    return tuple(tables) or (_table_of(source, head, beginning, name, topic),)
+    return tuple(tables) or (_make_table(source, head, beginning, name, topic),)
 
 
 def _tables_of_kinds(
@@ -102,10 +102,10 @@ def _tables_of_kinds(
             notes=(*layout.notes, kind.rows_of(), *notes),
             skip_lines=skip + rows.numbers[layout.skip_lines - skip] - 1,
         )
-        yield _table_of(source, head, beginning, "", f"{topic}/{kind.topic}" if topic else kind.topic, named, kind)
+        yield _make_table(source, head, beginning, "", f"{topic}/{kind.topic}" if topic else kind.topic, named, kind)
 
 
-def _table_of(
+def _make_table(
     source: Path | bytes,
     head: Head,
     beginning: Beginning,

@@ -26,11 +26,11 @@ def find_delimiter(rows: list[Line], with_comments: list[Line]) -> tuple[str | N
         trailing: dict[int, int] = {}
         lines: dict[int, int] = {}
         for row in rows:
-            n, found, open_end = row.numbers(delimiter)
+            n, count, open_end = row.numbers(delimiter)
             if not n:
                 continue
             lines[n] = lines.get(n, 0) + 1
-            numbers[n] = numbers.get(n, 0) + found
+            numbers[n] = numbers.get(n, 0) + count
             fields[n] = fields.get(n, 0) + n
             trailing[n] = trailing.get(n, 0) + (n > 1 and open_end)
         for n, count in numbers.items():
@@ -73,26 +73,26 @@ def _named_tabs(rows: list[Line], lines: list[Line], filled: int) -> int | None:
 
 def _names_last(rows: list[Line], delimiter: str | None, columns: int) -> bool:
     """Whether a line names the last of so many columns, whose samples may begin later than those of the others."""
-    found = (row.split(delimiter) for row in rows)
-    return any(len(f) == columns and f[-1].strip() and not is_row(f, columns) for f in found)
+    split = (row.split(delimiter) for row in rows)
+    return any(len(f) == columns and f[-1].strip() and not is_row(f, columns) for f in split)
 
 
 def exchange_decimal_commas(rows: list[Line]) -> bool:
     """Whether numbers have decimal commas; then commas and points of those rows are exchanged, as in the reader."""
     for delimiter in (";", "\t", None):
-        found = next((row for row in rows if _has_decimal_commas(row, delimiter)), None)
-        if found is None:
+        first = next((row for row in rows if _has_decimal_commas(row, delimiter)), None)
+        if first is None:
             continue
         for row in rows:
             point = next((f for f in row.split(delimiter) if "." in f and is_number(f)), None)
             if point is not None:
                 raise DataError(
-                    f", line {found.number}: numbers with a decimal comma ({found.text[:40]!r}), though line {row.number}"
+                    f", line {first.number}: numbers with a decimal comma ({first.text[:40]!r}), though line {row.number}"
                     f" has {point!r} with a point; save all with points"
                 )
         for row in rows:
             exchanged = row.text.translate(EXCHANGED)
-            if row.number == found.number or is_row([bare(f) for f in exchanged.split(delimiter)]):
+            if row.number == first.number or is_row([bare(f) for f in exchanged.split(delimiter)]):
                 row.exchange()
         return True
     return False

@@ -157,11 +157,11 @@ def _is_remark(line: str) -> bool:
 
 def without_arrows(lines: list[Line]) -> tuple[list[Line], bool]:
     """The lines without the time and the arrow before each, as a serial monitor writes them; and whether they have them."""
-    found = [ARROW.match(line.text) if "->" in line.text else None for line in lines]
-    if 2 * sum(match is not None for match in found) < max(len(lines), 1):
+    arrows = [ARROW.match(line.text) if "->" in line.text else None for line in lines]
+    if 2 * sum(match is not None for match in arrows) < max(len(lines), 1):
         return lines, False
     rest = []
-    for line, match in zip(lines, found, strict=True):
+    for line, match in zip(lines, arrows, strict=True):
         text = line.text[match.end() :].strip() if match else line.text
         if text:
             rest.append(Line(line.number, text, text.startswith(COMMENTS), clock=match[1] if match else ""))

@@ -89,5 +89,5 @@ def _with_axes(stems: list[str], axes: list[str]) -> list[str]:
 
 def _is_unit_row(fields: list[str]) -> bool:
     named = [f.strip("[](){} ") for f in fields if f.strip("[](){} -")]
-    known = sum(unit_of(Column(name="x", unit=f))[1] is not None for f in named)
-    return known > 0 and 2 * known >= len(named)
+    units = sum(unit_of(Column(name="x", unit=f))[1] is not None for f in named)
+    return units > 0 and 2 * units >= len(named)

@@ -40,7 +40,7 @@ class Text:
     kind: RowKind | None = None  # the kind of the rows that are read
 
     def load(self, wanted: tuple[int, ...], exact: int | None) -> Loaded:
-        found: tuple[Finding, ...] = ()
+        findings: tuple[Finding, ...] = ()
         until: int | None = None
         order = self._order(exact)
         try:
@@ -51,23 +51,23 @@ class Text:
                 read = self._read(wanted, exact, until, order)
             except formats.TextReadError:
                 raise _explained(error, self.layout) from None
-            found = (Finding(details=replace(damage, kept=len(read.columns[0])), severity="error"),)
+            findings = (Finding(details=replace(damage, kept=len(read.columns[0])), severity="error"),)
         last = until
         if (stop := self._other_header(read)) is not None:
             last = stop - 1
             read = self._read(wanted, exact, last, order)
-            kept = SkippedLines(what="header", line=stop, kept=len(read.columns[0]))
-            found = (Finding(details=kept, severity="error"),)
+            skipped = SkippedLines(what="header", line=stop, kept=len(read.columns[0]))
+            findings = (Finding(details=skipped, severity="error"),)
         raw: dict[int, NDArray[Any]] = dict(zip(wanted, read.columns, strict=True))
         if exact is not None and read.integers is not None:
             raw[exact] = self._with_days(exact, read.integers, last)
         if read.hidden and (stop is None or read.first_hidden < stop):
             hidden = SkippedLines(what="comments", line=read.first_hidden, count=read.hidden)
-            found = (*found, Finding(details=hidden, severity="error"))
+            findings = (*findings, Finding(details=hidden, severity="error"))
         if last is None and len(self.layout.columns) - 1 in wanted and self._is_open(read):
             raw = {index: column[:-1] for index, column in raw.items()}
-            found = (*found, Finding(details=SkippedLines(what="last"), severity="info"))
-        return Loaded(columns=raw, findings=found)
+            findings = (*findings, Finding(details=SkippedLines(what="last"), severity="info"))
+        return Loaded(columns=raw, findings=findings)
 
     def _with_days(self, column: int, stamps: NDArray[np.int64], lines: int | None) -> NDArray[np.int64]:
         """Times of day with the days of the column that has them, and counted on after midnight; other stamps unchanged."""
@@ -146,12 +146,12 @@ class Text:
 
     def _other_header(self, read: formats.TextColumns) -> int | None:
         """The line of the first header that names other columns."""
-        own = [column.name for column in self.layout.columns[: len(self.layout.columns) - self.layout.arrow]]
+        names = [column.name for column in self.layout.columns[: len(self.layout.columns) - self.layout.arrow]]
         for line, text in read.headers:
             # In text with decimal commas the decoder exchanges commas and points.
             fields = header_fields(text.translate(EXCHANGED) if self.layout.decimal_comma else text, self.layout)
             named = [Column(name=name) for name in fields]
-            if fields and fields != own and recognise(named) != recognise(self.layout.columns):
+            if fields and fields != names and recognise(named) != recognise(self.layout.columns):
                 return line
         return None
 
@@ -190,8 +190,10 @@ class Text:
     def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damaged]:
         """The number of lines before the damage, and what it is; raises `DataError` for any other mistake in the file."""
         if error.kind == "too_large" and isinstance(self.source, Path):
-            if (most := self._most()) < largest_expansion(stored := self.source.stat().st_size):
-                raise DataError(f"unpacks to more than the {most / 1e9:.3g} GB of memory that are free; {_IN_PIECES}")
+            if (allowed := self._most()) < largest_expansion(stored := self.source.stat().st_size):
+                raise DataError(
+                    f"unpacks to more than the {allowed / 1e9:.3g} GB of memory that are free; {_IN_PIECES}"
+                )
             refuse_expansion(stored, None)
         if error.kind == "memory":
             raise DataError(f"its rows do not fit in memory; {_IN_PIECES}")

@@ -38,14 +38,14 @@ def read_contents(source: Path | bytes, head: Head, *, copies: int) -> Contents:
         if free is not None and copies * stored > free:
             raise _too_large()
         return Contents(data=source.read_bytes())
-    most = largest_expansion(stored)
-    allowed = most if free is None else min(most, free // copies)
+    largest = largest_expansion(stored)
+    allowed = largest if free is None else min(largest, free // copies)
     data = io.BytesIO()
     try:
         with gzip.open(source, "rb") as stream:
             for block in iter(lambda: stream.read1(_CHUNK), b""):
                 data.write(block)
-                if data.tell() > most:
+                if data.tell() > largest:
                     refuse_expansion(stored, None)
                 if data.tell() > allowed:
                     raise _too_large()

@@ -48,13 +48,13 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         data = "".join(f"{_line(row)}\n" for row in rows).encode()
         shown = Head(data=data[:HEAD], whole=len(data) <= HEAD, gzip=False)
         try:
-            found = text.tables_of(data, shown, name, topic)
+            parts = text.tables_of(data, shown, name, topic)
         except DataError as error:
             left_out.append(f"{name} ({error.message.removeprefix(', ')})")
             continue
         note = f"sheet {name} of an Excel workbook"
         tables += [
-            _with_date(replace(t, format="xlsx", notes=(note, *t.notes), findings=(*t.findings, *ends))) for t in found
+            _with_date(replace(t, format="xlsx", notes=(note, *t.notes), findings=(*t.findings, *ends))) for t in parts
         ]
     if not tables:
         raise DataError(

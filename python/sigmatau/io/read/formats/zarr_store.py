@@ -88,17 +88,17 @@ def _members(root: Any) -> tuple[list[tuple[str, Any]], tuple[Finding, ...]]:  #
     if len(members) > _MAX_ARRAYS:
         raise DataError(f"has more than {_MAX_ARRAYS} arrays, too many for a log")
     arrays = {name for name, member in members if hasattr(member, "shape")}
-    known = {name for name, _ in members}
+    present = {name for name, _ in members}
     prefix = f"{root.path}/" if root.path else ""
     lost: set[str] = set()
     for key in sync(_keys(root.store_path.store, prefix)):
         folders = itertools.accumulate(key.removeprefix(prefix).split("/")[:-1], "{}/{}".format)
-        above = next((name for name in folders if name in arrays or name not in known), None)
+        above = next((name for name in folders if name in arrays or name not in present), None)
         if above is not None and above not in arrays:
             lost.add(above)
     metadata = ".zarray" if root.metadata.zarr_format == 2 else "zarr.json"
-    found = [fault(what=f"array {name}", reason=f"it has no {metadata}") for name in sorted(lost)]
-    return members, tuple(found)
+    findings = [fault(what=f"array {name}", reason=f"it has no {metadata}") for name in sorted(lost)]
+    return members, tuple(findings)
 
 
 def _arrays(members: list[tuple[str, Any]]) -> Iterator[tuple[tuple[str, ...], Any]]:

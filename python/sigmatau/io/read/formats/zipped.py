@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import text
 from sigmatau.io.read.formats.damage import archive_ends, damaged, library_faults, refuse_expansion
-from sigmatau.io.read.registry import text_reader_of
+from sigmatau.io.read.registry import find_text_reader
 from sigmatau.io.read.table import HEAD, Head, Loaded, Table, TextFormat
 from sigmatau.record import memory
 
@@ -69,7 +69,7 @@ def _tables(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> li
     if data.startswith(b"\x1f\x8b"):
         return "compressed by gzip: unpack the archive and give the file"
     head = Head(data=data, whole=member.file_size <= HEAD, gzip=False)
-    reader = text_reader_of(head, path)
+    reader = find_text_reader(head, path)
     if reader is None:
         return "binary: unpack the archive and give the file"
     name = PurePosixPath(member.filename).stem

@@ -158,15 +158,15 @@ def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: flo
     if size < 4:
         return 0.0
     blocks = len(t) // size
-    at = distinct(np.linspace(0, blocks - 1, min(blocks, _JITTER_BLOCKS)).astype(np.int64))
-    rows = at[:, None] * size + np.arange(size)
+    starts = distinct(np.linspace(0, blocks - 1, min(blocks, _JITTER_BLOCKS)).astype(np.int64))
+    rows = starts[:, None] * size + np.arange(size)
     along = (rows if places is None else places[rows]).astype(np.float64)
     values = t[rows] - slope * along
     values = values - values.mean(axis=1, keepdims=True)
     along = along - along.mean(axis=1, keepdims=True)
     slopes = (values * along).sum(axis=1) / (along * along).sum(axis=1)
     values = values - slopes[:, None] * along
-    return math.sqrt(float((values * values).sum()) / (len(at) * (size - 2)))
+    return math.sqrt(float((values * values).sum()) / (len(starts) * (size - 2)))
 
 
 def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float, apart: float) -> Drift | None:

@@ -30,29 +30,29 @@ class DateColumn:
 
 def is_date(text: str) -> bool:
     """Whether a field is a time of day, with or without its date; they are read to the nanosecond."""
-    found = _stamp(text)
-    return found is not None and found.form != "day"
+    stamp = _stamp(text)
+    return stamp is not None and stamp.form != "day"
 
 
 def is_ordered(text: str) -> bool:
     """Whether a field is a date with day and month in an order that another program may exchange: ``07/08/2026``."""
-    found = _stamp(text)
-    return found is not None and found.ordered
+    stamp = _stamp(text)
+    return stamp is not None and stamp.ordered
 
 
 def date_columns(columns: Sequence[Column]) -> tuple[tuple[Column, ...], Mapping[int, DateColumn]]:
     """The columns, those of dates and times in nanoseconds; and how these are read, by their number."""
     stamps = [_stamp(column.first) for column in columns]
     days = [index for index, stamp in enumerate(stamps) if stamp is not None and stamp.form == "day"]
-    found: dict[int, DateColumn] = {}
+    dates: dict[int, DateColumn] = {}
     for index, stamp in enumerate(stamps):
         if stamp is not None and stamp.form == "date":
-            found[index] = DateColumn()
+            dates[index] = DateColumn()
         elif stamp is not None and stamp.form != "day":
             adjacent = [k for k in days if abs(k - index) == 1]
             day = adjacent[0] if adjacent else days[0] if len(days) == 1 else None
-            found[index] = DateColumn(day=day, period=_PERIODS[stamp.form])
-    return tuple(replace(column, unit="ns") if k in found else column for k, column in enumerate(columns)), found
+            dates[index] = DateColumn(day=day, period=_PERIODS[stamp.form])
+    return tuple(replace(column, unit="ns") if k in dates else column for k, column in enumerate(columns)), dates
 
 
 def _stamp(text: str) -> formats.Stamp | None:
@@ -93,8 +93,8 @@ def parse_stamps(name: str, texts: Sequence[object]) -> NDArray[np.int64]:
         for order in orders
     }
     stamps = {
-        order: np.array([NO_STAMP if stamp is None else stamp.nanoseconds for stamp in found], dtype=np.int64)
-        for order, found in parsed.items()
+        order: np.array([NO_STAMP if stamp is None else stamp.nanoseconds for stamp in times], dtype=np.int64)
+        for order, times in parsed.items()
     }
     fewest = min(int(np.count_nonzero(values == NO_STAMP)) for values in stamps.values())
     stamps = {order: values for order, values in stamps.items() if np.count_nonzero(values == NO_STAMP) == fewest}

@@ -48,7 +48,7 @@ def continue_overflows(
         count[back + 1] = 1
         turns = np.cumsum(count)
         whole = stamps.dtype.kind in "iu" and period.is_integer()
-        found = stamps.astype(np.int64) + turns * int(period) if whole else values + turns * period
+        counted_on = stamps.astype(np.int64) + turns * int(period) if whole else values + turns * period
         details = CounterOverflows(period=period, column=name.strip("'"), place=where(int(back[0]) + 1))
-        return found, Finding(details=details, severity="info", size=len(back))
+        return counted_on, Finding(details=details, severity="info", size=len(back))
     return None

@@ -93,12 +93,12 @@ def slow_rate(rate: float, n: int, second: float) -> tuple[Finding, ...]:
     """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; none if no smaller one is plausible."""
     if rate >= _SLOW:
         return ()
-    found = readings(1 / (rate * second), n)
-    used = next((r for r in found if abs(r.rate / rate - 1) < _ROUNDING), None)
-    other = next((r for r in found if r.is_usual and r.unit in _UNITS), None)
-    if used is None or other is None:
+    options = readings(1 / (rate * second), n)
+    used = next((r for r in options if abs(r.rate / rate - 1) < _ROUNDING), None)
+    usual = next((r for r in options if r.is_usual and r.unit in _UNITS), None)
+    if used is None or usual is None:
         return ()
-    details = ImplausibleRate(rate=rate, unit=used.unit, other_rate=other.rate, other_unit=other.unit)
+    details = ImplausibleRate(rate=rate, unit=used.unit, other_rate=usual.rate, other_unit=usual.unit)
     return (Finding(details=details, severity="warning", size=rate, unit="Hz"),)
 
 

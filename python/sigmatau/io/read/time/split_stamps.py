@@ -41,7 +41,7 @@ class SplitStamp:
 def find_split_stamps(columns: Sequence[Column]) -> list[SplitStamp]:
     """Pairs of columns whose names are the halves of one time stamp: ``stamp.sec`` and ``stamp.nanosec``."""
     keys = [_key(column).rpartition("_") for column in columns]
-    found: list[SplitStamp] = []
+    pairs: list[SplitStamp] = []
     for index, (stem, _, word) in enumerate(keys):
         if word not in _SECONDS:
             continue
@@ -52,8 +52,8 @@ def find_split_stamps(columns: Sequence[Column]) -> list[SplitStamp]:
             if half[2] in words and half[0] == stem
         ]
         if len(parts) == 1:
-            found += parts
-    return found
+            pairs += parts
+    return pairs
 
 
 def _key(column: Column) -> str:

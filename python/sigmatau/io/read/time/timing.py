@@ -128,37 +128,37 @@ def timed(
     )
 
 
-def _by_statement(table: Table, options: Options, own: NDArray[np.int64] | None) -> Timing:
+def _by_statement(table: Table, options: Options, rows: NDArray[np.int64] | None) -> Timing:
     """Sampling times by the given rate alone, in a log without time stamps or with `channels` that ignore them."""
     rate = cast("float", options.rate)
     if table.rate is None:
-        return Timing(rate=rate, rows=own)
+        return Timing(rate=rate, rows=rows)
     findings = stamps.mismatch(rate, table.rate, options.input, stated=True)
     contradiction = of_statement(table, options)
-    return Timing(rate=rate, measured=table.rate, rows=own, findings=findings, contradiction=contradiction)
+    return Timing(rate=rate, measured=table.rate, rows=rows, findings=findings, contradiction=contradiction)
 
 
 def of_statement(table: Table, options: Options) -> RateContradiction | None:
     """The contradiction of the given rate and that of the file, unless the options ignore the times of the file."""
-    rate, other = options.rate, table.rate
-    if rate is None or other is None or no_time(table.columns, options.channels) or is_one_nominal_rate(rate, other):
+    rate, stated = options.rate, table.rate
+    if rate is None or stated is None or no_time(table.columns, options.channels) or is_one_nominal_rate(rate, stated):
         return None
     source = f"the file states, as {table.rate_source}," if table.rate_source else "the file states"
-    return RateContradiction(stated=rate, other=other, source=source)
+    return RateContradiction(stated=rate, other=stated, source=source)
 
 
 def _contradiction(
-    found: Timing, second: float, choice: Choice, options: Options, name: str, assumed: str
+    timing: Timing, second: float, choice: Choice, options: Options, name: str, assumed: str
 ) -> RateContradiction | None:
     """The contradiction of the given rate and the stamps, if they show a rate. `assumed`: the unit of the stamps, if
     neither the file nor the user states it.
     """
     rate = cast("float", options.rate)
-    if not found.is_regular or is_one_nominal_rate(rate, found.rate):
+    if not timing.is_regular or is_one_nominal_rate(rate, timing.rate):
         return None
-    other_unit = "" if assumed else unit_for(second, found.rate, rate)
+    other_unit = "" if assumed else unit_for(second, timing.rate, rate)
     if is_confirmed(
-        by_stamps=found.rate,
+        by_stamps=timing.rate,
         other_unit=other_unit,
         is_unit_given="time" in options.unit or "time" in options.scale,
         is_inertial=any(stream_name(channel) in SI for channel in choice.channels),
@@ -166,7 +166,7 @@ def _contradiction(
         return None
     return RateContradiction(
         stated=rate,
-        other=found.rate,
+        other=timing.rate,
         source=f"the time stamps in column {name} give",
         unit=assumed,
         other_unit=other_unit,

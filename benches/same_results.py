@@ -6,7 +6,8 @@
 A folder has one JSON file a case; those that are there already are not made again, so that an interrupted run continues.
 A case that takes longer than `--seconds` is left out, here and in the comparison. Numbers are compared to 1e-12, findings
 by code, channels, size, spans and details, and everything else but words: a string with a space. What differs is
-printed; the exit code is then 1. Arguments after the folder select cases whose name contains one of them.
+printed; the exit code is then 1. Fields that are new are counted apart. Arguments after the folder select cases whose
+name contains one of them.
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ import gzip
 import json
 import math
 import os
+import re
 import signal
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
@@ -41,6 +44,7 @@ ATTEMPTS: tuple[dict[str, Any], ...] = (
 )
 """What is stated of a log until it can be read."""
 TOLERANCE = 1e-12
+_ADDED = ": only after"  # a field that the earlier version did not write is no difference
 SHOWN = 12
 """Differences of a case that are printed."""
 
@@ -242,7 +246,7 @@ def differences(a: Any, b: Any, place: str = "") -> Iterator[str]:
             if key in a and key in b:
                 yield from differences(a[key], b[key], f"{place}.{key}")
             else:
-                yield f"{place}.{key}: only {'before' if key in a else 'after'}"
+                yield f"{place}.{key}{': only before' if key in a else _ADDED}"
     elif isinstance(a, list) and isinstance(b, list):
         if place == ".findings":
             a, b = (sorted(one, key=_finding_key) for one in (a, b))
@@ -283,17 +287,22 @@ def _other_findings(a: list[dict[str, Any]], b: list[dict[str, Any]]) -> Iterato
 def compare(folder: Path, base: Path, chosen: list[str]) -> int:
     """Print what differs; the number of cases that differ."""
     different = equal = same_bytes = 0
+    added: Counter[str] = Counter()
     for file in sorted(base.glob("*.json.gz")):
         if (chosen and not any(part in file.name for part in chosen)) or not (folder / file.name).exists():
             continue
         before, after = (json.loads(gzip.decompress((of / file.name).read_bytes())) for of in (base, folder))
-        if lines := list(differences(before, after)):
+        lines = list(differences(before, after))
+        added.update(re.sub(r"channels\.\w+|\[\d+\]", "*", line) for line in lines if line.endswith(_ADDED))
+        if lines := [line for line in lines if not line.endswith(_ADDED)]:
             different += 1
             print(f"{file.name.removesuffix('.json.gz')}: {len(lines)} differences", *lines[:SHOWN], sep="\n    ")
         else:
             equal += 1
             before["sigmatau"] = after["sigmatau"] = ""
             same_bytes += before == after
+    for line, count in added.most_common():
+        print(f"{count} times {line}")
     print(f"{equal} cases are equal, {same_bytes} of them to the bit and the word; {different} differ")
     return different
 

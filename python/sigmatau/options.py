@@ -20,7 +20,7 @@ import functools
 import inspect
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import field, fields
 from typing import Any, Concatenate, Literal, NamedTuple, ParamSpec, TypeVar, cast
 
 from sigmatau.errors import OptionError
@@ -107,6 +107,12 @@ def option(
         python=python, typed=typed, main=main, matters=matters,
     )  # fmt: skip
     return {Option: told}
+
+
+def same_option(options: Any, name: str) -> Any:  # noqa: ANN401  a field of the option's own type
+    """A field that is the option of another class."""
+    (same,) = (each for each in fields(options) if each.name == name)
+    return field(default=same.default, metadata=same.metadata)
 
 
 def declared(options: Any) -> dict[str, Option]:  # noqa: ANN401  a class of options, or an instance

@@ -6,8 +6,8 @@ import pytest
 
 from sigmatau.cli import main
 from sigmatau.cli.app import app
-from sigmatau.cli.options import Reading, readings_of
 from sigmatau.cli.rates import assign_rates, parse_rate
+from sigmatau.cli.reading import Reading, readings_of
 from sigmatau.cli.words import repeat_options
 from sigmatau.errors import OptionError
 
@@ -82,7 +82,7 @@ def test_an_export_too():
 )
 def test_rate_of_a_log(words, rate):
     assert parse_rate(words) == rate
-    assert Reading(rate=words).options()["rate"] == rate
+    assert Reading(rate=words).arguments()["rate"] == rate
 
 
 @pytest.mark.parametrize(

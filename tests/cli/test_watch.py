@@ -22,7 +22,7 @@ from sigmatau.cli import main
 from sigmatau.cli.watch import _Watched
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.live import Live, follow
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import TableOptions
 from sigmatau.io.write import write
 from sigmatau.plot.terminal import text_plot
 from sigmatau.quality.selection.live import LiveStretches
@@ -32,7 +32,7 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "python")}
 
 def options(**given):
     defaults = {"rate": None, "unit": {}, "channels": {}, "input": "rate", "scale": {}, "offset": {}}
-    return Options.check(**{**defaults, **given})
+    return TableOptions(**{**defaults, **given}).checked()
 
 
 def table(n=300, header="time [s],gyro_x [deg/s],gyro_y [deg/s]", rate=50):

@@ -6,7 +6,7 @@ from sigmatau import analyze
 from sigmatau.errors import OptionError
 from sigmatau.io.live import Live
 from sigmatau.io.read import read
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import TableOptions
 
 SI = {"gyro": "rad/s", "accel": "m/s^2"}
 # File, options, rate, axes, and random walk of the gyro: the answer must hold the truth.
@@ -36,5 +36,5 @@ def test_live_samples_without_names_are_asked_about_as_a_file_is(field_data, nam
     with pytest.raises(OptionError) as of_file:
         read(path)
     with pytest.raises(OptionError) as of_live:
-        Live(Options.check()).push(path.read_bytes(), last=True)
+        Live(TableOptions().checked()).push(path.read_bytes(), last=True)
     assert str(of_live.value) == str(of_file.value).removeprefix(f"{path}: ")

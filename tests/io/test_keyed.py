@@ -10,7 +10,7 @@ from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.live import Live
 from sigmatau.io.read import read
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import TableOptions
 
 N, RATE = 900, 100.0
 STEP = 0.300 / 60 * np.sqrt(RATE)  # deg/s: 0.300 deg/√h at 100 Hz
@@ -112,7 +112,7 @@ def test_a_line_of_another_form_is_named(tmp_path, form):
 def test_live(tmp_path):
     text = save(tmp_path / "log.txt", LINES["colons"], ABOVE["words"]).read_bytes()
     for size in (50, 10**6):
-        live = Live(Options.check(rate=100, unit=UNIT))
+        live = Live(TableOptions(rate=100, unit=UNIT).checked())
         taken = [live.push(text[k : k + size]) for k in range(0, len(text), size)]
         samples = np.concatenate([piece for piece in taken if piece.size])
         assert live.channels == tuple(f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz")

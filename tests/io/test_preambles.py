@@ -9,7 +9,7 @@ import known
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.live import Live
 from sigmatau.io.read import read
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import TableOptions
 
 N, RATE = 1000, 100.0
 STEP = 0.300 / 60 * np.sqrt(RATE)  # deg/s: 0.300 deg/√h at 100 Hz
@@ -105,7 +105,7 @@ def test_skip_refused(tmp_path):
 
 
 def test_live():
-    options = Options.check()
+    options = TableOptions().checked()
     text = "\n".join([*(f"Warming up: {k} of 130" for k in range(130)), HEADER, *ROWS, ""]).encode()
     for size in (100, 10**6):
         live = Live(options)

@@ -6,7 +6,7 @@ from stamping import record_of
 
 from known import seed_of
 from sigmatau.io.live import Live
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import TableOptions
 
 N = 30_000
 
@@ -67,7 +67,7 @@ def test_of_a_live_log(size):
     n = 140_000
     t = stamps(50, 100, 90_000, n)
     text = ("time [s],gyro_x [deg/s]\n" + "".join(f"{x:.3f},{k % 7}\n" for k, x in enumerate(t))).encode()
-    live = Live(Options.check())
+    live = Live(TableOptions().checked())
     found = []
     for k in range(0, len(text), size * 100):
         live.push(text[k : k + size * 100])

@@ -7,7 +7,7 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.io.read import assemble
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import TableOptions
 from sigmatau.io.read.table import Column, Loaded, Table
 
 GYRO = tuple(f"gyro_{a} [rad/s]" for a in "xyz")
@@ -36,9 +36,9 @@ def chosen(tables, *asked):
 
 
 def options(**said):
-    return Options.check(
+    return TableOptions(
         **({"rate": None, "unit": None, "channels": None, "input": "rate", "scale": None, "offset": None} | said)
-    )
+    ).checked()
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +13,6 @@ if TYPE_CHECKING:
 
 SCHEMA = 2
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
-
-_REAL = ("rate", "scale", "offset", "taus", "tau_min")
-"""Options that are numbers, or lists or mappings of numbers."""
 
 
 def to_dict(self: Analysis) -> dict[str, Any]:
@@ -70,21 +67,8 @@ def failed_result(
 def _options_to_dict(analysis: Analysis) -> dict[str, Any]:
     """What made the result, beside the log: the same log with the same options is the same run."""
     stated = {"reading": dict(analysis.source.options), "analysis": dict(analysis.options)}
-    stated = {
-        of: {name: _as_typed(name, value) for name, value in options.items()}
-        for of, options in stated.items()
-        if options
-    }
+    stated = {of: options for of, options in stated.items() if options}
     return {"options": stated} if stated else {}
-
-
-def _as_typed(name: str, value: Any) -> Any:  # noqa: ANN401  of any option
-    """An option as the command line has it, so that 100 and 100.0 are the same."""
-    if name not in _REAL or isinstance(value, str):
-        return value
-    if isinstance(value, Mapping):
-        return {key: float(of) for key, of in value.items()}
-    return [float(of) for of in value] if isinstance(value, Sequence) else float(value)
 
 
 def _fit_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:

@@ -17,15 +17,14 @@ from sigmatau.fitting.read_off_lines import Span
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS
 from sigmatau.options import check_choices, option
-from sigmatau.quality.check import Bandwidth
-from sigmatau.quality.selection.exclusion import causes_to_keep
+from sigmatau.quality.options import CheckOptions
 
 Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
 
 
 @frozen
-class AnalysisOptions:
+class AnalysisOptions(CheckOptions):
     """Options of `sigmatau.analyze`."""
 
     taus: TauGrid | ArrayLike = field(
@@ -127,39 +126,6 @@ class AnalysisOptions:
             main=True,
         ),
     )
-    leave_out: str | Sequence[str] | None = field(
-        default=None,
-        metadata=option(
-            "Selection",
-            "Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log. Default: none.",
-            form="spans",
-            kind="str or sequence of str, optional",
-        ),
-    )
-    keep: str | Sequence[str] = field(
-        default=(),
-        metadata=option(
-            "Selection",
-            "Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes"
-            " (with commas between), or all. Default: none; they are treated as missing.",
-            form="texts",
-            kind="str or sequence of str",
-            python="A finding names what is treated as missing.",
-        ),
-    )
-    bandwidth: Bandwidth | None = field(
-        default=None,
-        metadata=option(
-            "Method",
-            "Bandwidth of the sensor from its datasheet. A finding then reports the random walk that aliasing adds."
-            " Default: unknown.",
-            form="bandwidths",
-            unit="Hz",
-            kind="mapping of str to (float, int or None), optional",
-            python='With the order of the filter if it is known: ``{"gyro": (30.0, 1)}``; see `sigmatau.check`.',
-            typed="gyro=30Hz, or gyro=30Hz/2 for a second-order filter.",
-        ),
-    )
     at_rest: bool = field(
         default=False,
         metadata=option(
@@ -215,12 +181,7 @@ class AnalysisOptions:
             _check_time(self.tau_min, self.method)
         if self.long == "strided" and (self.overlap, self.counting) != ("full", "standard"):
             raise OptionError("{option} 'strided' is for overlapping clusters in the standard counting", option="long")
-        causes_to_keep(self.keep)
-
-    @property
-    def causes_kept(self) -> tuple[str, ...]:
-        """Causes of disturbances that are not left out."""
-        return causes_to_keep(self.keep)
+        CheckOptions.__post_init__(self)
 
 
 def _check_time(tau_min: object, method: Method) -> None:

@@ -22,7 +22,6 @@ from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
-    Reading,
     check_folder,
     check_output,
     check_style,
@@ -30,8 +29,6 @@ from sigmatau.cli.options import (
     drawing,
     finding_lines,
     matched,
-    read_log,
-    readings_of,
     refuse_same,
     say,
     screen,
@@ -42,6 +39,7 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.ranges import lines_by_hand
+from sigmatau.cli.reading import Reading, read_log, readings_of
 from sigmatau.cli.settings import Settings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves

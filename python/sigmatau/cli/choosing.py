@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.cli.options import Reading, finding_lines, key_values, say
+from sigmatau.cli.options import finding_lines, key_values, say
+from sigmatau.cli.reading import Reading
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import seconds_of, time_of
@@ -179,8 +180,8 @@ class Exports:
         """Raise an error for what the targets need and the options of reading exclude, before a log is read: a sensor, or
         one rate for the filter.
         """
-        how = (reading or Reading()).options() if self.files else {}
-        channels = [name for name in how.get("channels", {}) if name != "time"]
+        how = (reading or Reading()).arguments() if self.files else {}
+        channels = [name for name in how.get("channels") or {} if name != "time"]
         rates = how.get("rate")
         stated: dict[str, float] = rates if isinstance(rates, dict) else {}
         if channels:

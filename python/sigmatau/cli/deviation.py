@@ -9,18 +9,17 @@ from cyclopts import Parameter
 
 from sigmatau._version import __version__
 from sigmatau.cli.options import (
-    Reading,
     averaging_times,
     check_outputs,
     check_style,
     drawing,
-    read_log,
     say,
     with_noise,
     working,
     write_figure,
     write_result,
 )
+from sigmatau.cli.reading import Reading, read_log
 from sigmatau.estimators.deviation import Deviations, deviation
 from sigmatau.estimators.deviation_kinds import Kind
 from sigmatau.findings.finding import damaged

@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from sigmatau.cli.messages import print_error
-from sigmatau.cli.options import Reading, say
+from sigmatau.cli.options import say
+from sigmatau.cli.reading import Reading
 from sigmatau.cli.settings import FleetSettings
 from sigmatau.cli.store import place_of
 from sigmatau.errors import DataError, OptionError
@@ -103,14 +104,15 @@ def fleet_command(
     from sigmatau.fleet.run import cluster
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Job
-    from sigmatau.io.read.options import stated_options
+    from sigmatau.io.read.options import ReadOptions
     from sigmatau.options import stated as stated_in
     from sigmatau.store.connect import engine_of
     from sigmatau.store.naming import Naming, stated_temperature
 
-    how, chosen = (reading or Reading()).options(), (settings or FleetSettings()).arguments()
-    _check(how)
-    stated = {"reading": stated_options(**how), "analysis": stated_in(AnalysisOptions(**chosen))}
+    how, chosen = (reading or Reading()).arguments(), (settings or FleetSettings()).arguments()
+    of_reading = ReadOptions(**how)
+    of_reading.checked()  # what is wrong whatever the log, before it is sent to the workers
+    stated = {"reading": stated_in(of_reading), "analysis": stated_in(AnalysisOptions(**chosen))}
     options = {of: values for of, values in stated.items() if values}
     degrees = stated_temperature(temperature)
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
@@ -176,14 +178,6 @@ def _told(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
     if unnamed:
         return 1
     return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
-
-
-def _check(how: Mapping[str, Any]) -> None:
-    """Raise `OptionError` for what is wrong whatever the log, before it is sent to the workers."""
-    from sigmatau.io.read.options import Options, check_skip
-
-    check_skip(how["skip"])
-    Options.check(**{key: value for key, value in how.items() if key not in ("layout", "skip", "max_expansion")})
 
 
 def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str, Any]], list[str]]:

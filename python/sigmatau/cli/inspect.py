@@ -10,13 +10,12 @@ from cyclopts import Parameter
 
 from sigmatau.cli.messages import wrapped
 from sigmatau.cli.options import (
-    Reading,
     check_outputs,
     finding_lines,
     write_result,
 )
-from sigmatau.cli.options import reading as showing
-from sigmatau.cli.settings import CheckSettings
+from sigmatau.cli.reading import reading_shown
+from sigmatau.cli.settings import InspectSettings
 from sigmatau.findings.finding import damaged
 from sigmatau.quality.inspection import inspect
 from sigmatau.results import lines_text
@@ -26,8 +25,7 @@ def inspect_command(
     log: Path,
     /,
     *,
-    reading: Reading | None = None,
-    checks: CheckSettings | None = None,
+    settings: InspectSettings | None = None,
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -43,9 +41,8 @@ def inspect_command(
         Print only errors on standard error.
     """
     check_outputs(log, None, json)
-    options = (reading or Reading()).options()
-    with showing(log, quiet=quiet):
-        found = inspect(log, **(checks or CheckSettings()).arguments(), **options)
+    with reading_shown(log, quiet=quiet):
+        found = inspect(log, **(settings or InspectSettings()).arguments())
     told = [*finding_lines(found.findings), *found.wants()]
     lines = [*found.contents(), *(wrapped(told) if sys.stdout.isatty() else told)]
     write_result(lines_text(lines), found.to_dict(), json)

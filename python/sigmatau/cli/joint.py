@@ -15,12 +15,9 @@ from sigmatau.cli.choosing import Exports
 from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
-    Reading,
     check_output,
     drawing,
     finding_lines,
-    read_log,
-    readings_of,
     refuse_same,
     say,
     working,
@@ -28,6 +25,7 @@ from sigmatau.cli.options import (
     write_figure,
     write_result,
 )
+from sigmatau.cli.reading import Reading, read_log, readings_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms

@@ -19,19 +19,17 @@ from sigmatau.cli import batch
 from sigmatau.cli.earlier import expect as expect_files
 from sigmatau.cli.earlier import is_result
 from sigmatau.cli.options import (
-    Reading,
     check_folder,
     check_output,
     command_line,
     json_text,
     matched,
-    read_log,
-    readings_of,
     refuse_same,
     say,
     working,
     write_json,
 )
+from sigmatau.cli.reading import Reading, read_log, readings_of
 from sigmatau.datasheets.compare import check_options
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet

@@ -1,4 +1,4 @@
-"""Options of reading, options of the form KEY=VALUE, progress, and checks of output files, for several commands."""
+"""Options of the form KEY=VALUE, progress, and checks of output files, for several commands."""
 
 from __future__ import annotations
 
@@ -10,28 +10,22 @@ import os
 import re
 import shutil
 import sys
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
-from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from sigmatau.cli.earlier import curves_beside, expect
-from sigmatau.cli.rates import assign_rates, parse_rate
 from sigmatau.cli.words import is_number
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import line
 from sigmatau.io.atomic import atomic
-from sigmatau.io.read import read
 from sigmatau.quality.selection.time_text import seconds_of
-from sigmatau.record.record import Record
 from sigmatau.results import csv_text, printable
 
 if TYPE_CHECKING:
@@ -43,8 +37,6 @@ _FIGURES = ("plot", "overlay", "stability")  # options that need matplotlib
 _REPORTS = ("report", "output")  # options that need typst for a PDF
 _DATABASE = b"SQLite format 3\0"  # first bytes of a file
 _LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
-_PROGRESS_INTERVAL = 0.2  # [s]
-_LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
 
 
 def key_values(values: Sequence[str], option: str, example: str) -> dict[str, str]:
@@ -365,33 +357,6 @@ def say(message: str, *, quiet: bool = False) -> None:
 
 
 @contextlib.contextmanager
-def reading(log: Path, *, quiet: bool = False) -> Iterator[None]:
-    """Show the progress of reading a log, with a bar if its bytes are counted; anew for each pass."""
-    from sigmatau._native.formats import bytes_read
-
-    try:
-        size = log.stat().st_size
-    except OSError:  # the reader reports it
-        size = 0
-    begun, over = bytes_read(), threading.Event()
-
-    with working(f"reading {log}", quiet=quiet) as done:
-
-        def follow() -> None:
-            while not over.wait(_PROGRESS_INTERVAL):
-                taken = bytes_read() - begun
-                if taken:
-                    done((taken - 1) % size / size)
-
-        if size > _LEAST_PROGRESS and not quiet and sys.stderr.isatty():
-            threading.Thread(target=follow, daemon=True).start()
-        try:
-            yield
-        finally:
-            over.set()
-
-
-@contextlib.contextmanager
 def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], None]]:
     """Show an activity and its duration on a terminal. It yields a function that takes the completed share, 0 to 1, and
     then shows a bar.
@@ -417,86 +382,3 @@ def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], Non
             progress.update(task, total=1.0, completed=part)
 
         yield done
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class Reading:
-    """Options of reading.
-
-    Parameters
-    ----------
-    rate
-        Sampling rate in Hz: 100 for all sensors, gyro=400,accel=200 for each; of several logs 10 50 in their order, or
-        day1.csv=10. Default: computed from the time stamps of the log. A rate that contradicts them by more than 10 %
-        needs --channels time=none.
-    unit
-        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the log does not state it.
-    topic
-        Topic, message or variable to read if the log contains several: one, or one for each sensor. Default: the topic
-        with a gyro and an accelerometer, or the only topic of each.
-    layout
-        Fields of a row of a raw binary file, e.g. "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips 4 bytes.
-        Required for raw binary files.
-    skip
-        Number of lines to skip at the beginning of a text table (default 0; lines of text above a table are found).
-    interleaved
-        Number of sensors whose rows take turns in a table: 2 reads them as topics imu0 and imu1, 1 states a single sensor.
-        Default: a single sensor, unless the samples or the time stamps show several, which is asked.
-    channels
-        Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4. Other names add further signals.
-        time=none ignores the time stamps. Default: columns that are recognised by their names.
-    input
-        Content of the columns: rates, increments per sample, or accumulated angle and velocity.
-    scale
-        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale. Default: 1.
-    offset
-        Reading at zero, in counts or volts: gyro=2048. Default: 0.
-    max_expansion
-        Largest ratio of unpacked to compressed size (default 100; 64 MiB are always unpacked).
-    """
-
-    rate: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None
-    unit: Annotated[list[str] | None, Parameter(negative=())] = None
-    topic: Annotated[list[str] | None, Parameter(negative=())] = None
-    layout: str | None = None
-    skip: int = 0
-    interleaved: int | None = None
-    channels: Annotated[list[str] | None, Parameter(negative=())] = None
-    input: Literal["rate", "increments", "accumulated"] = "rate"
-    scale: Annotated[list[str] | None, Parameter(negative=())] = None
-    offset: Annotated[list[str] | None, Parameter(negative=())] = None
-    max_expansion: float | None = None
-
-    def options(self) -> dict[str, Any]:
-        """Arguments of `sigmatau.read`."""
-        return {
-            "rate": parse_rate(self.rate or []),
-            "unit": key_values(self.unit or [], "unit", "gyro=deg/s"),
-            "topic": self.topic,
-            "layout": self.layout,
-            "skip": self.skip,
-            "interleaved": self.interleaved,
-            "channels": key_values(self.channels or [], "channels", "gyro_x=wx"),
-            "input": self.input,
-            "scale": key_numbers(self.scale or [], "scale", "gyro=0.01"),
-            "offset": key_numbers(self.offset or [], "offset", "gyro=2048"),
-            "max_expansion": self.max_expansion,
-        }
-
-
-def readings_of(reading: Reading | None, logs: Sequence[Path], places: Sequence[Path]) -> dict[Path, Reading]:
-    """The options of reading of each log; raises `OptionError` for a wrong option. `places`: see `assign_rates`."""
-    reading = reading or Reading()
-    rates = assign_rates(reading.rate or [], logs, places)
-    readings = {log: replace(reading, rate=rates[log] or None) for log in logs}
-    for of_log in readings.values():
-        of_log.options()  # a wrong option is one error, not one for each log
-    return readings
-
-
-def read_log(log: Path, how: Reading | None, *, quiet: bool) -> Record:
-    """Read the record, with progress on the terminal."""
-    options = (how or Reading()).options()
-    with reading(log, quiet=quiet):
-        return read(log, **options)

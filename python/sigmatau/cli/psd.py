@@ -13,17 +13,16 @@ from cyclopts import Parameter
 from sigmatau._version import __version__
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import (
-    Reading,
     check_outputs,
     check_style,
     drawing,
-    read_log,
     say,
     with_noise,
     working,
     write_figure,
     write_result,
 )
+from sigmatau.cli.reading import Reading, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.model.file import value_in_si

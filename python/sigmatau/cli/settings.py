@@ -2,6 +2,8 @@
 
 from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.cli.declared import DeclaredOptions, typed_options
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.quality.options import InspectOptions
 
 
 @typed_options(AnalysisOptions)
@@ -14,6 +16,11 @@ class FleetSettings(DeclaredOptions):
     """Options of the analyses of a fleet, whose workers have one thread each."""
 
 
-@typed_options(AnalysisOptions, only=("bandwidth", "leave_out", "keep"))
-class CheckSettings(DeclaredOptions):
-    """Options of the checks that an analysis makes before the fit."""
+@typed_options(InspectOptions)
+class InspectSettings(DeclaredOptions):
+    """Options of reading, and of the checks that an analysis makes before the fit."""
+
+
+@typed_options(ReadOptions, only=("rate", "unit", "channels", "input", "scale", "offset", "skip", "interleaved"))
+class WatchReading(DeclaredOptions):
+    """Options of reading lines of text as they come."""

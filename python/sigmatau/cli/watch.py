@@ -10,21 +10,21 @@ import time
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, of_curves
 from sigmatau.cli.earlier import expect
-from sigmatau.cli.options import FIGURE_ENDINGS, check_output, key_numbers, key_values, say, write_figure, write_json
-from sigmatau.cli.rates import parse_rate
+from sigmatau.cli.options import FIGURE_ENDINGS, check_output, say, write_figure, write_json
+from sigmatau.cli.settings import WatchReading
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.kinds.reading import SkippedMessages
 from sigmatau.findings.kinds.stamps import BadStamps, IrregularStamps, RateMismatch
 from sigmatau.io.live import Live, follow
-from sigmatau.io.read.options import Options, check_skip
+from sigmatau.io.read.options import ReadOptions
 from sigmatau.quality.selection.live import LiveStretches
 from sigmatau.quality.selection.time_text import seconds_of
 from sigmatau.record.record import MIN_SAMPLES, Provenance
@@ -40,14 +40,7 @@ def watch_command(
     source: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-",
     /,
     *,
-    rate: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
-    unit: Annotated[list[str] | None, Parameter(negative=())] = None,
-    channels: Annotated[list[str] | None, Parameter(negative=())] = None,
-    input: Literal["rate", "increments"] = "rate",  # noqa: A002  the option's name
-    scale: Annotated[list[str] | None, Parameter(negative=())] = None,
-    offset: Annotated[list[str] | None, Parameter(negative=())] = None,
-    skip: int = 0,
-    interleaved: int | None = None,
+    reading: WatchReading | None = None,
     every: Annotated[str, Parameter(allow_leading_hyphen=True)] = "2s",
     idle: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     at_rest: Annotated[bool, Parameter(negative=())] = False,
@@ -64,23 +57,6 @@ def watch_command(
     ----------
     source
         A growing text file; - for standard input.
-    rate
-        Sampling rate in Hz. Default: computed from the time stamps of the first lines.
-    unit
-        Unit of a sensor, a channel or the time: gyro=deg/s, accel_x=g, time=ns. Required if the input does not state it.
-    channels
-        Columns of the channels, by name or number from 1: gyro_x=wx, time=1, gyro=2:4.
-        Default: columns that are recognised by their names.
-    input
-        Content of the columns: rates, or increments per sample.
-    scale
-        Factor from counts or volts to the unit, gyro=1/131: value = (reading - offset) × scale. Default: 1.
-    offset
-        Reading at zero, in counts or volts: gyro=2048. Default: 0.
-    skip
-        Number of lines to skip at the beginning (default 0; lines of text above the samples are found).
-    interleaved
-        1 states that all rows are of one sensor. Default: asked if the first rows seem to be of several in turn.
     every
         Time between updates of the screen, in seconds or with its unit.
     idle
@@ -106,21 +82,16 @@ def watch_command(
         raise DataError("standard input is closed")
     if source == "-" and sys.stdin.isatty():
         raise OptionError("no input is piped in: name a file, or run logger | sigmatau watch", option="source")
-    options = Options.check(
-        rate=parse_rate(rate or []),
-        unit=key_values(unit or [], "unit", "gyro=deg/s"),
-        channels=key_values(channels or [], "channels", "gyro_x=wx"),
-        input=input,
-        scale=key_numbers(scale or [], "scale", "gyro=0.01"),
-        offset=key_numbers(offset or [], "offset", "gyro=2048"),
-        interleaved=interleaved,
-    )
-    if interleaved not in (None, 1):
+    options = ReadOptions(**(reading or WatchReading()).arguments())
+    checked = options.checked()
+    if options.input == "accumulated":
+        raise OptionError("watch reads rates or increments; accumulated values are for a saved log", option="input")
+    if options.interleaved not in (None, 1):
         raise OptionError(
-            f"watch follows one sensor: {{option}} {interleaved} is for a saved log, sigmatau analyze FILE",
+            f"watch follows one sensor: {{option}} {options.interleaved} is for a saved log, sigmatau analyze FILE",
             option="interleaved",
         )
-    watched = _Watched(source, Live(options, skip=check_skip(skip)), at_rest=at_rest)
+    watched = _Watched(source, Live(checked, skip=options.skip), at_rest=at_rest)
     broken: DataError | None = None
     try:
         if threading.current_thread() is threading.main_thread():

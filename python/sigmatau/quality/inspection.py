@@ -6,7 +6,6 @@ import contextlib
 import os
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -17,12 +16,13 @@ from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
+from sigmatau.options import keywords_of
 from sigmatau.quality import curve_checks
 from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, Bandwidth, check_fits, examine
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import by_channel, without_consequences
-from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start
-from sigmatau.quality.selection.exclusion import leave_out as leave_out_of
+from sigmatau.quality.options import InspectOptions
+from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start, leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.record import memory
 from sigmatau.record.record import Record
@@ -34,15 +34,9 @@ FITTED = 8_000_000
 _LARGEST = 1e60
 
 
+@keywords_of(InspectOptions)
 @facts_kept()
-def inspect(
-    path: str | os.PathLike[str],
-    *,
-    bandwidth: Bandwidth | None = None,
-    leave_out: str | Sequence[str] | None = None,
-    keep: str | Sequence[str] = (),
-    **reading: Any,  # noqa: ANN401
-) -> Inspection:
+def inspect(path: str | os.PathLike[str], options: InspectOptions) -> Inspection:
     """The content of a file, and the findings about it and about the samples that would be analysed.
 
     No option is required. Tables whose column names indicate a sensor, and those selected by `topic` or `channels`, are
@@ -52,14 +46,6 @@ def inspect(
     ----------
     path : str or path
         The file, or the folder of a ROS 2 bag.
-    bandwidth : mapping of str to (float, int or None), optional
-        The sensors' own bandwidth, see `sigmatau.check`. [Hz]
-    leave_out : str or sequence of str, optional
-        Stretches to treat as missing before the samples are checked, see `sigmatau.analyze`.
-    keep : str or sequence of str
-        Disturbances that are not left out, see `sigmatau.analyze`.
-    **reading : optional
-        Options of `sigmatau.read`, by name.
 
     Returns
     -------
@@ -89,14 +75,14 @@ def inspect(
     >>> table.rows, table.rate, [column.channel for column in table.columns]
     (1000, 100.0, ['time', 'gyro_x'])
     """
-    found = inspection.inspect(path, **reading)
+    found = inspection.inspect(path, options)
     if found.record is None:
         return found
-    kept = causes_to_keep(keep)
+    kept = causes_to_keep(options.keep)
     record = from_the_start(found.record)
     left: list[Finding] = []
-    if leave_out is not None:
-        record, left = leave_out_of(record, leave_out)
+    if options.leave_out is not None:
+        record, left = leave_out(record, options.leave_out)
     constant = [finding for stream in record.streams for finding in curve_checks.constant_channels(stream)]
     resting = rest(record)
     record, told = at_rest_only(record, resting, assumed=False)
@@ -104,12 +90,12 @@ def inspect(
         return replace(found, record=record, checks=(*left, *constant, *told))
     bounded = [s.name for s in record.streams if s.mask is None and not memory.fits(s, None)]
     try:
-        still, checks = _examined(record, bandwidth, kept, bounded)
+        still, checks = _examined(record, options.bandwidth, kept, bounded)
     except MemoryError:
         if bounded:
             raise
         bounded = [s.name for s in record.streams]
-        still, checks = _examined(record, bandwidth, kept, bounded)
+        still, checks = _examined(record, options.bandwidth, kept, bounded)
     checked = [*left, *constant, *told, *checks]
     return replace(found, record=record, checks=tuple(_against_fits(still, checked, bounded)))
 

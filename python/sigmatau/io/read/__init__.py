@@ -10,7 +10,7 @@ import contextlib
 import os
 import stat
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,32 +20,19 @@ from sigmatau.io.read import assemble
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
-from sigmatau.io.read.options import Options, check_skip, stated_options
+from sigmatau.io.read.options import ReadOptions
 from sigmatau.io.read.registry import reader_of, require_text
 from sigmatau.io.read.repeated_clocks import separate_clocks
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.io.read.turn_tables import separate_turns
+from sigmatau.options import keywords_of, stated
 from sigmatau.record.record import Record
-from sigmatau.record.streams import InputKind
 
 _GZIP = b"\x1f\x8b"
 
 
-def read(
-    path: str | os.PathLike[str],
-    *,
-    rate: float | Mapping[str, float] | None = None,
-    unit: Mapping[str, str] | None = None,
-    channels: Mapping[str, str | int] | None = None,
-    input: InputKind = "rate",  # noqa: A002  as in --input
-    scale: Mapping[str, float] | None = None,
-    offset: Mapping[str, float] | None = None,
-    topic: str | Sequence[str] | None = None,
-    interleaved: int | None = None,
-    layout: str | None = None,
-    skip: int = 0,
-    max_expansion: float | None = None,
-) -> Record:
+@keywords_of(ReadOptions)
+def read(path: str | os.PathLike[str], options: ReadOptions) -> Record:
     """Read a static record from a file.
 
     The format is detected from the content: text tables (comma, semicolon, tab or spaces; with or without a header),
@@ -59,42 +46,6 @@ def read(
     ----------
     path : str or path
         The file; or the folder of a ROS 2 bag, whose parts are joined; or the folder or URL of a Zarr store.
-    rate : float or mapping of str to float, optional
-        Sampling rate, if the file has no time column or its time stamps are wrong; by sensor if several topics or kinds of
-        rows have different rates, ``{"gyro": 400, "accel": 200}``. A rate that differs from that of the time stamps by
-        more than 10 % needs ``channels={"time": "none"}``. [Hz]
-    unit : mapping, optional
-        Unit by channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``) or of the time stamps (``"time"``). It
-        overrules the unit in the file. A signal may have any unit, ``"1"`` for none.
-    channels : mapping, optional
-        Channel to column: a name, a number counted from 1, or three numbers for a sensor, e.g. ``{"time": "stamp",
-        "gyro_x": 2, "accel": "5:7", "phase": "x"}``. Names that do not begin with ``gyro`` or ``accel`` are signals.
-        Then only these are read, and the time column if it is recognised. With ``"time"`` alone the sensors are
-        recognised by name, and ``{"time": "none"}`` ignores the time stamps. By default all channels are recognised by
-        name.
-    input : {"rate", "increments", "accumulated"}
-        Content of the columns: rates; the angle or velocity increment of a sample interval; or the accumulated
-        increments, where N points give N-1 rates.
-    scale, offset : mapping of str to float, optional
-        By channel or sensor, for counts or volts: value = (raw - offset) * scale, in the stated unit. ``"time"`` may
-        have a scale too. [stated unit per count; counts]
-    topic : str or sequence of str, optional
-        Topic, message or variable to read, if the file has several; or one for each sensor. By default the only one
-        whose column names are those of a gyro and an accelerometer, or the only one of each.
-    interleaved : int, optional
-        Number of sensors whose rows take turns in a table without a column that tells them: 2 or more reads them as topics
-        ``"imu0"``, ``"imu1"`` …, 1 states that all rows are of one sensor. Default: one sensor; an error asks if the samples
-        or the time stamps show several.
-    layout : str, optional
-        Fields of a row of a raw binary file, in order, such as ``"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"``. A
-        field is a count (default 1), a NumPy type (i1 to i8, u1 to u8, f4, f8), a name, and an optional unit in
-        brackets. A count of three gives x, y and z. ``<`` (low byte first, the usual order) and ``>`` (high byte first)
-        hold for all fields that follow. ``4x`` skips four bytes, and ``header 512`` at the beginning skips 512 bytes
-        before the first row.
-    skip : int, optional
-        Lines to skip at the beginning of a text table. Default: 0; lines of text above a table are found.
-    max_expansion : float, optional
-        Largest ratio of unpacked to compressed size. Default: 100; up to 64 MiB are always unpacked.
 
     Returns
     -------
@@ -134,37 +85,19 @@ def read(
     Record of 1 stream
       gyro: gyro_x [rad/s], 1000 samples at 100 Hz (10 s)
     """
-    options = Options.check(
-        rate=rate,
-        unit=unit,
-        channels=channels,
-        input=input,
-        scale=scale,
-        offset=offset,
-        topic=topic,
-        interleaved=interleaved,
-    )
-    stated = stated_options(
-        rate=rate, unit=unit, channels=channels, input=input, scale=scale, offset=offset, topic=topic, layout=layout,
-        skip=skip, interleaved=interleaved,
-    )  # fmt: skip
-    with opened(path, layout, max_expansion, skip) as (file, tables):
-        tables = separate_turns(tables, options)
-        record = assemble.assemble(choose_tables(tables, options.topic, options.channels), file, options)
+    checked = options.checked()
+    with opened(path, options) as (file, tables):
+        tables = separate_turns(tables, checked)
+        record = assemble.assemble(choose_tables(tables, checked.topic, checked.channels), file, checked)
     source = record.provenance if file is not None else replace(record.provenance, path=os.fsdecode(path))
-    return replace(record, provenance=replace(source, options=stated))
+    return replace(record, provenance=replace(source, options=stated(options)))
 
 
 @contextlib.contextmanager
-def opened(
-    path: str | os.PathLike[str], layout: str | None = None, max_expansion: float | None = None, skip: int = 0
-) -> Iterator[tuple[Path | None, Sequence[Table]]]:
+def opened(path: str | os.PathLike[str], options: ReadOptions) -> Iterator[tuple[Path | None, Sequence[Table]]]:
     """A file (None for a URL) and its tables; errors are prefixed with the name of the file."""
-    if max_expansion is not None and not (isinstance(max_expansion, int | float) and max_expansion >= 1):
-        raise OptionError(f"{{option}} must be a number, 1 or more, not {max_expansion!r}", option="max_expansion")
-    check_skip(skip)
-    with expansion_limit(max_expansion):
-        yield from _opened(os.fsdecode(path), layout, skip)
+    with expansion_limit(options.max_expansion):
+        yield from _opened(os.fsdecode(path), options.layout, int(options.skip))
 
 
 def _opened(name: str, layout: str | None, skip: int) -> Iterator[tuple[Path | None, Sequence[Table]]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -13,29 +13,19 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
 from sigmatau.io.read.instance_tables import separate_instances
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import TableOptions
 from sigmatau.io.read.repeated_clocks import separate_clocks
 from sigmatau.io.read.table import Column, Table
 from sigmatau.io.read.turn_tables import separate_turns
+from sigmatau.options import keywords_of
 from sigmatau.record.record import Record
-from sigmatau.record.streams import InputKind
 
 _STAMPS = ("s", "ms", "us", "ns")
 _Get = Callable[[], NDArray[Any]]
 
 
-def from_frame(
-    frame: object,
-    *,
-    rate: float | Mapping[str, float] | None = None,
-    unit: Mapping[str, str] | None = None,
-    channels: Mapping[str, str | int] | None = None,
-    input: InputKind = "rate",  # noqa: A002  as in `read`
-    scale: Mapping[str, float] | None = None,
-    offset: Mapping[str, float] | None = None,
-    topic: str | Sequence[str] | None = None,
-    interleaved: int | None = None,
-) -> Record:
+@keywords_of(TableOptions)
+def from_frame(frame: object, options: TableOptions) -> Record:
     """A static record from a data frame.
 
     Columns are recognised by common names, as in `read`: ``gyro_x``, ``wx``, ``acc_x [g]``, ``t_ns`` … What the frame does
@@ -47,13 +37,6 @@ def from_frame(
         Of pandas, polars or pyarrow, a structured array, or a mapping of names to arrays of shape (n,) or (n, 3). Dates and
         durations are time stamps, also in the index of pandas; so is an index with a name. Units are taken from the names,
         from the metadata of fields (pyarrow), and from ``frame.attrs["units"]`` (pandas).
-    rate, unit, channels, input, scale, offset
-        As in `read`.
-    topic : str or sequence of str, optional
-        Kind of rows to read, if a column tells several: ``"imu0"`` for instance 0, ``"left"`` for rows of that word. By
-        default the only rows of a gyro and the only ones of an accelerometer.
-    interleaved : int, optional
-        As in `read`.
 
     Returns
     -------
@@ -88,19 +71,10 @@ def from_frame(
     Record of 1 stream
       gyro: gyro_x [rad/s], 1000 samples at 100 Hz (10 s)
     """
-    options = Options.check(
-        rate=rate,
-        unit=unit,
-        channels=channels,
-        input=input,
-        scale=scale,
-        offset=offset,
-        topic=topic,
-        interleaved=interleaved,
-    )
+    checked = options.checked()
     try:
-        tables = separate_turns(separate_instances(separate_clocks([_table(frame)])), options)
-        return assemble.assemble(assemble.choose_tables(tables, options.topic, options.channels), None, options)
+        tables = separate_turns(separate_instances(separate_clocks([_table(frame)])), checked)
+        return assemble.assemble(assemble.choose_tables(tables, checked.topic, checked.channels), None, checked)
     except OptionError as error:
         raise error.about("the frame") from None
     except DataError as error:

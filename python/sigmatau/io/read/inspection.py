@@ -17,7 +17,7 @@ from sigmatau.findings.kinds.reading import ColumnsByGravity, Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
 from sigmatau.io.read.names import recognise, unit_of
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import Options, ReadOptions
 from sigmatau.io.read.suggestions import by_gravity
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
@@ -199,19 +199,12 @@ def _shown(column: ColumnInfo) -> str:
     return f"{column.name} ({column.first} …)".lstrip() if column.first else column.name
 
 
-def inspect(
-    path: str | os.PathLike[str],
-    *,
-    layout: str | None = None,
-    skip: int = 0,
-    max_expansion: float | None = None,
-    **options_of_read: Any,  # noqa: ANN401
-) -> Inspection:
+def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
     """Contents and faults of a file, without options. Tables that have a sensor, or that `topic` or `channels` ask for,
     are read. Of other tables only the names are listed.
     """
-    options = Options.check(**options_of_read)
-    with opened(path, layout, max_expansion, skip) as (file, tables):
+    options = how.checked()
+    with opened(path, how) as (file, tables):
         wanting = ""
         tables = separate_turns(tables, options)
         try:

@@ -1,22 +1,193 @@
-"""The options of reading, checked before the file is opened."""
+"""The options of reading: declared, and checked before the file is opened."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeGuard
+from typing import TypeGuard, get_args
 
 import numpy as np
 
 from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
+from sigmatau.options import option
 from sigmatau.record.streams import InputKind, check_kind, check_rates
-from sigmatau.results import plain
+
+
+@frozen
+class TableOptions:
+    """Options of reading columns, from a file or from a data frame."""
+
+    rate: float | Mapping[str, float] | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            "Sampling rate in Hz, if the log has no time stamps or they are wrong. Default: computed from the time stamps."
+            " A rate that contradicts them by more than 10 % needs the time column none.",
+            form="rates",
+            unit="Hz",
+            kind="float or mapping of str to float, optional",
+            python='By sensor if several topics or kinds of rows have different rates, ``{"gyro": 400, "accel": 200}``.',
+            typed="100 for all sensors, gyro=400,accel=200 for each; of several logs 10 50 in their order, or day1.csv=10.",
+            main=True,
+        ),
+    )
+    unit: Mapping[str, str] | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            "Unit of a channel, of a sensor or of the time, which overrules that of the log."
+            " Required if the log does not state it.",
+            form="pairs",
+            kind="mapping of str to str, optional",
+            example="gyro=deg/s",
+            python='By channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``), or ``"time"``. A signal may have any'
+            ' unit, ``"1"`` for none.',
+            typed="gyro=deg/s, accel_x=g, time=ns.",
+            main=True,
+        ),
+    )
+    channels: Mapping[str, str | int] | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            "Columns of the channels, by name or number from 1. Names that do not begin with gyro or accel are further"
+            " signals. Default: columns that are recognised by their names.",
+            form="pairs",
+            kind="mapping of str to str or int, optional",
+            example="gyro_x=wx",
+            python='``{"time": "stamp", "gyro_x": 2, "accel": "5:7", "phase": "x"}``. Then only these are read, and the time'
+            ' column if it is recognised. With ``"time"`` alone the sensors are recognised by name, and'
+            ' ``{"time": "none"}`` ignores the time stamps.',
+            typed="gyro_x=wx, time=1, gyro=2:4; time=none ignores the time stamps.",
+            main=True,
+        ),
+    )
+    input: InputKind = field(
+        default="rate",
+        metadata=option(
+            "Input",
+            "Content of the columns: rates, increments per sample, or accumulated angle and velocity.",
+            choices=get_args(InputKind),
+            python="N accumulated points give N-1 rates.",
+        ),
+    )
+    scale: Mapping[str, float] | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            "Factor from counts or volts to the unit: value = (raw - offset) × scale. Default: 1.",
+            form="numbers",
+            unit="stated unit per count",
+            kind="mapping of str to float, optional",
+            example="gyro=0.01",
+            python='By channel or sensor; ``"time"`` may have one too.',
+            typed="gyro=1/131.",
+        ),
+    )
+    offset: Mapping[str, float] | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            "Reading at zero, in counts or volts. Default: 0.",
+            form="numbers",
+            unit="counts",
+            kind="mapping of str to float, optional",
+            example="gyro=2048",
+            python="By channel or sensor.",
+            typed="gyro=2048.",
+        ),
+    )
+    topic: str | Sequence[str] | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            "Topic, message, variable or kind of rows to read if the log has several: one, or one for each sensor."
+            " Default: the only one with a gyro and an accelerometer, or the only one of each.",
+            form="texts",
+            kind="str or sequence of str, optional",
+        ),
+    )
+    interleaved: int | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            "Number of sensors whose rows take turns in a table without a column that tells them: 2 or more reads them as"
+            " topics imu0, imu1 …, 1 states a single sensor. Default: a single sensor, unless the samples or the time"
+            " stamps show several, which is asked.",
+            form="count",
+            kind="int, optional",
+        ),
+    )
+
+    def checked(self) -> Options:
+        """Options of the right types and values; raises `OptionError`."""
+        of_all, rates = check_rates(self.rate)
+        return Options(
+            rate=of_all,
+            rates=rates,
+            unit={c: _spelled(c, v) for c, v in _mapping("unit", self.unit).items()},
+            channels={c: _column(c, v) for c, v in _mapping("channels", self.channels).items()},
+            input=check_kind(self.input),
+            scale={c: _factor("scale", c, v) for c, v in _mapping("scale", self.scale).items()},
+            offset={c: _factor("offset", c, v) for c, v in _mapping("offset", self.offset).items()},
+            topic=_topics(self.topic),
+            interleaved=_sensors_in_turn(self.interleaved),
+        )
+
+
+@frozen
+class ReadOptions(TableOptions):
+    """Options of `sigmatau.read`."""
+
+    layout: str | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            'Fields of a row of a raw binary file, in order: "<u8 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"; 4x skips four'
+            " bytes. Required for raw binary files.",
+            form="text",
+            kind="str, optional",
+            python="A field is a count (default 1), a NumPy type (i1 to i8, u1 to u8, f4, f8), a name, and an optional unit"
+            " in brackets. A count of three gives x, y and z. ``<`` (low byte first, the usual order) and ``>`` (high byte"
+            " first) hold for all fields that follow. ``header 512`` at the beginning skips 512 bytes before the first"
+            " row.",
+        ),
+    )
+    skip: int = field(
+        default=0,
+        metadata=option(
+            "Input",
+            "Number of lines to skip at the beginning of a text table; lines of text above a table are found.",
+            form="count",
+            kind="int",
+        ),
+    )
+    max_expansion: float | None = field(
+        default=None,
+        metadata=option(
+            "Input",
+            "Largest ratio of unpacked to compressed size (default 100; 64 MiB are always unpacked).",
+            form="number",
+            kind="float, optional",
+            matters=False,
+        ),
+    )
+
+    def checked(self) -> Options:
+        """Options of the right types and values; raises `OptionError`."""
+        if not isinstance(self.skip, int | np.integer) or isinstance(self.skip, bool) or self.skip < 0:
+            raise OptionError(f"{{option}} must be a number of lines, 0 or more, not {self.skip!r}", option="skip")
+        ratio = self.max_expansion
+        if ratio is not None and not (isinstance(ratio, int | float) and ratio >= 1):
+            raise OptionError(f"{{option}} must be a number, 1 or more, not {ratio!r}", option="max_expansion")
+        return TableOptions.checked(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """Checked options, see `sigmatau.io.read.read`."""
+    """Checked options of reading columns, see `TableOptions`."""
 
     rate: float | None  # Of all sensors without one of their own. [Hz]
     unit: Mapping[str, str]
@@ -52,48 +223,7 @@ class Options:
             )
         return replace(self, rate=next(iter(rates.values()), self.rate), rates={})
 
-    @classmethod
-    def check(
-        cls,
-        *,
-        rate: object = None,
-        unit: object = None,
-        channels: object = None,
-        input: object = "rate",  # noqa: A002  as in `read`
-        scale: object = None,
-        offset: object = None,
-        topic: object = None,
-        interleaved: object = None,
-    ) -> Options:
-        """Options of the right types and values; raises `OptionError`."""
-        of_all, rates = check_rates(rate)
-        return cls(
-            rate=of_all,
-            rates=rates,
-            unit={c: _spelled(c, v) for c, v in _mapping("unit", unit).items()},
-            channels={c: _column(c, v) for c, v in _mapping("channels", channels).items()},
-            input=check_kind(input),
-            scale={c: _factor("scale", c, v) for c, v in _mapping("scale", scale).items()},
-            offset={c: _factor("offset", c, v) for c, v in _mapping("offset", offset).items()},
-            topic=_topics(topic),
-            interleaved=_sensors_in_turn(interleaved),
-        )
 
-
-def check_skip(skip: object) -> int:
-    """The number of lines to skip; raises `OptionError`."""
-    if not isinstance(skip, int | np.integer) or isinstance(skip, bool) or skip < 0:
-        raise OptionError(f"{{option}} must be a number of lines, 0 or more, not {skip!r}", option="skip")
-    return int(skip)
-
-
-def stated_options(**options: object) -> dict[str, object]:
-    """Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values."""
-    chosen = {name: value for name, value in options.items() if value and name in _MATTER}
-    return plain(None, **{name: value for name, value in chosen.items() if (name, value) != ("input", "rate")})
-
-
-_MATTER = ("rate", "unit", "channels", "input", "scale", "offset", "topic", "layout", "skip", "interleaved")
 _MAX_IN_TURN = 16  # sensors whose rows take turns: as many as instances in a column
 _EXAMPLES = {
     "unit": '{"gyro": "deg/s"}',

@@ -12,10 +12,11 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.io.read import opened
 from sigmatau.io.read.assemble import choose_tables
-from sigmatau.io.read.options import Options
+from sigmatau.io.read.options import Options, ReadOptions
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time.timing import of_statement
+from sigmatau.options import keywords_of
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.record import Provenance, make_stream, stream_name
 from sigmatau.record.streams import Stream
@@ -30,14 +31,8 @@ class Unread:
     findings: tuple[Finding, ...]
 
 
-def unread(
-    path: str | os.PathLike[str],
-    *,
-    layout: str | None = None,
-    skip: int = 0,
-    max_expansion: float | None = None,
-    **options_of_read: Any,  # noqa: ANN401  of `sigmatau.read`
-) -> Unread:
+@keywords_of(ReadOptions)
+def unread(path: str | os.PathLike[str], how: ReadOptions) -> Unread:
     """The streams of a log whose columns stay in it: a Zarr store, ``.npy``, or raw binary with `layout`.
 
     Raises
@@ -47,12 +42,12 @@ def unread(
     DataError
         As `sigmatau.read`; also for a log of another format, or with several tables.
     """
-    options = Options.check(**options_of_read)
+    options = how.checked()
     if options.interleaved not in (None, 1):
         raise OptionError(
             "{option} is not for a record in stretches; save each sensor to its own log", option="interleaved"
         )
-    with opened(path, layout, max_expansion, skip) as (_, tables):
+    with opened(path, how) as (_, tables):
         chosen = choose_tables(tables, options.topic, options.channels)
         if len(chosen) > 1:
             raise DataError("has its sensors in several tables; a record in stretches is of one table")

@@ -1,0 +1,68 @@
+"""The options of the checks that need no fit, for `sigmatau.inspect` and `sigmatau.analyze` alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field
+
+from sigmatau.frozen import frozen
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.options import option, same_option
+from sigmatau.quality.check import Bandwidth
+from sigmatau.quality.selection.exclusion import causes_to_keep
+
+
+@frozen
+class CheckOptions:
+    """Options of the checks."""
+
+    leave_out: str | Sequence[str] | None = field(
+        default=None,
+        metadata=option(
+            "Selection",
+            "Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log. Default: none.",
+            form="spans",
+            kind="str or sequence of str, optional",
+        ),
+    )
+    keep: str | Sequence[str] = field(
+        default=(),
+        metadata=option(
+            "Selection",
+            "Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes"
+            " (with commas between), or all. Default: none; they are treated as missing.",
+            form="texts",
+            kind="str or sequence of str",
+            python="A finding names what is treated as missing.",
+        ),
+    )
+    bandwidth: Bandwidth | None = field(
+        default=None,
+        metadata=option(
+            "Method",
+            "Bandwidth of the sensor from its datasheet. A finding then reports the random walk that aliasing adds."
+            " Default: unknown.",
+            form="bandwidths",
+            unit="Hz",
+            kind="mapping of str to (float, int or None), optional",
+            python='With the order of the filter if it is known: ``{"gyro": (30.0, 1)}``; see `sigmatau.check`.',
+            typed="gyro=30Hz, or gyro=30Hz/2 for a second-order filter.",
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        causes_to_keep(self.keep)
+
+    @property
+    def causes_kept(self) -> tuple[str, ...]:
+        """Causes of disturbances that are not left out."""
+        return causes_to_keep(self.keep)
+
+
+@frozen
+class InspectOptions(ReadOptions):
+    """Options of `sigmatau.inspect`."""
+
+    leave_out: str | Sequence[str] | None = same_option(CheckOptions, "leave_out")
+    keep: str | Sequence[str] = same_option(CheckOptions, "keep")
+    bandwidth: Bandwidth | None = same_option(CheckOptions, "bandwidth")

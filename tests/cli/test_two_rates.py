@@ -53,7 +53,7 @@ def test_one_command_to_kalibr(camera, more, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--rate", "400"), "one rate for sensors of several (gyro 399.66 Hz, accel 199.83 Hz, by the log)"),
+        (("--rate", "400"), "one rate, but the log has several (gyro 399.66 Hz, accel 199.83 Hz)"),
         (("--rate", "400", "--export", "kalibr=imu.yaml"), "give --rate gyro=399.7,accel=199.8"),
         (("--export", "vins=imu.yaml"), "(gyro 399.66 Hz, accel 199.83 Hz): give --filter-rate in Hz"),
         (("--rate", "gyros=400"), "no such sensor is read"),

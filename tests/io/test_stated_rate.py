@@ -97,6 +97,8 @@ def test_a_rate_replaces_stamps_that_no_sensor_has(tmp_path):
         record = read(log(tmp_path, name, stamps), rate=RATE)
         assert record.streams[0].grid.rate == RATE
         assert codes(record, least="warning") == ["rate_mismatch"]
+    slow = np.arange(ROWS) / 40  # as ms 40 kHz for 0.075 s
+    assert read(log(tmp_path, "time_ms", slow), rate=40).streams[0].grid.rate == 40
     with pytest.raises(OptionError, match=r"give 0\.2 Hz, which contradicts `rate=400`"):
         read(log(tmp_path, "time [s]", np.arange(ROWS) * 5), rate=400)
 

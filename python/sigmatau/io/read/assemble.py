@@ -65,7 +65,7 @@ def check_common_rate(rate: float, measured: Mapping[str, float]) -> None:
     listed = ", ".join(f"{name} {hertz:.6g} Hz" for name, hertz in measured.items())
     stated = ",".join(f"{name}={hertz:.4g}" for name, hertz in measured.items())
     raise OptionError(
-        f"{{option}} {rate:g} is one rate for sensors of several ({listed}, by the log); omit it, or give --rate {stated}",
+        f"{{option}} {rate:g} is one rate, but the log has several ({listed}); omit it, or give --rate {stated}",
         option="rate",
     )
 

@@ -17,7 +17,9 @@ The oscillators of MEMS sensors are within 10 % of their nominal rate, and the r
 """
 
 _UNITS = ("s", "ms", "us", "ns")
-_SLOWEST_USUAL = 1.0  # rate below which the unit of time of a log is doubted [Hz]
+# Rate and length below which the unit of time of a log is doubted, as in `plausible`.
+_SLOWEST_USUAL = 1.0  # [Hz]
+_SHORTEST_USUAL = 1.0  # [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,10 +90,11 @@ def unit_for(second: float, by_stamps: float, stated: float) -> str:
     )
 
 
-def is_confirmed(*, by_stamps: float, other_unit: str, is_unit_given: bool, is_inertial: bool) -> bool:
+def is_confirmed(*, by_stamps: float, length: float, other_unit: str, is_unit_given: bool, is_inertial: bool) -> bool:
     """Whether a stated rate that the stamps contradict is used: no inertial sensor has the rate of the stamps, or few
     have it and another unit of time gives the stated rate. A unit that the user gives is not overridden.
     """
     if is_unit_given or not is_inertial:
         return False
-    return not is_possible(by_stamps) or (by_stamps < _SLOWEST_USUAL and bool(other_unit))
+    is_unusual = by_stamps < _SLOWEST_USUAL or length < _SHORTEST_USUAL
+    return not is_possible(by_stamps) or (is_unusual and bool(other_unit))

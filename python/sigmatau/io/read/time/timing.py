@@ -159,6 +159,7 @@ def _contradiction(
     other_unit = "" if assumed else unit_for(second, timing.rate, rate)
     if is_confirmed(
         by_stamps=timing.rate,
+        length=(timing.n or 0) / timing.rate,
         other_unit=other_unit,
         is_unit_given="time" in options.unit or "time" in options.scale,
         is_inertial=any(stream_name(channel) in SI for channel in choice.channels),

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
-from sigmatau._native.likelihood import TERMS, Outcome, summarize, summarize_masked
+from sigmatau._native.likelihood import ChannelFit, summarize, summarize_masked
+from sigmatau.fitting.components import LINEAR
 from studies.likelihood import LETTERS, _above, _below, _holds, _origin, _row
 from studies.mixtures import SHORT, Mixture
 from studies.runner import run
@@ -75,17 +76,17 @@ def missing(kind: str, size: float, n: int, rng: np.random.Generator) -> Mask:
     return found
 
 
-def analysed(y: Floats, absent: Mask, tau0: float) -> Outcome:
-    """The outcome for one record; as `sigmatau.fitting.likelihood` does it."""
+def analysed(y: Floats, absent: Mask, tau0: float) -> ChannelFit:
+    """The fit of one record; as `sigmatau.fitting.likelihood` does it."""
     if not absent.any():
-        return summarize([y], samples=len(y), tau0=tau0).analyse()
+        return summarize([y], samples=len(y), tau0=tau0).fit()
     first, last = int(np.argmin(absent)), len(absent) - int(np.argmin(absent[::-1]))
     span = slice(first, last)
 
     def pieces() -> Iterator[Floats]:
         yield y[span]
 
-    return summarize_masked(pieces, present=~absent[span], tau0=tau0).analyse()
+    return summarize_masked(pieces, present=~absent[span], tau0=tau0).fit()
 
 
 def records(seed: int, name: str, mask: str) -> list[Row]:
@@ -181,7 +182,7 @@ def _false_parts(rows: list[Row], truth: Mapping[str, float]) -> dict[str, float
 
     found: dict[str, float | None] = {
         LETTERS[term]: None if term in truth else of(bool(row["terms"].get(term, [False])[0]) for row in rows)
-        for term in TERMS
+        for term in LINEAR
     }
     found["R"] = of(bool(row["ramp"][2]) for row in rows)
     found["process"] = of(bool(row["processes"]) for row in rows)

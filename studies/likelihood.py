@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau._native.generators import Generator
 from sigmatau._native.gls import Components
-from sigmatau._native.likelihood import TERMS, Outcome, summarize
+from sigmatau._native.likelihood import ChannelFit, Estimate, summarize
 from sigmatau.fitting.components import LINEAR, power_of_interval
 from sigmatau.model.noise_model import NoiseModel
 from studies.misspecified import CASES, TAU0, TRUTH, record
@@ -53,6 +53,7 @@ BESIDE: dict[str, dict[str, float]] = {
     "N, K": si(random_walk="0.3 deg/sqrt(h)", rate_random_walk="10 deg/h/sqrt(h)"),
 }
 CURVE_MARGIN = 0.1
+_QUANTILE = 1.959964
 
 
 def _axes() -> dict[str, Mixture]:
@@ -96,12 +97,12 @@ def process(seed: int, beside: str, time: float) -> list[Row]:
         made.add_gauss_markov(SIGMA, time, index=0, channel=0)
         y = np.empty(PROCESS_N)
         made.fill(y)
-        outcome = summarize([y], samples=PROCESS_N, tau0=tau0).analyse()
-        ratio = np.sqrt(_curve(outcome, sizes, tau0) / truth)
+        found = summarize([y], samples=PROCESS_N, tau0=tau0).fit()
+        ratio = np.sqrt(_curve(found, sizes, tau0) / truth)
         worst = int(np.argmax(np.abs(np.log(ratio))))
         inside = (ratio >= low) & (ratio <= high)
         rows.append(
-            {**_row(outcome), "curve": bool(inside.all()), "worst": [float(sizes[worst] * tau0), float(ratio[worst])]}
+            {**_row(found), "curve": bool(inside.all()), "worst": [float(sizes[worst] * tau0), float(ratio[worst])]}
         )
     return rows
 
@@ -117,45 +118,53 @@ def _simulated(rng: np.random.Generator, n: int, tau0: float, terms: Mapping[str
 
 
 def _stated(y: Floats, tau0: float) -> Row:
-    return _row(summarize([y], samples=len(y), tau0=tau0).analyse())
+    return _row(summarize([y], samples=len(y), tau0=tau0).fit())
 
 
-def _row(outcome: Outcome) -> Row:
-    """An outcome, as far as it is judged; coefficients, not their squares."""
+def _row(found: ChannelFit) -> Row:
+    """A fit, as far as it is judged."""
+    terms = dict(found.terms)
+    ramp = terms.pop("rate_ramp")
     return {
-        "terms": {k: [b.observed, *map(_root, (b.value, b.low, b.high))] for k, b in outcome.terms.items()},
+        "terms": {k: [term.observed, *_ends(term.profile)] for k, term in terms.items() if term.profile is not None},
         "processes": [
-            [p.kind, *map(_root, (p.variance.value, p.variance.low, p.variance.high))]
-            + [number for shape in p.shape for number in (shape.value, shape.low, shape.high)]
-            for p in outcome.processes
+            *(["gauss_markov", *_ends(one.sigma), *_ends(one.time)] for one in found.gauss_markov),
+            *(["resonance", *_ends(one.sigma), *_ends(one.frequency), *_ends(one.width)] for one in found.resonance),
         ],
-        "filter": len(outcome.filter),
-        "lines": len(outcome.lines),
-        "cut": outcome.highest is not None,
-        "ramp": [*outcome.ramp, outcome.ramp_observed],
-        "warm_up": outcome.warm_up is not None,
-        "p": outcome.p_value,
-        "widened": outcome.widened,
+        "filter": 0 if found.response is None else len(found.response.coefficients),
+        "lines": len(found.sinusoid),
+        "cut": found.highest is not None,
+        "ramp": [*_with_error(ramp.profile), ramp.observed],
+        "warm_up": found.warm_up is not None,
+        "p": found.p_value,
+        "widened": found.verdict == "widened",
     }
 
 
-def _root(x: float) -> float | None:
-    return math.sqrt(x) if math.isfinite(x) else None
+def _ends(one: Estimate) -> list[float | None]:
+    """A value with its interval, which is from 0 on if it has no upper end."""
+    return [one.value, one.low or 0.0, one.high]
 
 
-def _curve(outcome: Outcome, sizes: NDArray[np.int64], tau0: float) -> Floats:
-    """Allan variances of the reduced model with its processes."""
+def _with_error(one: Estimate | None) -> list[float]:
+    """A value with its standard error."""
+    assert one is not None
+    assert one.low is not None
+    assert one.high is not None
+    return [one.value, (one.high - one.low) / 2 / _QUANTILE]
+
+
+def _curve(found: ChannelFit, sizes: NDArray[np.int64], tau0: float) -> Floats:
+    """Allan variances of the model with its processes."""
     total = np.zeros(len(sizes))
-    for term, theta in outcome.reduced.items():
-        total += kernels.term_avar(term, math.sqrt(theta), sizes, tau0)
-    for part in outcome.processes:
-        sigma = math.sqrt(part.variance.value)
-        if part.kind == "gauss_markov":
-            total += kernels.gauss_markov_avar(sigma, part.shape[0].value, sizes, tau0)
-        else:
-            total += _resonance(
-                sigma, part.shape[0].value, part.shape[1].value, np.asarray(sizes * tau0, dtype=np.float64)
-            )
+    for term, value in found.model:
+        if term in LINEAR:
+            total += kernels.term_avar(term, value, sizes, tau0)
+    for one in found.gauss_markov:
+        total += kernels.gauss_markov_avar(one.sigma.value, one.time.value, sizes, tau0)
+    for band in found.resonance:
+        taus = np.asarray(sizes * tau0, dtype=np.float64)
+        total += _resonance(band.sigma.value, band.frequency.value, band.width.value, taus)
     return total
 
 
@@ -266,7 +275,7 @@ def _holds(stated: Sequence[Any] | None, value: float) -> bool:
 
 def _right(row: Row, well: Collection[str], mixture: Mixture) -> bool:
     """Whether the terms that are well known were found, and no part that is not there."""
-    seen = [term for term in TERMS if row["terms"].get(term, [False])[0]]
+    seen = [term for term in LINEAR if row["terms"].get(term, [False])[0]]
     terms = all(term in seen for term in well) and all(term in mixture.truth for term in seen)
     return bool(terms and not row["processes"] and not row["filter"] and not row["cut"] and not row["warm_up"])
 
@@ -341,7 +350,7 @@ def _false_parts(results: Mapping[str, list[Row]], n: int, failures: list[str]) 
             if _above(mean, limit, len(seen)):
                 failures.append(f"- {name}, {n} samples: {what} in {100 * mean:.1f} % of the records")
 
-        for term in TERMS:
+        for term in LINEAR:
             if term in mixture.truth:
                 shares.append("")
             else:
@@ -378,7 +387,7 @@ def _processes(results: Mapping[str, list[Row]], failures: list[str]) -> list[st
                 if _below(shares[what], limit, len(rows)):
                     failures.append(f"{cell}: {what} in {100 * shares[what]:.1f} %")
             several = float(np.mean([len(row["processes"]) > 1 for row in rows]))
-            extra = [term for term in TERMS if term not in terms]
+            extra = [term for term in LINEAR if term not in terms]
             false = " ".join(
                 f"{LETTERS[t]} {100 * np.mean([row['terms'].get(t, [False])[0] for row in rows]):.0f}" for t in extra
             )

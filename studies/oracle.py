@@ -44,12 +44,12 @@ def compared(seed: int, name: str, n: int) -> list[list[float] | None]:
     rows: list[list[float] | None] = []
     for _ in range(RECORDS[n]):
         y = kernels.simulate(n, 1.0, mixture, seed=int(rng.integers(1 << 62)), stream=1)
-        found = summarize([y], samples=n, tau0=1.0).analyse()
-        there = {term for term, value in found.reduced.items() if value}
-        if there != set(terms) or found.processes or found.filter:
+        found = summarize([y], samples=n, tau0=1.0).fit()
+        model = {term: value**2 for term, value in found.model if term in TERMS}
+        if model.keys() != set(terms) or found.gauss_markov or found.resonance or found.response:
             rows.append(None)
             continue
-        theta = np.array([found.reduced[term] for term in terms])
+        theta = np.array([model[term] for term in terms])
         rows.append(((theta - exact.fit(y, terms, theta, information).theta) / errors).tolist())
     return rows
 

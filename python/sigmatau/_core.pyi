@@ -1,19 +1,33 @@
 # The compiled core as Python sees it; crates/py/src/lib.rs is the other side, mypy.stubtest holds the two together.
 
-from typing import Any, Literal, Self, final
+from collections.abc import Sequence
+from typing import Any, Final, Literal, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "MOST_LINES",
+    "OUTLIER_ALPHA",
     "Accumulator",
+    "ChannelFit",
+    "Estimate",
+    "FilterEstimate",
+    "FittedModel",
+    "GaussMarkovEstimate",
     "Generator",
     "Gls",
     "GlsComponents",
+    "JointChannelFit",
     "LikelihoodPass",
     "LikelihoodSummary",
+    "LineEstimate",
     "NonFinite",
+    "ResonanceEstimate",
+    "RunEstimate",
+    "TermEstimate",
     "TextError",
+    "WarmUpEstimate",
     "all_finite",
     "allan_variance_variances",
     "allan_variances",
@@ -28,12 +42,12 @@ __all__ = [
     "distribution",
     "distribution_of_shape",
     "fit_curve",
+    "fit_jointly",
     "flicker_poles",
     "format_text",
     "from_sides",
     "gauss_markov_avar",
     "gauss_markov_psd",
-    "likelihood_jointly",
     "log_contents",
     "log_messages",
     "masked_variances",
@@ -46,8 +60,12 @@ __all__ = [
     "quadratic_edf",
     "read_sentences",
     "read_text",
+    "resonance_avar",
+    "resonance_folds",
+    "resonance_psd",
     "scan_dataflash",
     "scan_ulog",
+    "significant_term",
     "sinusoid_avar",
     "stationary_moments",
     "strides",
@@ -61,6 +79,8 @@ __all__ = [
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
+_Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"]
+_Verdict = Literal["adequate", "adequate_with", "widened"]
 
 @final
 class LikelihoodPass:
@@ -72,40 +92,314 @@ class LikelihoodPass:
     def push(self, rate: _Floats) -> None: ...
     def finish(self) -> LikelihoodSummary: ...
 
+MOST_LINES: Final[int]
+OUTLIER_ALPHA: Final[float]
+
+@final
+class Estimate:
+    def __new__(
+        cls,
+        value: float,
+        low: float | None,
+        high: float | None,
+    ) -> Self: ...
+    @property
+    def value(self) -> float: ...
+    @property
+    def low(self) -> float | None: ...
+    @property
+    def high(self) -> float | None: ...
+
+@final
+class TermEstimate:
+    def __new__(
+        cls,
+        observed: bool,
+        value: float | None,
+        low: float | None,
+        high: float | None,
+        upper_limit: float | None,
+        p_value: float | None,
+        profile: Estimate | None,
+    ) -> Self: ...
+    @property
+    def observed(self) -> bool: ...
+    @property
+    def value(self) -> float | None: ...
+    @property
+    def low(self) -> float | None: ...
+    @property
+    def high(self) -> float | None: ...
+    @property
+    def upper_limit(self) -> float | None: ...
+    @property
+    def p_value(self) -> float | None: ...
+    @property
+    def profile(self) -> Estimate | None: ...
+
+@final
+class GaussMarkovEstimate:
+    def __new__(
+        cls,
+        sigma: Estimate,
+        time: Estimate,
+    ) -> Self: ...
+    @property
+    def sigma(self) -> Estimate: ...
+    @property
+    def time(self) -> Estimate: ...
+
+@final
+class ResonanceEstimate:
+    def __new__(
+        cls,
+        sigma: Estimate,
+        frequency: Estimate,
+        width: Estimate,
+    ) -> Self: ...
+    @property
+    def sigma(self) -> Estimate: ...
+    @property
+    def frequency(self) -> Estimate: ...
+    @property
+    def width(self) -> Estimate: ...
+
+@final
+class LineEstimate:
+    def __new__(
+        cls,
+        amplitude: Estimate,
+        frequency: Estimate,
+    ) -> Self: ...
+    @property
+    def amplitude(self) -> Estimate: ...
+    @property
+    def frequency(self) -> Estimate: ...
+
+@final
+class WarmUpEstimate:
+    def __new__(
+        cls,
+        amplitude: Estimate,
+        time: float,
+    ) -> Self: ...
+    @property
+    def amplitude(self) -> Estimate: ...
+    @property
+    def time(self) -> float: ...
+
+@final
+class FilterEstimate:
+    def __new__(
+        cls,
+        coefficients: list[float],
+        tau0: float,
+        interval: float,
+        shape: _Shape,
+        order: int | None,
+        corner: float | None,
+        low: float | None,
+        high: float | None,
+        low_pass: tuple[int, float] | None,
+        known_to: float | None,
+    ) -> Self: ...
+    @property
+    def coefficients(self) -> list[float]: ...
+    @property
+    def tau0(self) -> float: ...
+    @property
+    def interval(self) -> float: ...
+    @property
+    def shape(self) -> _Shape: ...
+    @property
+    def order(self) -> int | None: ...
+    @property
+    def corner(self) -> float | None: ...
+    @property
+    def low(self) -> float | None: ...
+    @property
+    def high(self) -> float | None: ...
+    @property
+    def low_pass(self) -> tuple[int, float] | None: ...
+    @property
+    def known_to(self) -> float | None: ...
+
+@final
+class ChannelFit:
+    def __new__(
+        cls,
+        terms: list[tuple[str, TermEstimate]],
+        model: list[tuple[str, float]],
+        unclear: list[str],
+        gauss_markov: list[GaussMarkovEstimate],
+        resonance: list[ResonanceEstimate],
+        sinusoid: list[LineEstimate],
+        response: FilterEstimate | None,
+        warm_up: WarmUpEstimate | None,
+        regressors: list[Estimate],
+        highest: float | None,
+        alike_from: float | None,
+        alike_sigma: float | None,
+        discrepancy: list[tuple[float, float]],
+        verdict: _Verdict,
+        worst_band: tuple[float, float] | None,
+        tau_min: float,
+        tau_max: float,
+        p_value: float,
+        parameters: list[str],
+        covariance: list[list[float]],
+        unsteadiness: tuple[float, float],
+        left_out: list[tuple[float, float]],
+        resonances: list[tuple[float, float, float]],
+    ) -> Self: ...
+    @property
+    def terms(self) -> list[tuple[str, TermEstimate]]: ...
+    @property
+    def model(self) -> list[tuple[str, float]]: ...
+    @property
+    def unclear(self) -> list[str]: ...
+    @property
+    def gauss_markov(self) -> list[GaussMarkovEstimate]: ...
+    @property
+    def resonance(self) -> list[ResonanceEstimate]: ...
+    @property
+    def sinusoid(self) -> list[LineEstimate]: ...
+    @property
+    def response(self) -> FilterEstimate | None: ...
+    @property
+    def warm_up(self) -> WarmUpEstimate | None: ...
+    @property
+    def regressors(self) -> list[Estimate]: ...
+    @property
+    def highest(self) -> float | None: ...
+    @property
+    def alike_from(self) -> float | None: ...
+    @property
+    def alike_sigma(self) -> float | None: ...
+    @property
+    def discrepancy(self) -> list[tuple[float, float]]: ...
+    @property
+    def verdict(self) -> _Verdict: ...
+    @property
+    def worst_band(self) -> tuple[float, float] | None: ...
+    @property
+    def tau_min(self) -> float: ...
+    @property
+    def tau_max(self) -> float: ...
+    @property
+    def p_value(self) -> float: ...
+    @property
+    def parameters(self) -> list[str]: ...
+    @property
+    def covariance(self) -> list[list[float]]: ...
+    @property
+    def unsteadiness(self) -> tuple[float, float]: ...
+    @property
+    def left_out(self) -> list[tuple[float, float]]: ...
+    @property
+    def resonances(self) -> list[tuple[float, float, float]]: ...
+
+@final
+class RunEstimate:
+    def __new__(
+        cls,
+        values: list[tuple[str, Estimate]],
+        own: list[tuple[str, Estimate]],
+        p_value: float,
+        cause: str,
+        factor: float | None,
+    ) -> Self: ...
+    @property
+    def values(self) -> list[tuple[str, Estimate]]: ...
+    @property
+    def own(self) -> list[tuple[str, Estimate]]: ...
+    @property
+    def p_value(self) -> float: ...
+    @property
+    def cause(self) -> str: ...
+    @property
+    def factor(self) -> float | None: ...
+
+@final
+class JointChannelFit:
+    def __new__(
+        cls,
+        fit: ChannelFit,
+        common: list[str],
+        spreads: list[tuple[str, tuple[float, float]]],
+        homogeneity: list[tuple[str, float]],
+        runs: list[RunEstimate],
+    ) -> Self: ...
+    @property
+    def fit(self) -> ChannelFit: ...
+    @property
+    def common(self) -> list[str]: ...
+    @property
+    def spreads(self) -> list[tuple[str, tuple[float, float]]]: ...
+    @property
+    def homogeneity(self) -> list[tuple[str, float]]: ...
+    @property
+    def runs(self) -> list[RunEstimate]: ...
+
+@final
+class FittedModel:
+    def __new__(
+        cls,
+        tau0: float,
+        samples: int,
+        terms: Sequence[tuple[str, float]],
+        gauss_markov: Sequence[tuple[float, float]],
+        resonance: Sequence[tuple[float, float, float]],
+        sinusoid: Sequence[tuple[float, float]],
+        filter: FilterEstimate | None = None,  # noqa: A002
+        highest: float | None = None,
+        warm_up: tuple[float, float] | None = None,
+    ) -> Self: ...
+    def avar(self, m: _Ints) -> _Floats: ...
+    def psd(self, f: _Floats) -> _Floats: ...
+    def psd_before_filter(self, f: _Floats) -> _Floats: ...
+
+def significant_term(
+    value: float, low: float, high: float, error: float, p_value: float, level: float
+) -> TermEstimate: ...
+
 @final
 class LikelihoodSummary:
-    @property
-    def samples(self) -> int: ...
     @property
     def duration(self) -> float: ...
     @property
     def centres(self) -> _Floats: ...
     @property
-    def periodogram(self) -> tuple[_Floats, _Floats]: ...
+    def floor(self) -> float: ...
+    @property
+    def spacing(self) -> float: ...
+    def is_same(self, other: LikelihoodSummary) -> bool: ...
     def weighting(self) -> tuple[float, float | None]: ...
-    def analyse(
+    def fit(
         self,
-        terms: list[bool],
-        filter: bool,  # noqa: A002
-        processes: bool,
-        resonances: bool,
-        lines: bool,
-        drifts: bool,
-        times: list[float],
-        regressors: list[_Floats],
-        level: float,
-    ) -> dict[str, Any]: ...
+        *,
+        samples: int | None = None,
+        terms: Sequence[str] | None = None,
+        filter: bool = True,  # noqa: A002
+        processes: bool = True,
+        resonances: bool = True,
+        lines: bool = True,
+        drifts: bool = True,
+        times: Sequence[float] = ...,
+        regressors: Sequence[_Floats] = ...,
+        level: float = 0.95,
+    ) -> ChannelFit: ...
 
-def likelihood_jointly(
-    summaries: list[LikelihoodSummary],
-    regressors: list[list[_Floats]],
-    terms: list[bool],
-    common: list[bool],
-    processes: bool,
-    drifts: bool,
-    times: list[float],
-    level: float,
-) -> dict[str, Any]: ...
+def fit_jointly(
+    runs: Sequence[tuple[LikelihoodSummary, Sequence[_Floats], int, Sequence[LineEstimate]]],
+    *,
+    terms: Sequence[str],
+    common: Sequence[str],
+    processes: bool = True,
+    drifts: bool = True,
+    times: Sequence[float] = ...,
+    level: float = 0.95,
+) -> JointChannelFit: ...
 
 @final
 class Accumulator:
@@ -196,6 +490,9 @@ def term_avar(
 ) -> _Floats: ...
 def term_psd(term: str, coefficient: float, f: _Floats, tau0: float | None) -> _Floats: ...
 def gauss_markov_avar(sigma: float, time: float, m: _Ints, tau0: float, averaged: bool) -> _Floats: ...
+def resonance_avar(sigma: float, frequency: float, width: float, m: _Ints, tau0: float, folded: bool) -> _Floats: ...
+def resonance_folds(sigma: float, frequency: float, width: float, tau0: float, random_walk: float) -> bool: ...
+def resonance_psd(sigma: float, frequency: float, width: float, f: _Floats) -> _Floats: ...
 def sinusoid_avar(amplitude: float, frequency: float, m: _Ints, tau0: float) -> _Floats: ...
 def gauss_markov_psd(sigma: float, time: float, f: _Floats, tau0: float | None) -> _Floats: ...
 def band_limited_psd(random_walk: float, order: int, corner: float, f: _Floats, tau0: float | None) -> _Floats: ...

@@ -14,7 +14,6 @@ import sigmatau as st
 from conftest import ROOT
 from sigmatau._native import kernels
 from sigmatau.model.transform import avar_from_psd
-from sigmatau.noise.resonance import resonance_avar, resonance_psd
 from sigmatau.noise.terms import TERMS, aliasing_inflation, avar, psd
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
 from sigmatau.units import find, known, to_si
@@ -231,9 +230,9 @@ def test_lines_and_resonances():
     raised = math.sqrt(1 + kernels.sinusoid_avar(1.0, 23.3, np.array([1]), 0.01)[0])
     assert f"raises σ at m = 1 by {100 * (raised - 1):.0f} %" in page
     fine = TAU0 / 400  # of samples so close that they are continuous
-    assert resonance_avar(SIGMA, F0, G, 400 * M, fine) == pytest.approx(resonance(TAU), rel=1e-4)
+    assert kernels.resonance_avar(SIGMA, F0, G, 400 * M, fine) == pytest.approx(resonance(TAU), rel=1e-4)
     f = np.array([1.0, F0, 9.0])
-    assert resonance_psd(SIGMA, F0, G, f) == pytest.approx(INTEGRALS[-2][3](f), rel=1e-12)
+    assert kernels.resonance_psd(SIGMA, F0, G, f) == pytest.approx(INTEGRALS[-2][3](f), rel=1e-12)
 
 
 AUTOCOVARIANCES = [

@@ -61,10 +61,11 @@ def test_estimates_are_those_of_the_exact_likelihood(exact, name):
     off = []
     for _ in range(RECORDS):
         y = kernels.simulate(N, 1.0, mixture, seed=int(rng.integers(1 << 62)), stream=1)
-        found = summarize([y], samples=N, tau0=1.0).analyse()
-        theta = np.array([found.reduced[term] for term in terms])
-        if {term for term, value in found.reduced.items() if value} != set(terms):
+        found = summarize([y], samples=N, tau0=1.0).fit()
+        model = {term: value**2 for term, value in found.model if term in TERMS}
+        if model.keys() != set(terms):
             continue
+        theta = np.array([model[term] for term in terms])
         off.append((theta - exact.fit(y, terms, theta, information).theta) / errors)
     assert len(off) >= RECORDS // 2
     assert np.sqrt(np.mean(np.square(off), axis=0)).max() <= TENTH * (1 + 3 / math.sqrt(2 * len(off)))
@@ -82,12 +83,13 @@ def test_intervals_end_where_the_exact_likelihood_has_fallen(exact):
         for _ in range(3):
             y = kernels.simulate(N, 1.0, mixture, seed=int(rng.integers(1 << 62)), stream=1)
             only = {"terms": terms, "filter": False, "processes": False, "resonances": False}
-            found = summarize([y], samples=N, tau0=1.0).analyse(**only, lines=False, drifts=False)
+            found = summarize([y], samples=N, tau0=1.0).fit(**only, lines=False, drifts=False)
             if any(size > 0 for _, size in found.discrepancy):
                 continue
-            best = exact.fit(y, terms, np.array([found.terms[term].value for term in terms]), information)
-            for k, term in enumerate(terms):
-                for end in (found.terms[term].low, found.terms[term].high):
+            profiles = [term.profile for name, term in found.terms if name in terms]
+            best = exact.fit(y, terms, np.array([one.value**2 for one in profiles]), information)
+            for k, profile in enumerate(profiles):
+                for end in (profile.low**2, profile.high**2):
                     start = np.where(np.arange(len(terms)) == k, end, best.theta)
                     held = exact.fit(y, terms, start, information, held=k)
                     rises.append(math.sqrt(held.deviance - best.deviance))

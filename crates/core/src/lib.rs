@@ -28,6 +28,8 @@ mod points;
 pub mod pole_bank;
 mod processes;
 pub mod psd;
+pub mod resonance;
+mod roots;
 pub mod special;
 mod squares;
 pub mod stream;

@@ -107,3 +107,32 @@ pub fn band_limited_sampled(n: f64, order: u8, corner_hz: f64, tau0: f64, f: f64
         .sum();
     n * n * 0.5 * turn / f64::from(order) * sum
 }
+
+/// Cluster size from which sin⁴ is replaced by its mean over an oscillation.
+const AVERAGED: usize = 1024;
+
+/// Mean of sin⁴ over an oscillation.
+pub(crate) const MEAN_OF_SINE_4: f64 = 0.375;
+
+/// Allan variances of sampled noise with a density up to half the rate: 4 ∫ S(f) sin⁴(πfmτ₀) / (m² sin²(πfτ₀)) df, by the
+/// midpoints of `points` intervals.
+#[must_use]
+pub fn avar_of_density(density: impl Fn(f64) -> f64, points: usize, tau0: f64, sizes: &[usize]) -> Vec<f64> {
+    let step = 0.5 / (points as f64 * tau0);
+    let (weights, turns): (Vec<f64>, Vec<f64>) = (0..points)
+        .map(|k| {
+            let f = (k as f64 + 0.5) * step;
+            let turn = PI * f * tau0;
+            (density(f) / turn.sin().powi(2), turn)
+        })
+        .unzip();
+    let all: f64 = MEAN_OF_SINE_4 * weights.iter().sum::<f64>();
+    let sum = |m: usize| {
+        if m >= AVERAGED {
+            return all;
+        }
+        let size = m as f64;
+        weights.iter().zip(&turns).map(|(weight, turn)| weight * (size * turn).sin().powi(4)).sum()
+    };
+    sizes.iter().map(|&m| 4.0 * step * sum(m) / (m as f64).powi(2)).collect()
+}

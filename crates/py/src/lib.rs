@@ -6,10 +6,12 @@
 use pyo3::prelude::*;
 
 mod allan;
+mod channel_fit;
 mod covariance;
 mod deviations;
 mod distributions;
 mod flight;
+mod frozen_class;
 mod gaps;
 mod generate;
 mod gls;
@@ -24,8 +26,20 @@ mod text;
 
 #[pymodule(gil_used = false)]
 mod _core {
+    /// Lines of a fit that are kept, the strongest.
+    #[pymodule_export]
+    const MOST_LINES: usize = sigmatau_core::likelihood::MOST_LINES;
+    /// Corrected p-value below which a run does not belong to the others.
+    #[pymodule_export]
+    const OUTLIER_ALPHA: f64 = sigmatau_core::likelihood::ALPHA;
+
     #[pymodule_export]
     use crate::allan::{NonFinite, all_finite, allan_variances};
+    #[pymodule_export]
+    use crate::channel_fit::{
+        ChannelFit, Estimate, FilterEstimate, FittedModel, GaussMarkovEstimate, JointChannelFit,
+        LineEstimate, ResonanceEstimate, RunEstimate, TermEstimate, WarmUpEstimate, significant_term,
+    };
     #[pymodule_export]
     use crate::covariance::{allan_variance_variances, covariance_tensors};
     #[pymodule_export]
@@ -43,7 +57,7 @@ mod _core {
     #[pymodule_export]
     use crate::gls::{Gls, GlsComponents, fit_curve, non_negative};
     #[pymodule_export]
-    use crate::likelihood::{LikelihoodPass, LikelihoodSummary, likelihood_jointly};
+    use crate::likelihood::{LikelihoodPass, LikelihoodSummary, fit_jointly};
     #[pymodule_export]
     use crate::neighbours::{from_sides, neighbour_medians, neighbour_scatter, outliers};
     #[pymodule_export]
@@ -55,7 +69,7 @@ mod _core {
     #[pymodule_export]
     use crate::terms::{band_limited_avar, band_limited_psd, gauss_markov_avar, gauss_markov_psd};
     #[pymodule_export]
-    use crate::terms::{sinusoid_avar, term_avar, term_psd};
+    use crate::terms::{resonance_avar, resonance_folds, resonance_psd, sinusoid_avar, term_avar, term_psd};
     #[pymodule_export]
     use crate::text::{TextError, bytes_read, format_text, parse_stamp, parse_text, read_text, write_text};
 }

@@ -1,12 +1,12 @@
 //! The likelihood of a channel: one pass over its samples, then the analysis of what it keeps.
 
 use crate::allan::value_error;
+use crate::channel_fit::{ChannelFit, JointChannelFit, LineEstimate, term};
 use crate::pool::detached;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use sigmatau_core::likelihood::{self, Bounds, Drift, Options, Outcome, Part, analyse, analyse_jointly};
+use sigmatau_core::likelihood::{self, Contribution, Options};
 
 enum Walk {
     Complete(Box<likelihood::Pass>),
@@ -89,11 +89,6 @@ impl LikelihoodSummary {
 
 #[pymethods]
 impl LikelihoodSummary {
-    #[getter]
-    fn samples(&self) -> usize {
-        self.0.samples
-    }
-
     /// Length of the record. [s]
     #[getter]
     fn duration(&self) -> f64 {
@@ -106,6 +101,23 @@ impl LikelihoodSummary {
         self.0.centres().into_pyarray(py)
     }
 
+    /// Least density of the periodogram, two-sided. [(rate unit)²/Hz]
+    #[getter]
+    fn floor(&self) -> f64 {
+        self.0.density[1..].iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Distance of the densities of the periodogram. [Hz]
+    #[getter]
+    fn spacing(&self) -> f64 {
+        self.0.frequency(1)
+    }
+
+    /// Whether both are of the same samples.
+    fn is_same(&self, other: &Self) -> bool {
+        self.0.samples == other.0.samples && self.0.density == other.0.density
+    }
+
     /// Samples over which the weights of a run should fall to 0 at its ends in another pass, and those of a run of
     /// differences if they should take the place of the samples.
     fn weighting(&self, py: Python<'_>) -> (f64, Option<f64>) {
@@ -113,19 +125,17 @@ impl LikelihoodSummary {
         (found.taper, found.differences)
     }
 
-    /// Frequencies and densities of the periodogram.
-    #[getter]
-    fn periodogram<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
-        let frequency: Vec<f64> = (0..self.0.density.len()).map(|k| self.0.frequency(k)).collect();
-        (frequency.into_pyarray(py), self.0.density.clone().into_pyarray(py))
-    }
-
+    /// The fit of the channel. `samples`: those of the record, if some are missing at its ends.
     #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // one for each option
-    #[pyo3(signature = (terms, filter, processes, resonances, lines, drifts, times, regressors, level))]
-    fn analyse<'py>(
+    #[pyo3(signature = (
+        *, samples=None, terms=None, filter=true, processes=true, resonances=true, lines=true, drifts=true,
+        times=Vec::new(), regressors=Vec::new(), level=0.95
+    ))]
+    fn fit<'py>(
         &self,
         py: Python<'py>,
-        terms: [bool; 4],
+        samples: Option<usize>,
+        terms: Option<Vec<String>>,
         filter: bool,
         processes: bool,
         resonances: bool,
@@ -134,120 +144,59 @@ impl LikelihoodSummary {
         times: Vec<f64>,
         regressors: Vec<PyReadonlyArray1<'py, f64>>,
         level: f64,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let curves = self.curves(&regressors)?;
+    ) -> PyResult<ChannelFit> {
+        let terms = terms.map_or(Ok([true; 4]), |terms| chosen(&terms))?;
+        let (regressors, samples) = (self.curves(&regressors)?, samples.unwrap_or(self.0.samples));
         let options =
-            Options { terms, filter, processes, resonances, lines, drifts, times, regressors: curves, level };
-        let found = detached(py, || analyse(&self.0, &options));
-        stated(py, &found)
+            Options { terms, filter, processes, resonances, lines, drifts, times, regressors, level };
+        Ok(detached(py, || likelihood::fit_channel(&self.0, &options, samples)).into())
     }
 }
 
-/// Analyses several runs of a channel; `regressors` are those of each run.
+/// What one run contributes to a joint fit: its summary, the regressors of its mean, its samples with what is missing at its
+/// ends, and the lines of its own fit.
+type Run<'py> = (PyRef<'py, LikelihoodSummary>, Vec<PyReadonlyArray1<'py, f64>>, usize, Vec<LineEstimate>);
+
+/// Fits one model to several runs of a channel.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // one for each option
-#[pyo3(signature = (summaries, regressors, terms, common, processes, drifts, times, level))]
-pub fn likelihood_jointly<'py>(
-    py: Python<'py>,
-    summaries: Vec<PyRef<'py, LikelihoodSummary>>,
-    regressors: Vec<Vec<PyReadonlyArray1<'py, f64>>>,
-    terms: [bool; 4],
-    common: [bool; 4],
+#[pyo3(signature = (runs, *, terms, common, processes=true, drifts=true, times=Vec::new(), level=0.95))]
+pub fn fit_jointly(
+    py: Python<'_>,
+    runs: Vec<Run<'_>>,
+    terms: Vec<String>,
+    common: Vec<String>,
     processes: bool,
     drifts: bool,
     times: Vec<f64>,
     level: f64,
-) -> PyResult<Bound<'py, PyDict>> {
-    if summaries.is_empty() || summaries.len() != regressors.len() {
-        return Err(PyValueError::new_err(format!(
-            "{} runs with regressors for {}",
-            summaries.len(),
-            regressors.len()
-        )));
+) -> PyResult<JointChannelFit> {
+    let (terms, common) = (chosen(&terms)?, chosen(&common)?);
+    let mut contributions = Vec::new();
+    for (summary, regressors, samples, lines) in &runs {
+        contributions.push(Contribution {
+            record: &summary.0,
+            regressors: summary.curves(regressors)?,
+            samples: *samples,
+            lines: lines.iter().cloned().map(Into::into).collect(),
+        });
     }
-    let mut curves = Vec::new();
-    for (summary, own) in summaries.iter().zip(&regressors) {
-        curves.push(summary.curves(own)?);
+    if contributions.is_empty() {
+        return Err(PyValueError::new_err("no runs"));
     }
     let options =
         Options { terms, processes, resonances: processes, drifts, times, level, ..Options::default() };
-    let records: Vec<&likelihood::Summary> = summaries.iter().map(|summary| &summary.0).collect();
-    let found = detached(py, || analyse_jointly(&records, &curves, &options, common));
-    let result = stated(py, &found.outcome)?;
-    result.set_item("ramps", found.ramps)?;
-    let ramps: Vec<_> = found.ramps_of.iter().map(|ramp| (ramp.value, ramp.error)).collect();
-    result.set_item("ramps_of", ramps)?;
-    let levels: Vec<_> = found.levels.iter().map(|l| (l.term, l.spread, l.p_value, l.runs.clone())).collect();
-    result.set_item("levels", levels)?;
-    result.set_item("homogeneity", found.homogeneity.to_vec())?;
-    let others: Vec<_> = found
-        .others
-        .iter()
-        .map(|o| {
-            (
-                o.terms
-                    .map(|own| own.map(|[theta, error, others, fall]| (theta, error, others, fall)))
-                    .to_vec(),
-                o.all,
-            )
-        })
-        .collect();
-    result.set_item("others", others)?;
-    result.set_item("bin_counts", found.bins)?;
-    Ok(result)
+    Ok(detached(py, || likelihood::fit_jointly(&contributions, &options, common)).into())
 }
 
-fn stated<'py>(py: Python<'py>, found: &Outcome) -> PyResult<Bound<'py, PyDict>> {
-    let result = PyDict::new(py);
-    let bounds = |b: &Bounds| (b.value, b.low, b.high, b.observed, b.loss);
-    let drift = |d: &Drift| (d.value, d.error);
-    result.set_item("terms", found.terms.iter().map(|t| t.as_ref().map(bounds)).collect::<Vec<_>>())?;
-    result.set_item("reduced", found.reduced.to_vec())?;
-    let mut processes = Vec::new();
-    for process in &found.processes {
-        let kind = match process.part {
-            Part::GaussMarkov { .. } => "gauss_markov",
-            _ => "resonance",
-        };
-        let shape: Vec<_> = process.shape.iter().flatten().map(bounds).collect();
-        processes.push((kind, bounds(&process.variance), shape));
+/// Which of the four noise terms are named.
+fn chosen(names: &[String]) -> PyResult<[bool; 4]> {
+    let mut chosen = [false; 4];
+    for name in names {
+        let index = term(name)?;
+        *chosen
+            .get_mut(index)
+            .ok_or_else(|| PyValueError::new_err(format!("{name} is not a noise term")))? = true;
     }
-    result.set_item("processes", processes)?;
-    result.set_item("filter", found.filter.clone())?;
-    result.set_item("filter_interval", found.filter_interval)?;
-    result.set_item(
-        "lines",
-        found.lines.iter().map(|l| (l.from, l.to, l.frequency, l.amplitude, l.error)).collect::<Vec<_>>(),
-    )?;
-    result.set_item("highest", found.highest)?;
-    result.set_item("alike_from", found.alike_from)?;
-    result.set_item("ramp", drift(&found.ramp))?;
-    result.set_item("ramp_observed", found.ramp_observed)?;
-    result.set_item("warm_up", found.warm_up.as_ref().map(|(t, d, gain)| (*t, d.value, d.error, *gain)))?;
-    result.set_item("regressors", found.regressors.iter().map(drift).collect::<Vec<_>>())?;
-    result.set_item("p_value", found.p_value)?;
-    result.set_item("widened", found.widened)?;
-    result.set_item("bands", found.bands.clone())?;
-    result.set_item("discrepancy", found.discrepancy.clone())?;
-    result.set_item("unsteadiness", found.unsteadiness)?;
-    result.set_item("kurtosis", found.kurtosis)?;
-    let names: Vec<&str> = found.parameters.iter().map(|&part| name(part)).collect();
-    result.set_item("parameters", names)?;
-    let n = found.covariance.len().isqrt();
-    result.set_item("covariance", found.covariance.clone().into_pyarray(py).reshape([n, n])?)?;
-    let flat: Vec<f64> = found.bins.iter().flatten().copied().collect();
-    let bins: Bound<'py, PyArray2<f64>> = flat.into_pyarray(py).reshape([found.bins.len(), 4])?;
-    result.set_item("bins", bins)?;
-    Ok(result)
-}
-
-fn name(part: Part) -> &'static str {
-    match part {
-        Part::Quantization => "quantization",
-        Part::RandomWalk => "random_walk",
-        Part::BiasInstability => "bias_instability",
-        Part::RateRandomWalk => "rate_random_walk",
-        Part::GaussMarkov { .. } => "gauss_markov",
-        Part::Resonance { .. } => "resonance",
-    }
+    Ok(chosen)
 }

@@ -5,6 +5,7 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sigmatau_core::bandlimited::{self, Filter};
+use sigmatau_core::resonance::Resonance;
 use sigmatau_core::{psd, terms};
 
 type Floats<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
@@ -157,4 +158,42 @@ pub fn band_limited_psd<'py>(
         None => psd::band_limited(random_walk, Filter::Butterworth(order), corner, f),
     };
     Ok(f.as_slice()?.iter().map(form).collect::<Vec<_>>().into_pyarray(py))
+}
+
+/// Allan variances of a resonance: of its samples, or without what sampling folds from beyond half the rate.
+#[pyfunction]
+pub fn resonance_avar<'py>(
+    py: Python<'py>,
+    sigma: f64,
+    frequency: f64,
+    width: f64,
+    m: PyReadonlyArray1<'py, i64>,
+    tau0: f64,
+    folded: bool,
+) -> Floats<'py> {
+    let (one, sizes) = (Resonance { sigma, frequency, width }, sizes(&m)?);
+    let avar = if folded {
+        sizes.into_iter().map(|m| one.avar_sampled(tau0, m)).collect()
+    } else {
+        py.detach(|| one.avar_unfolded(tau0, &sizes))
+    };
+    Ok(avar.into_pyarray(py))
+}
+
+#[pyfunction]
+pub fn resonance_psd<'py>(
+    py: Python<'py>,
+    sigma: f64,
+    frequency: f64,
+    width: f64,
+    f: PyReadonlyArray1<'py, f64>,
+) -> Floats<'py> {
+    let one = Resonance { sigma, frequency, width };
+    Ok(f.as_slice()?.iter().map(|&f| one.psd(f)).collect::<Vec<_>>().into_pyarray(py))
+}
+
+/// Whether sampling a resonance adds to the white noise at low frequencies.
+#[pyfunction]
+pub fn resonance_folds(sigma: f64, frequency: f64, width: f64, tau0: f64, random_walk: f64) -> bool {
+    Resonance { sigma, frequency, width }.folds(tau0, random_walk)
 }

@@ -254,6 +254,28 @@ def gauss_markov_psd(sigma: float, time: float, f: NDArray[np.float64], tau0: fl
     return _core.gauss_markov_psd(sigma, time, np.ascontiguousarray(f, dtype=np.float64), tau0)
 
 
+def resonance_avar(
+    sigma: float, frequency: float, width: float, m: NDArray[np.int64], tau0: float, *, folded: bool = True
+) -> NDArray[np.float64]:
+    """Allan variances of a sampled resonance; without `folded`, without what sampling folds from beyond half the rate, as a
+    fit of the spectrum has it.
+    """
+    sizes = np.ascontiguousarray(m, dtype=np.int64)
+    return _core.resonance_avar(sigma, frequency, width, sizes, tau0, folded)
+
+
+def resonance_psd(sigma: float, frequency: float, width: float, f: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Two-sided density of a resonance: 0 at the frequency 0."""
+    return _core.resonance_psd(sigma, frequency, width, np.ascontiguousarray(f, dtype=np.float64))
+
+
+def resonance_folds(sigma: float, frequency: float, width: float, tau0: float, *, random_walk: float) -> bool:
+    """Whether sampling a resonance adds to the white noise at low frequencies what a fit of the spectrum did not find
+    there: a model without it describes longer averaging times better.
+    """
+    return _core.resonance_folds(sigma, frequency, width, tau0, random_walk)
+
+
 def band_limited_psd(
     random_walk: float, order: int, corner: float, f: NDArray[np.float64], tau0: float | None
 ) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sigmatau._native.likelihood import Line, Outcome
+from sigmatau._native.likelihood import ChannelFit
 from sigmatau.findings.kinds.fit import CrowdedLines
 from sigmatau.fitting.disturbance import is_narrow, vibration_share
 from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
@@ -23,36 +23,33 @@ _MANY_LINES, _CROWDED = 10, 0.05
 _SHAKEN, _UNSTEADY = 0.1, 1e-3
 
 
-def crowded_share(lines: Sequence[Line], *, spacing: float, highest: float) -> float:
+def crowded_share(lines: Sequence[tuple[float, float]], *, spacing: float, highest: float) -> float:
     """Part of the band that lines leave out if they are many and it is much; 0 otherwise.
 
     Parameters
     ----------
-    lines : sequence of Line
+    lines : sequence of (float, float)
+        Ends of what each leaves out. [Hz]
     spacing : float
         Distance of the densities. [Hz]
     highest : float
         Top of the band. [Hz]
     """
-    inside = [line for line in lines if line.low < highest]
-    share = sum(min(line.high, highest) - line.low + spacing for line in inside) / highest
+    share = sum(min(high, highest) - low + spacing for low, high in lines if low < highest) / highest
     return share if len(lines) >= _MANY_LINES and share > _CROWDED else 0.0
 
 
-def with_lines_as_noise(fitted: NoiseFit, plain: Outcome, share: float, *, highest: float) -> NoiseFit:
+def with_lines_as_noise(fitted: NoiseFit, plain: ChannelFit, share: float, *, highest: float) -> NoiseFit:
     """The fit with the interval of the random walk joined with that of the model `plain`, in which no line is left out.
 
     Narrow resonances of that model stand for lines: their power in the band up to `highest` is noise as well. [Hz]
     """
-    walk, bounds = fitted.terms.get("random_walk"), plain.terms.get("random_walk")
-    if walk is None or bounds is None or not math.isfinite(bounds.high):
+    walk, term = fitted.terms.get("random_walk"), dict(plain.terms).get("random_walk")
+    interval = None if term is None else term.profile
+    if walk is None or interval is None or interval.low is None or interval.high is None:
         return fitted
-    shaken = sum(
-        process.variance.value
-        for process in plain.processes
-        if process.kind == "resonance" and is_narrow(process.shape[0].value, process.shape[1].value)
-    )
-    low, high = math.sqrt(max(bounds.low, 0.0)), math.sqrt(bounds.high + shaken / (2 * highest))
+    shaken = sum(variance for variance, frequency, width in plain.resonances if is_narrow(frequency, width))
+    low, high = interval.low, math.sqrt(interval.high**2 + shaken / (2 * highest))
     if walk.value is None or walk.low is None or walk.high is None:
         limit = None if walk.upper_limit is None else max(walk.upper_limit, high)
         joined = replace(walk, upper_limit=limit)

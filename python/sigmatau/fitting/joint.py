@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Literal, get_args
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from sigmatau._native import likelihood as native
-from sigmatau._native.likelihood import Summary
+from sigmatau._native.likelihood import Estimate, LikelihoodSummary, LineEstimate
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.kinds.fit import CrowdedLines
@@ -21,9 +18,8 @@ from sigmatau.fitting.beside_vibration import as_wide
 from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
-from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint
-from sigmatau.fitting.joint_runs import lines_of, of_run, ramp_of_runs, spreads_of
-from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint, Spread
+from sigmatau.fitting.noise_fit import Interval, NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of, usable
 from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
@@ -38,7 +34,6 @@ times the error of one day."""
 MOST_RUNS = 100
 """Runs of one fit: its work grows with the square of their number."""
 
-_LEAST_JUDGED = 2  # runs that are left: of two, neither is the one that differs
 _SAME_RATE = 0.01  # relative difference of sample intervals: one filter describes all runs
 
 
@@ -49,7 +44,7 @@ class Run:
     name: str
     channel: str
     stream: Stream
-    summary: Summary
+    summary: LikelihoodSummary
     curves: tuple[Floats, ...]  # that the mean may follow, at the blocks of the summary
     fit: NoiseFit  # of this run alone
 
@@ -234,14 +229,8 @@ def run_of(
     if TEMPERATURE in fit.regressors:
         degrees = temperature_at(record, stream)
         if degrees is not None:
-            curves.append(_centred(summary.centres + start, degrees, stream.grid.tau0))
+            curves.append(likelihood.at_blocks(summary.centres + start, degrees, stream.grid.tau0))
     return Run(name=name, channel=channel, stream=stream, summary=summary, curves=tuple(curves), fit=fit)
-
-
-def _centred(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
-    """A curve at the blocks, without its mean and with the size 1."""
-    values = likelihood.at_blocks(centres, curve, tau0)
-    return np.asarray((values - values.mean()) / (float(values.std()) or 1.0))
 
 
 def join(
@@ -256,54 +245,46 @@ def join(
     """The joint fit of runs of one channel."""
     _refuse(runs, channel)
     given = wanted_terms(terms)
-    wanted = given & set(LINEAR)
-
-    def jointly(which: Sequence[int]) -> native.Joint:
-        return native.analyse_jointly(
-            [runs[k].summary for k in which],
-            regressors=[runs[k].curves for k in which],
-            terms=wanted,
-            common=common,
-            processes=processes is None,
-            drifts="rate_ramp" in given,
-            times=processes or (),
-            level=level,
-        )
-
-    found = jointly(range(len(runs)))
-    longest = max(range(len(runs)), key=lambda k: (runs[k].summary.duration, -k))
-    outcome = replace(found.outcome, bins=found.outcome.bins[: found.bin_counts[longest]])
-    fitted = likelihood.stated(runs[longest].stream, channel, outcome, wanted=wanted, regressors=(), level=level)
-    lines = lines_of([run.fit for run in runs])
-    verdict = "adequate_with" if lines and fitted.verdict == "adequate" else fitted.verdict
-    ramp = ramp_of_runs(found.ramps_of, fitted["rate_ramp"], level=level)
-    model = {name: value for name, value in fitted.model.items() if name != "rate_ramp"}
-    if ramp.value is not None:
-        model["rate_ramp"] = ramp.value
-    fitted = replace(
-        fitted,
-        terms={**fitted.terms, "rate_ramp": ramp},
-        model=model,
-        sinusoid=(*lines, *fitted.sinusoid),
-        verdict=verdict,
-        runs=tuple(run.stream.grid.duration for run in runs),
+    found = native.fit_jointly(
+        [(run.summary, run.curves, run.stream.grid.n, _lines(run.fit)) for run in runs],
+        terms=[name for name in LINEAR if name in given],
+        common=list(common),
+        processes=processes is None,
+        drifts="rate_ramp" in given,
+        times=[float(time) for time in processes or ()],
+        level=level,
     )
+    longest = max(runs, key=lambda run: run.summary.duration)
+    fitted = likelihood.noise_fit_of(longest.stream, channel, found.fit, level=level)
+    fitted = replace(fitted, runs=tuple(run.stream.grid.duration for run in runs))
     fitted = _beside_vibration(fitted, runs, longest)
+    spreads = () if fitted.verdict == "disturbed" else found.spreads
     return JointChannel(
         fit=fitted,
-        common=tuple(name for name in LINEAR if name in wanted and name not in found.levels),
-        spreads={} if fitted.verdict == "disturbed" else spreads_of(found),
-        homogeneity=_homogeneity(found, fitted),
-        runs=_judged(runs, found, jointly, fitted, level),
+        common=tuple(found.common),
+        spreads={name: Spread(relative=relative, p_value=p_value) for name, (relative, p_value) in spreads},
+        homogeneity={name: p_value for name, p_value in found.homogeneity if fitted[name].observed},
+        runs=tuple(
+            RunOfJoint(
+                name=run.name,
+                fit=run.fit,
+                values=_intervals(one.values, fitted),
+                own=_intervals(one.own, fitted),
+                p_value=one.p_value,
+                cause=one.cause,
+                factor=one.factor,
+            )
+            for run, one in zip(runs, found.runs, strict=True)
+        ),
     )
 
 
-def _beside_vibration(fitted: NoiseFit, runs: Sequence[Run], longest: int) -> NoiseFit:
+def _beside_vibration(fitted: NoiseFit, runs: Sequence[Run], longest: Run) -> NoiseFit:
     """The joint fit with upper limits if vibration hides the noise of it or of one of its runs, or with an interval of the
     random walk that is at least as wide as that of a run whose lines may be noise.
     """
-    alone = replace(fitted, channel=runs[longest].channel)
-    if any(run.fit.verdict == "disturbed" for run in runs) or is_disturbed(alone, runs[longest].stream, unsteady=1.0):
+    alone = replace(fitted, channel=longest.channel)
+    if any(run.fit.verdict == "disturbed" for run in runs) or is_disturbed(alone, longest.stream, unsteady=1.0):
         limited = [
             with_limits(replace(fitted, channel=run.channel), run.stream, vibration_of(run.fit, run.stream))
             for run in runs
@@ -320,36 +301,18 @@ def _beside_vibration(fitted: NoiseFit, runs: Sequence[Run], longest: int) -> No
     return fitted
 
 
-def _judged(
-    runs: Sequence[Run],
-    found: native.Joint,
-    jointly: Callable[[Sequence[int]], native.Joint],
-    fitted: NoiseFit,
-    level: float,
-) -> tuple[RunOfJoint, ...]:
-    """What is said of each run: the one that belongs least is judged first, and the others without it."""
-    judged: dict[int, RunOfJoint] = {}
-    left = list(range(len(runs)))
-    while True:
-        here = {k: of_run(found, at, runs[k].name, runs[k].fit, fitted, level=level) for at, k in enumerate(left)}
-        worst = min(left, key=lambda k: here[k].p_value)
-        if here[worst].belongs or len(left) <= _LEAST_JUDGED:
-            judged |= here
-            return tuple(judged[k] for k in range(len(runs)))
-        judged[worst] = here[worst]
-        left.remove(worst)
-        found = jointly(left)
+def _lines(fit: NoiseFit) -> list[LineEstimate]:
+    """The lines of a fit as the compiled core takes them."""
+
+    def estimate(one: Interval) -> Estimate:
+        return Estimate(one.value, one.low, one.high)
+
+    return [LineEstimate(estimate(line.amplitude), estimate(line.frequency)) for line in fit.sinusoid]
 
 
-def _homogeneity(found: native.Joint, fitted: NoiseFit) -> Mapping[str, float]:
-    """P-value of the same coefficient in all runs, of the common terms that the runs show."""
-    from sigmatau._native.distributions import chi2_above
-
-    return {
-        name: float(chi2_above(freedom, fall))
-        for name, (fall, freedom) in found.homogeneity.items()
-        if fitted[name].observed
-    }
+def _intervals(estimates: Iterable[tuple[str, Estimate]], fit: NoiseFit) -> dict[str, Interval]:
+    """Coefficients by name, with the units of a fit."""
+    return {name: likelihood.interval(one, fit[name].unit) for name, one in estimates}
 
 
 def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tuple[str, str]) -> None:
@@ -376,7 +339,7 @@ def _refuse(runs: Sequence[Run], channel: str) -> None:
         check_same_sensor(run.stream, first.stream, channel=run.channel, names=(run.name, first.name))
     for k, run in enumerate(runs):
         for other in runs[:k]:
-            if run.summary.same_as(other.summary):
+            if run.summary.is_same(other.summary):
                 raise DataError(
                     f"{run.name}: {run.channel} has the same samples as {other.name}; give each run only once"
                 )

@@ -10,15 +10,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigmatau._native import kernels
+from sigmatau._native.arguments import whole_sizes
+from sigmatau._native.likelihood import FittedModel, TermEstimate
 from sigmatau.findings.finding import plain as plain_details
 from sigmatau.findings.kinds.fit import MOST_LINES, CoarseCounts, Reason
 from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
-from sigmatau.noise import terms
-from sigmatau.noise.resonance import resonance_psd, unfolded_avar
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import (
     TablesByChannel,
@@ -208,26 +207,6 @@ class WarmUp:
     amplitude: Interval
     time: float
 
-    def avar(self, taus: NDArray[np.float64], *, duration: float) -> NDArray[np.float64]:
-        """Its part of the overlapped Allan variance of a record.
-
-        Parameters
-        ----------
-        taus : ndarray, shape (n_tau,)
-            Averaging times. [s]
-        duration : float
-            Length of the record. [s]
-
-        Returns
-        -------
-        ndarray, shape (n_tau,)
-            [(rate unit)²]
-        """
-        shares = taus / self.time
-        pairs = np.maximum((duration - 2 * taus) / self.time, 1e-9)
-        mean = -np.expm1(-2 * pairs) / (2 * pairs)  # of exp(-2t/T) over the beginnings of the pairs
-        return np.asarray(0.5 * self.amplitude.value**2 * mean * (np.expm1(-shares) ** 2 / shares) ** 2)
-
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
         return plain(self, "amplitude time_s=time")
@@ -376,23 +355,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         ndarray, shape (n_tau,)
             [(rate unit)²]
         """
-        sizes = np.atleast_1d(np.asarray(m))
-        total = np.zeros(sizes.shape)
-        for name, value in self.model.items():
-            total += terms.avar(name, value, m=sizes, tau0=self.tau0)
-        for process in self.gauss_markov:
-            sigma, time = process.sigma.value, process.time.value
-            total += kernels.gauss_markov_avar(sigma, time, sizes, self.tau0)
-        for one in self.resonance:
-            total += unfolded_avar(one.sigma.value, one.frequency.value, one.width.value, sizes, self.tau0)
-        if self.response is not None:
-            lost = self.response.taken_off(self.filtered_psd, sizes, highest=self.highest)
-            total = np.maximum(total - lost, 1e-6 * total)
-        for line in self.sinusoid:
-            total += kernels.sinusoid_avar(line.amplitude.value, line.frequency.value, sizes, self.tau0)
-        if self.warm_up is not None:
-            total += self.warm_up.avar(sizes * self.tau0, duration=self.n * self.tau0)
-        return total
+        return self._curve().avar(whole_sizes(m))
 
     def filtered_psd(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
         """Two-sided density of the noise that the filter acts on, before the filter.
@@ -407,15 +370,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         ndarray, shape (n_f,)
             [(rate unit)²/Hz]
         """
-        total = np.zeros_like(f)
-        for name, value in self.model.items():
-            if name not in ("quantization", "rate_ramp"):
-                total += terms.psd(name, value, f, tau0=self.tau0)
-        for process in self.gauss_markov:
-            total += kernels.gauss_markov_psd(process.sigma.value, process.time.value, f, self.tau0)
-        for one in self.resonance:
-            total += resonance_psd(one.sigma.value, one.frequency.value, one.width.value, f)
-        return total
+        return self._curve().psd_before_filter(np.ascontiguousarray(f, dtype=np.float64))
 
     def psd(self, f: ArrayLike) -> NDArray[np.float64]:
         """Two-sided density of the fitted model behind its filter.
@@ -432,13 +387,22 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         ndarray, shape (n_f,)
             [(rate unit)²/Hz]
         """
-        frequency = np.atleast_1d(np.asarray(f, dtype=np.float64))
-        total = self.filtered_psd(frequency)
-        if self.response is not None:
-            total = total * self.response.power(frequency)
-        if "quantization" in self.model:
-            total = total + terms.psd("quantization", self.model["quantization"], frequency, tau0=self.tau0)
-        return total
+        return self._curve().psd(np.atleast_1d(np.ascontiguousarray(f, dtype=np.float64)))
+
+    def _curve(self) -> FittedModel:
+        """The model as a curve."""
+        response, warm_up = self.response, self.warm_up
+        return FittedModel(
+            self.tau0,
+            self.n,
+            list(self.model.items()),
+            gauss_markov=[(one.sigma.value, one.time.value) for one in self.gauss_markov],
+            resonance=[(one.sigma.value, one.frequency.value, one.width.value) for one in self.resonance],
+            sinusoid=[(line.amplitude.value, line.frequency.value) for line in self.sinusoid],
+            filter=None if response is None else response.native(),
+            highest=self.highest,
+            warm_up=None if warm_up is None else (warm_up.amplitude.value, warm_up.time),
+        )
 
     @property
     def has_limits(self) -> bool:
@@ -690,6 +654,21 @@ class Fits(TablesByChannel[NoiseFit]):
     def columns(self) -> dict[str, list[Any]]:
         """The rows of all channels, see `Tabular.columns`; without channels, the same columns without rows."""
         return super().columns() or {name: [] for name in ("channel", *_TERM_COLUMNS, "verdict")}
+
+
+def fitted_term(name: str, unit: str, term: TermEstimate, *, level: float) -> FittedTerm:
+    """A term with its name and unit."""
+    return FittedTerm(
+        term=name,
+        unit=unit,
+        observed=term.observed,
+        level=level,
+        value=term.value,
+        low=term.low,
+        high=term.high,
+        upper_limit=term.upper_limit,
+        p_value=term.p_value,
+    )
 
 
 def _in_words(interval: Interval, factor: float, unit: str) -> str:

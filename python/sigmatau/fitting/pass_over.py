@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import likelihood as native
-from sigmatau._native.likelihood import Summary
+from sigmatau._native.likelihood import LikelihoodSummary
 from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
@@ -43,7 +43,7 @@ def _span(there: NDArray[np.bool_]) -> slice:
     return slice(int(there.argmax()), len(there) - int(there[::-1].argmax()))
 
 
-def summary_of(stream: Stream, channel: str) -> tuple[Summary, float]:
+def summary_of(stream: Stream, channel: str) -> tuple[LikelihoodSummary, float]:
     """What the likelihood keeps of a channel, and the time of its first sample. [s]"""
     grid, k = stream.grid, stream.channels.index(channel)
     there = _there(stream, channel)

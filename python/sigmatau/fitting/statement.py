@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native.likelihood import significant_term
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.kinds.fit import Misfit, NoCovariance, Reason, ShortTimesDeviate
 from sigmatau.fitting.components import LINEAR, power_of_interval
-from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit
-from sigmatau.fitting.observed import observed_term
+from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit, fitted_term
 from sigmatau.noise.terms import coefficient_unit
 
 _FITTED = (*LINEAR, "rate_ramp")  # order of a descriptive fit
@@ -159,9 +159,7 @@ def _term(
     high = coefficient(high * scale, name, curve.tau0)
     if value is not None:
         low = coefficient(low * scale, name, curve.tau0)
-        return observed_term(
-            term=name, unit=unit, level=level, p_value=p_value, value=value, low=low, high=high, error=error
-        )
+        return fitted_term(name, unit, significant_term(value, low, high, error, p_value, level), level=level)
     limit = high if math.isfinite(high) else None
     return FittedTerm(term=name, unit=unit, observed=False, level=level, p_value=p_value, upper_limit=limit)
 

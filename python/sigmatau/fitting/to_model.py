@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native import kernels
 from sigmatau.errors import DataError
 from sigmatau.fitting.noise_fit import NoiseFit, Resonance
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Sinusoid
 from sigmatau.model.processes import Resonance as ModelResonance
-from sigmatau.noise.resonance import folds
 
 _FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
 _WITHOUT_MODEL = ("too_short",)  # verdicts
@@ -73,7 +73,7 @@ def _unfolded(fit: NoiseFit, rate: float) -> list[int]:
     walk = fit.model.get("random_walk", math.inf)
 
     def is_folded(p: Resonance) -> bool:
-        return folds(p.sigma.value, p.frequency.value, p.width.value, 1 / rate, random_walk=walk)
+        return kernels.resonance_folds(p.sigma.value, p.frequency.value, p.width.value, 1 / rate, random_walk=walk)
 
     return [k for k, process in enumerate(fit.resonance, 1) if not is_folded(process)]
 

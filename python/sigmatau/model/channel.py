@@ -27,7 +27,6 @@ from sigmatau.model.processes import (
     several,
 )
 from sigmatau.noise import terms
-from sigmatau.noise.resonance import resonance_avar, resonance_psd
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text
 
@@ -213,7 +212,7 @@ class ChannelModel(Mapping[str, float], Printed):
             added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
             parts["gauss_markov"] = parts.get("gauss_markov", 0.0) + added
         for one in self.resonance:
-            added = resonance_avar(one.sigma, one.frequency, one.width, sizes, tau0)
+            added = kernels.resonance_avar(one.sigma, one.frequency, one.width, sizes, tau0)
             parts["resonance"] = parts.get("resonance", 0.0) + added
         for line in self.sinusoid:
             added = kernels.sinusoid_avar(line.amplitude, line.frequency, sizes, tau0)
@@ -304,7 +303,7 @@ class ChannelModel(Mapping[str, float], Printed):
             total += kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
         for one in self.resonance:
             if tau0 is None:
-                total += resonance_psd(one.sigma, one.frequency, one.width, frequency)
+                total += kernels.resonance_psd(one.sigma, one.frequency, one.width, frequency)
             else:
                 total += covariances.resonance(one, tau0).psd(frequency, tau0)
         return total

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau._native import kernels
 from sigmatau.errors import DataError
 from sigmatau.model.channel import PROCESSES, ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, real
-from sigmatau.noise.resonance import folds
 from sigmatau.noise.terms import TERMS
 
 _QUANTIFIED = ("adequate", "adequate_with", "widened")  # Verdicts of a fit whose coefficients have intervals
@@ -156,7 +156,7 @@ def _without_folded(
     kept = [
         k
         for k, one in enumerate(resonances, 1)
-        if not folds(one.sigma, one.frequency, one.width, 1 / rate, random_walk=walk)
+        if not kernels.resonance_folds(one.sigma, one.frequency, one.width, 1 / rate, random_walk=walk)
     ]
     number = {f"resonance_{old}": f"resonance_{new}" for new, old in enumerate(kept, 1)}
     rows = [k for k, name in enumerate(names) if not name.startswith("resonance_") or name.partition(".")[0] in number]

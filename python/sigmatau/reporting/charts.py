@@ -21,7 +21,6 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.stability import dynamic_allan
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise import terms
-from sigmatau.noise.resonance import unfolded_avar
 from sigmatau.noise.terms import TERMS
 from sigmatau.plot.stability import chance_limits
 from sigmatau.quality.facts import in_threads
@@ -155,7 +154,8 @@ def _parts(fitted: NoiseFit, m: NDArray[np.int64]) -> dict[str, Floats]:
         parts[f"Gauss-Markov process, {time:.3g} s"] = kernels.gauss_markov_avar(sigma, time, m, tau0)
     for band in fitted.resonance:
         centre, width = band.frequency.value, band.width.value
-        parts[f"resonance, {centre:.3g} Hz"] = unfolded_avar(band.sigma.value, centre, width, m, tau0)
+        avar = kernels.resonance_avar(band.sigma.value, centre, width, m, tau0, folded=False)
+        parts[f"resonance, {centre:.3g} Hz"] = avar
     return parts
 
 

@@ -1,0 +1,312 @@
+//! The fit of one channel, complete: coefficients and processes with intervals, the filter, the verdict, and the range of
+//! averaging times that the model describes.
+
+use crate::likelihood::analysis::analyse;
+use crate::likelihood::described::{LONGEST_SHARE, described_from};
+use crate::likelihood::estimates::{Estimate, TermEstimate, quantile};
+use crate::likelihood::expected::Part;
+use crate::likelihood::filter::{FittedFilter, UNUSED_POWER};
+use crate::likelihood::fitted_model::FittedModel;
+use crate::likelihood::outcome::{Options, Outcome, Process};
+use crate::likelihood::parts::{
+    GaussMarkovEstimate, LineEstimate, Parts, ResonanceEstimate, TERM_NAMES, covariance,
+};
+use crate::likelihood::pass::Summary;
+use crate::resonance::Resonance;
+use std::f64::consts::LN_10;
+
+/// Width of the band around its centre in which record and model are compared: a quarter of a decade.
+const BAND: f64 = LN_10 / 8.0;
+
+/// Whether the model describes the record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The terms describe the record.
+    Adequate,
+    /// The terms together with a filter, lines or processes do.
+    AdequateWith,
+    /// The model is not quite right, and the intervals are wider for it.
+    Widened,
+}
+
+/// A drift of the mean that decays exponentially from the first sample on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WarmUpEstimate {
+    /// Drift at the first sample, of either sign. [rate unit]
+    pub amplitude: Estimate,
+    /// Time constant, the best of a grid. [s]
+    pub time: f64,
+}
+
+/// The fit of one channel. Numbers are in the unit of the rate and seconds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelFit {
+    /// Terms that were asked for, by name, and the ramp.
+    pub terms: Vec<(&'static str, TermEstimate)>,
+    /// Coefficients that together describe the record, by name: the observed terms and those of `unclear`.
+    pub model: Vec<(&'static str, f64)>,
+    /// Terms of the model that are not significant beside each other, although at least one of them is present.
+    pub unclear: Vec<&'static str>,
+    /// Gauss-Markov processes.
+    pub gauss_markov: Vec<GaussMarkovEstimate>,
+    /// Resonances in front of the filter.
+    pub resonance: Vec<ResonanceEstimate>,
+    /// Lines behind the filter, the strongest first.
+    pub sinusoid: Vec<LineEstimate>,
+    /// Filter on all noise but quantization.
+    pub filter: Option<FittedFilter>,
+    /// Drift that decays.
+    pub warm_up: Option<WarmUpEstimate>,
+    /// Coefficients of the regressors, in their units.
+    pub regressors: Vec<Estimate>,
+    /// Frequency from which the spectrum was left out. [Hz]
+    pub highest: Option<f64>,
+    /// If a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as well;
+    /// and the standard deviation of that of this time, None if the model has no rate random walk.
+    pub alike_from: Option<(f64, Option<f64>)>,
+    /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
+    pub discrepancy: Vec<(f64, f64)>,
+    /// Whether the model describes the record.
+    pub verdict: Verdict,
+    /// The band that deviates most from a model with widened intervals: frequency [Hz], density over that of the model.
+    pub worst_band: Option<(f64, f64)>,
+    /// Shortest averaging time at which the noise model made from the fit describes the curve. [s]
+    pub tau_min: f64,
+    /// Longest averaging time. [s]
+    pub tau_max: f64,
+    /// P-value of the goodness of fit.
+    pub p_value: f64,
+    /// Names of the rows of `covariance`: terms of the model, and numbers of processes, `gauss_markov_1.sigma` …
+    pub parameters: Vec<String>,
+    /// Covariance of these numbers, row after row. [SI]
+    pub covariance: Vec<f64>,
+    /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
+    pub unsteadiness: (f64, f64),
+    /// Ends of what each line leaves out of the fit. [Hz]
+    pub left_out: Vec<(f64, f64)>,
+    /// Every resonance in front of the filter, with those that are among the lines.
+    pub resonances: Vec<Resonance>,
+}
+
+/// The record that a fit is of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Span {
+    /// Sample interval. [s]
+    pub tau0: f64,
+    /// Samples, with those that are missing at its ends.
+    pub samples: usize,
+}
+
+/// Fits one channel. Regressors of the options may have any mean and size. `samples`: those of the record, of which the
+/// summary leaves out what is missing at the ends.
+#[must_use]
+pub fn fit_channel(record: &Summary, options: &Options, samples: usize) -> ChannelFit {
+    let (regressors, sizes): (Vec<Vec<f64>>, Vec<f64>) =
+        options.regressors.iter().map(|curve| standardized(curve)).unzip();
+    let options = Options { regressors, ..options.clone() };
+    let mut fit = ChannelFit::of(&analyse(record, &options), &options, Span { tau0: record.tau0, samples });
+    for (coefficient, size) in fit.regressors.iter_mut().zip(sizes) {
+        *coefficient = coefficient.scaled(1.0 / size);
+    }
+    fit
+}
+
+/// A curve without its mean and with the standard deviation 1; and the standard deviation that it had.
+pub(crate) fn standardized(curve: &[f64]) -> (Vec<f64>, f64) {
+    let count = curve.len() as f64;
+    let mean = pairwise_sum(curve) / count;
+    let squares: Vec<f64> = curve.iter().map(|x| (x - mean).powi(2)).collect();
+    let deviation = (pairwise_sum(&squares) / count).sqrt();
+    let size = if deviation > 0.0 { deviation } else { 1.0 };
+    (curve.iter().map(|x| (x - mean) / size).collect(), size)
+}
+
+/// Sum by halves, down to runs that are added eight at a time: its error grows with the logarithm of the length (N. J. Higham,
+/// "The accuracy of floating point summation", SIAM J. Sci. Comput. 14, 1993).
+fn pairwise_sum(x: &[f64]) -> f64 {
+    const RUN: usize = 128;
+    if x.len() > RUN {
+        let half = x.len() / 2;
+        let (left, right) = x.split_at(half - half % 8);
+        return pairwise_sum(left) + pairwise_sum(right);
+    }
+    let (eights, rest) = x.split_at(x.len() - x.len() % 8);
+    let mut sums = [0.0; 8];
+    for eight in eights.chunks_exact(8) {
+        for (sum, x) in sums.iter_mut().zip(eight) {
+            *sum += x;
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    rest.iter().fold(((a + b) + (c + d)) + ((e + f) + (g + h)), |sum, x| sum + x)
+}
+
+impl ChannelFit {
+    /// The fit that an outcome states.
+    pub(crate) fn of(found: &Outcome, options: &Options, span: Span) -> Self {
+        let level = options.level;
+        let mut coefficients = [0.0; 5];
+        coefficients[..4].copy_from_slice(&found.reduced.map(|theta| theta.max(0.0).sqrt()));
+        let noise: [f64; 4] = std::array::from_fn(|k| coefficients[k]);
+        let (parameters, covariance) = covariance(found, &noise);
+        let mut terms = terms(found, options, &noise, |name| {
+            let at = parameters.iter().position(|parameter| parameter == name);
+            at.map_or(0.0, |at| covariance[at * (parameters.len() + 1)].max(0.0).sqrt())
+        });
+        let ramp = TermEstimate::of_ramp(found.ramp, found.ramp_observed, level);
+        terms.push((TERM_NAMES[4], ramp));
+        coefficients[4] = ramp.value.unwrap_or(0.0);
+        let model: Vec<(&str, f64)> =
+            TERM_NAMES.into_iter().zip(coefficients).filter(|&(_, value)| value != 0.0).collect();
+        let observed = |name| terms.iter().any(|&(term, estimate)| term == name && estimate.observed);
+        let unclear = model.iter().map(|&(name, _)| name).filter(|&name| !observed(name)).collect();
+        let filter = filter(found, span.tau0, level);
+        let Parts { gauss_markov, resonance, sinusoid } = Parts::of(found, filter.as_ref(), level);
+        let warm_up = found.warm_up.map(|(time, drift, _)| WarmUpEstimate {
+            amplitude: Estimate::around(drift.value, quantile(level) * drift.error),
+            time,
+        });
+        let more = filter.is_some()
+            || !(gauss_markov.is_empty() && resonance.is_empty() && sinusoid.is_empty())
+            || warm_up.is_some()
+            || found.highest.is_some();
+        let mut fit = Self {
+            terms,
+            model,
+            unclear,
+            gauss_markov,
+            resonance,
+            sinusoid,
+            filter,
+            warm_up,
+            regressors: found
+                .regressors
+                .iter()
+                .map(|drift| Estimate::around(drift.value, quantile(level) * drift.error))
+                .collect(),
+            highest: found.highest,
+            alike_from: found
+                .alike_from
+                .map(|(time, variance)| (time, alike_sigma(time, variance, noise[3]))),
+            discrepancy: found.discrepancy.clone(),
+            verdict: match (found.widened, more) {
+                (true, _) => Verdict::Widened,
+                (false, true) => Verdict::AdequateWith,
+                (false, false) => Verdict::Adequate,
+            },
+            worst_band: found.widened.then(|| worst_band(found)),
+            tau_min: span.tau0,
+            tau_max: (span.samples / LONGEST_SHARE) as f64 * span.tau0,
+            p_value: found.p_value,
+            parameters,
+            covariance,
+            unsteadiness: found.unsteadiness,
+            left_out: found.lines.iter().map(|line| (line.from, line.to)).collect(),
+            resonances: resonances(found),
+        };
+        let (first, low_pass) = described_from(&fit.described(coefficients, span));
+        fit.tau_min = first.min(fit.tau_max);
+        if let Some(filter) = &mut fit.filter {
+            filter.low_pass = low_pass;
+        }
+        fit
+    }
+
+    /// The model as a curve.
+    fn described(&self, terms: [f64; 5], span: Span) -> FittedModel {
+        FittedModel {
+            tau0: span.tau0,
+            samples: span.samples,
+            terms,
+            gauss_markov: self.gauss_markov.iter().map(|one| (one.sigma.value, one.time.value)).collect(),
+            resonance: self
+                .resonance
+                .iter()
+                .map(|one| Resonance {
+                    sigma: one.sigma.value,
+                    frequency: one.frequency.value,
+                    width: one.width.value,
+                })
+                .collect(),
+            sinusoid: self.sinusoid.iter().map(|one| (one.amplitude.value, one.frequency.value)).collect(),
+            filter: self.filter.clone(),
+            highest: self.highest,
+            warm_up: self.warm_up.map(|one| (one.amplitude.value, one.time)),
+        }
+    }
+}
+
+/// The noise terms that were asked for. A filter may have taken the place of one: then it was not tested.
+fn terms(
+    found: &Outcome,
+    options: &Options,
+    model: &[f64; 4],
+    error: impl Fn(&str) -> f64,
+) -> Vec<(&'static str, TermEstimate)> {
+    (0..4)
+        .filter(|&k| options.terms[k])
+        .map(|k| {
+            let estimate = found.terms[k].as_ref().map_or_else(TermEstimate::default, |bounds| {
+                let value = if model[k] > 0.0 { model[k] } else { bounds.value.sqrt() };
+                TermEstimate::of_square(bounds, value, error(TERM_NAMES[k]), options.level)
+            });
+            (TERM_NAMES[k], estimate)
+        })
+        .collect()
+}
+
+/// Every resonance, lines among them.
+fn resonances(found: &Outcome) -> Vec<Resonance> {
+    let resonance = |process: &Process| match process.part {
+        Part::Resonance { frequency, width } => {
+            Some(Resonance { sigma: process.variance.value.max(0.0).sqrt(), frequency, width })
+        }
+        _ => None,
+    };
+    found.processes.iter().filter_map(resonance).collect()
+}
+
+/// The filter with its name. The fit used all frequencies if the filter left power to the last one.
+fn filter(found: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
+    if found.filter.is_empty() {
+        return None;
+    }
+    let (order, first) = (found.covariance.len().isqrt(), found.parameters.len());
+    let covariance = |i: usize, j: usize| found.covariance[(first + i) * order + first + j];
+    let mut filter =
+        FittedFilter::named(&found.filter, covariance, tau0, found.filter_interval, quantile(level));
+    let last = found.bins.iter().map(|bin| bin[0]).fold(0.0, f64::max);
+    if found.highest.is_none() || filter.power(last) < UNUSED_POWER {
+        filter.known_to = Some(last);
+    }
+    Some(filter)
+}
+
+/// Standard deviation of the process in place of a rate random walk K; that of the same density above 1/T, K² = 2σ²/T, if
+/// the record could do without both.
+fn alike_sigma(time: f64, variance: f64, walk: f64) -> Option<f64> {
+    let sigma = if variance > 0.0 { variance.sqrt() } else { walk * (0.5 * time).sqrt() };
+    (walk > 0.0).then_some(sigma)
+}
+
+/// The band whose record deviates most from the model: its frequency, and the density over that of the model.
+fn worst_band(found: &Outcome) -> (f64, f64) {
+    let farther = |a: (f64, f64), b: (f64, f64)| if b.1.abs() > a.1.abs() { b } else { a };
+    let worst = found.bands.iter().copied().reduce(farther);
+    let frequency = worst.map_or(found.bins[0][0], |(frequency, _)| frequency);
+    let off = |bin: &[f64; 4]| (bin[0] - frequency).abs();
+    let nearest = found.bins.iter().map(off).fold(f64::INFINITY, f64::min);
+    let band: Vec<&[f64; 4]> = found
+        .bins
+        .iter()
+        .filter(|bin| (bin[0] / frequency).ln().abs() < BAND || off(bin) <= nearest)
+        .collect();
+    let sum: f64 = band.iter().map(|bin| bin[3]).sum();
+    // Of a band in which no bin counts, or of a spectrum that no model is near, all bins count the same.
+    let counts = sum > 0.0 && sum.is_finite();
+    let weight = |bin: &[f64; 4]| if counts { bin[3] } else { 1.0 };
+    let (ratios, weights) = band.iter().fold((0.0, 0.0), |(ratios, weights), bin| {
+        (ratios + weight(bin) * (bin[1] / bin[2]), weights + weight(bin))
+    });
+    (frequency, ratios / weights)
+}

@@ -1,0 +1,281 @@
+//! A filter that was fitted to the spectrum: its response, its name, the interval of its corner, and its stand-in in a model.
+
+use crate::likelihood::filter_shapes::Shape;
+use crate::psd::{avar_of_density, band_limited_sampled};
+use crate::roots::root;
+use std::convert::Infallible;
+use std::f64::consts::{LN_2, PI};
+
+/// |H|² below which the fit uses no frequencies.
+pub(crate) const UNUSED_POWER: f64 = 0.08;
+
+/// Frequencies up to half the rate of the cosines, and how many times as many up to half the rate of the samples, at most.
+const GRID: usize = 4096;
+const FINEST: usize = 16;
+
+/// |H|² from which a shape is compared, and every how many frequencies of the grid its corner is.
+const LEAST_POWER: f64 = 0.1;
+const EVERY: usize = 16;
+
+/// Largest difference of ln |H|² of a shape with a name: 0.9 dB.
+const ALIKE: f64 = 0.2;
+
+/// Corner of a filter in front of the sampler over that of its samples, at most; and the relative error of the former.
+const MOST_WARPED: f64 = 3.0;
+const SAME_CORNER: f64 = 1e-9;
+
+/// What a filter is like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FilterShape {
+    /// A Butterworth filter of low order, analog or digital.
+    Butterworth,
+    /// Exponential smoothing.
+    Smoothing,
+    /// A running mean.
+    RunningMean,
+    /// A low-pass filter of another shape.
+    LowPass,
+    /// Not a filter that falls to half the power.
+    Uneven,
+}
+
+/// A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedFilter {
+    /// a₁, a₂ … [1]
+    pub coefficients: Vec<f64>,
+    /// Sample interval. [s]
+    pub tau0: f64,
+    /// Δ: the sample interval, or a multiple where the top of the band was left out. [s]
+    pub interval: f64,
+    /// The shape that it is like.
+    pub shape: FilterShape,
+    /// Of a Butterworth filter; samples of a running mean.
+    pub order: Option<u32>,
+    /// Frequency of half the power, with the ends of its interval. [Hz]
+    pub corner: Option<[f64; 3]>,
+    /// The Butterworth filter in front of the sampler, in the place of this one in a noise model: order and corner. [Hz]
+    pub low_pass: Option<(u8, f64)>,
+    /// Highest frequency that the fit used, because the filter takes the rest. [Hz]
+    pub known_to: Option<f64>,
+}
+
+impl FittedFilter {
+    /// The filter with its name and the interval of its corner. `covariance`: of the coefficients; `quantile`: of the
+    /// standard normal distribution, for the interval.
+    pub(crate) fn named(
+        coefficients: &[f64],
+        covariance: impl Fn(usize, usize) -> f64,
+        tau0: f64,
+        interval: f64,
+        quantile: f64,
+    ) -> Self {
+        let mut found = Self {
+            coefficients: coefficients.to_vec(),
+            tau0,
+            interval,
+            shape: FilterShape::Uneven,
+            order: None,
+            corner: None,
+            low_pass: None,
+            known_to: None,
+        };
+        let times = (interval / tau0).round_ties_even();
+        let x: Vec<f64> = (0..GRID).map(|k| (k as f64 + 0.5) / (2.0 * GRID as f64 * times)).collect();
+        let log_power: Vec<f64> = x.iter().map(|x| logarithm(coefficients, x * times)).collect();
+        let Some(k) = log_power.iter().position(|&y| y < -LN_2).filter(|&k| k > 0) else { return found };
+        let slope = (log_power[k] - log_power[k - 1]) / (x[k] - x[k - 1]);
+        let share = (-LN_2 - log_power[k - 1]) / (log_power[k] - log_power[k - 1]);
+        let corner = x[k - 1] + share * (x[k] - x[k - 1]);
+        let cosines: Vec<f64> =
+            (1..=coefficients.len()).map(|j| (2.0 * PI * corner * times * j as f64).cos() - 1.0).collect();
+        let variance: f64 = cosines
+            .iter()
+            .enumerate()
+            .flat_map(|(i, a)| cosines.iter().enumerate().map(move |(j, b)| (i, j, a * b)))
+            .map(|(i, j, product)| product * covariance(i, j))
+            .sum();
+        let half = quantile * variance.max(0.0).sqrt() / slope.abs();
+        // Frequencies that are compared: those with power, up to the first without beyond the corner.
+        let least = LEAST_POWER.ln();
+        let end = log_power.iter().skip(k).position(|&y| y <= least).map_or(GRID, |more| k + more);
+        let (x, log_power): (Vec<f64>, Vec<f64>) =
+            x[..end].iter().zip(&log_power).filter(|&(_, &y)| y > least).unzip();
+        let misfit = |shape: Shape| {
+            let off = x.iter().zip(&log_power).map(|(&x, y)| (shape.log_power(x) - y).abs());
+            off.fold(0.0, f64::max)
+        };
+        let nearest = Shape::all(corner)
+            .into_iter()
+            .map(|shape| (misfit(shape), shape))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        // The series ends early and ripples: the interval holds the corner of the shape too, which has no ripple.
+        let mut ends = [corner, corner];
+        if let Some((off, shape)) = nearest {
+            (found.shape, found.order) =
+                if off > ALIKE { (FilterShape::LowPass, None) } else { (shape.into(), shape.order()) };
+            let thinned = |of: &[f64]| of.iter().copied().step_by(EVERY).collect::<Vec<f64>>();
+            if let Some(alike) = shape.nearest_corner(&thinned(&x), &thinned(&log_power)) {
+                ends = [corner.min(alike), corner.max(alike)];
+            }
+        }
+        found.corner = Some([corner, (ends[0] - half).max(0.0), ends[1] + half].map(|at| at / tau0));
+        found
+    }
+
+    /// |H|² at a frequency; beyond those that the fit used, that of the shape that it is like, or falling.
+    #[must_use]
+    pub fn power(&self, f: f64) -> f64 {
+        self.log_power(f).exp()
+    }
+
+    fn log_power(&self, f: f64) -> f64 {
+        let Some(known_to) = self.known_to.filter(|&known_to| f > known_to) else {
+            return logarithm(&self.coefficients, f * self.interval);
+        };
+        let corner = self.corner.map_or(f64::NAN, |[value, ..]| value) * self.tau0;
+        let shape = match (self.shape, self.order) {
+            (FilterShape::Butterworth, Some(order)) => Shape::Digital { order, corner },
+            (FilterShape::Smoothing, _) => Shape::Smoothing { corner },
+            (FilterShape::RunningMean, Some(length)) => Shape::RunningMean { length },
+            _ => return (UNUSED_POWER * (known_to / f).powi(2)).ln(),
+        };
+        shape.log_power(f * self.tau0)
+    }
+
+    /// What the filter takes off the Allan variances of noise with a density in front of it. [(rate unit)²]
+    ///
+    /// From `highest` on nothing is taken off, unless the filter took the rest there: it is not known.
+    pub(crate) fn taken_off(
+        &self,
+        density: impl Fn(f64) -> f64,
+        sizes: &[usize],
+        highest: Option<f64>,
+    ) -> Vec<f64> {
+        let times = (self.interval / self.tau0).round_ties_even() as usize;
+        let limit = highest.filter(|_| self.known_to.is_none()).unwrap_or(f64::INFINITY);
+        let lost = |f: f64| if f >= limit { 0.0 } else { -density(f) * self.log_power(f).exp_m1() };
+        avar_of_density(lost, GRID * times.min(FINEST), self.tau0, sizes)
+    }
+
+    /// The Butterworth filter in front of the sampler whose samples have half their power at the corner: order and corner
+    /// in Hz. None for other shapes, and if there is none.
+    #[must_use]
+    pub(crate) fn before_sampling(&self) -> Option<(u8, f64)> {
+        let order = match self.shape {
+            FilterShape::Butterworth => u8::try_from(self.order?).ok()?,
+            FilterShape::Smoothing => 1,
+            _ => return None,
+        };
+        let [half_power, ..] = self.corner?;
+        let off = |corner: f64| {
+            let density = |f: f64| band_limited_sampled(1.0, order, corner, self.tau0, f);
+            density(half_power) / density(0.0) - 0.5
+        };
+        let (low, high) = (half_power / MOST_WARPED, half_power * MOST_WARPED);
+        let (at_low, at_high) = (off(low), off(high));
+        if at_low * at_high > 0.0 {
+            return None;
+        }
+        let found = root(
+            |x| Ok::<_, Infallible>(off(x)),
+            (low, at_low),
+            (high, at_high),
+            SAME_CORNER * half_power,
+            0.0,
+        );
+        found.ok().map(|corner| (order, corner))
+    }
+}
+
+impl From<Shape> for FilterShape {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Digital { .. } | Shape::Folded { .. } => Self::Butterworth,
+            Shape::Smoothing { .. } => Self::Smoothing,
+            Shape::RunningMean { .. } => Self::RunningMean,
+        }
+    }
+}
+
+/// ln |H|² at a frequency times Δ.
+fn logarithm(coefficients: &[f64], x: f64) -> f64 {
+    coefficients.iter().zip(1..).map(|(a, k)| a * ((2.0 * PI * f64::from(k) * x).cos() - 1.0)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TAU0: f64 = 0.01;
+
+    /// The cosine series of ln |H|² of a shape, from its values on a grid.
+    fn series(shape: Shape, count: usize) -> Vec<f64> {
+        let grid = 2000;
+        (1..=count)
+            .map(|k| {
+                let at = |j: usize| (j as f64 + 0.5) / (2.0 * grid as f64);
+                let sum: f64 = (0..grid)
+                    .map(|j| shape.log_power(at(j)).max(-20.0) * (2.0 * PI * k as f64 * at(j)).cos())
+                    .sum();
+                2.0 * sum / grid as f64
+            })
+            .collect()
+    }
+
+    fn fitted(shape: Shape, count: usize) -> FittedFilter {
+        FittedFilter::named(&series(shape, count), |i, j| if i == j { 1e-6 } else { 0.0 }, TAU0, TAU0, 1.96)
+    }
+
+    #[test]
+    fn shapes_are_named() {
+        let smoothing = fitted(Shape::Smoothing { corner: 0.08 }, 12);
+        assert_eq!((smoothing.shape, smoothing.order), (FilterShape::Smoothing, None));
+        let second = fitted(Shape::Folded { order: 2, corner: 0.2 }, 12);
+        assert_eq!((second.shape, second.order), (FilterShape::Butterworth, Some(2)));
+        for (found, corner) in [(smoothing, 8.0), (second, 20.0)] {
+            let [value, low, high] = found.corner.unwrap();
+            assert!(low < value && value < high);
+            assert!((value / corner - 1.0).abs() < 0.05, "{value}");
+            assert!((found.power(value) - 0.5).abs() < 1e-6);
+        }
+        let hump = FittedFilter::named(&[-0.1], |_, _| 0.0, TAU0, TAU0, 1.96);
+        assert_eq!((hump.shape, hump.corner), (FilterShape::Uneven, None));
+    }
+
+    #[test]
+    fn stand_in_has_half_the_power_at_the_corner() {
+        let found = fitted(Shape::Folded { order: 2, corner: 0.2 }, 12);
+        let (order, corner) = found.before_sampling().unwrap();
+        let density = |f: f64| band_limited_sampled(1.0, order, corner, TAU0, f);
+        let [half_power, ..] = found.corner.unwrap();
+        assert!((density(half_power) / density(0.0) - 0.5).abs() < 1e-8);
+        assert_eq!(fitted(Shape::RunningMean { length: 8 }, 12).before_sampling(), None);
+    }
+
+    /// White noise of density 1 behind no filter loses nothing; behind one that takes all, everything: 1/τ.
+    #[test]
+    fn what_is_taken_off() {
+        let mut found = fitted(Shape::Smoothing { corner: 0.08 }, 12);
+        found.coefficients = vec![0.0];
+        assert_eq!(found.taken_off(|_| 1.0, &[1, 10], None), [0.0, 0.0]);
+        // Beyond the last frequency of the fit the power falls on; here from the lowest one on.
+        (found.shape, found.known_to) = (FilterShape::LowPass, Some(1e-9));
+        for (lost, m) in found.taken_off(|_| 1.0, &[1, 8], None).into_iter().zip([1.0, 8.0]) {
+            assert!((lost * m * TAU0 - 1.0).abs() < 1e-9);
+        }
+        (found.coefficients, found.known_to) = (vec![3.0], None);
+        assert_eq!(found.taken_off(|_| 1.0, &[1], Some(0.0)), [0.0]);
+    }
+
+    #[test]
+    fn beyond_the_fit_the_shape_goes_on() {
+        let mut found = fitted(Shape::Digital { order: 3, corner: 0.1 }, 10);
+        found.known_to = Some(15.0);
+        let [corner, ..] = found.corner.unwrap();
+        let expected = Shape::Digital { order: 3, corner: corner * TAU0 }.log_power(0.2).exp();
+        assert!((found.power(20.0) / expected - 1.0).abs() < 1e-12);
+        found.shape = FilterShape::LowPass;
+        assert!((found.power(30.0) - UNUSED_POWER / 4.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,141 @@
+//! Shapes of filters by name: ln |H|² at frequencies times the sample interval, and which of them a fitted filter is like.
+
+use std::f64::consts::PI;
+
+/// Orders of Butterworth filters, and the longest running mean, that are compared.
+const HIGHEST_ORDER: u32 = 4;
+const LONGEST_MEAN: u32 = 1000;
+
+/// Corner of exponential smoothing, times the sample interval: it never falls to half the power beyond.
+const FASTEST_SMOOTHING: f64 = 0.4;
+
+/// Corner of a running mean times its length in samples.
+const CORNER_OF_MEAN: f64 = 0.443;
+
+/// Images of an analog filter on either side that sampling folds.
+const IMAGES: i32 = 8;
+
+/// Logarithm of the farthest corner that is tried over that of the series, and their number.
+const FARTHEST_CORNER: f64 = 0.3;
+const CORNERS: usize = 61;
+
+/// Least |H|² of a running mean, at its zeros.
+const ZERO: f64 = 1e-12;
+
+/// A shape with a name; corners are times the sample interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Shape {
+    /// A Butterworth filter by the bilinear transform.
+    Digital { order: u32, corner: f64 },
+    /// White noise behind an analog Butterworth filter, folded by sampling, over its density at the frequency 0.
+    Folded { order: u32, corner: f64 },
+    /// Exponential smoothing, y += (1 − p)(x − y).
+    Smoothing { corner: f64 },
+    /// Mean of the last samples.
+    RunningMean { length: u32 },
+}
+
+impl Shape {
+    /// The shapes with a corner.
+    pub(crate) fn all(corner: f64) -> Vec<Self> {
+        let mut found: Vec<Self> = (1..=HIGHEST_ORDER)
+            .flat_map(|order| [Self::Digital { order, corner }, Self::Folded { order, corner }])
+            .collect();
+        if corner < FASTEST_SMOOTHING {
+            found.push(Self::Smoothing { corner });
+        }
+        let length = (CORNER_OF_MEAN / corner).round_ties_even();
+        if (2.0..=f64::from(LONGEST_MEAN)).contains(&length) {
+            found.push(Self::RunningMean { length: length as u32 });
+        }
+        found
+    }
+
+    /// Order of a Butterworth filter; samples of a running mean.
+    pub(crate) fn order(self) -> Option<u32> {
+        match self {
+            Self::Digital { order, .. } | Self::Folded { order, .. } => Some(order),
+            Self::RunningMean { length } => Some(length),
+            Self::Smoothing { .. } => None,
+        }
+    }
+
+    /// ln |H|² at a frequency times the sample interval.
+    pub(crate) fn log_power(self, x: f64) -> f64 {
+        match self {
+            Self::Digital { order, corner } => {
+                -((PI * x).tan() / (PI * corner).tan()).powi(2 * order as i32).ln_1p()
+            }
+            Self::Folded { order, corner } => {
+                let gain = |x: f64| 1.0 / (1.0 + (x / corner).powi(2 * order as i32));
+                let folded = |x: f64| (-IMAGES..=IMAGES).map(|k| gain(x + f64::from(k))).sum::<f64>();
+                (folded(x) / folded(0.0)).ln()
+            }
+            Self::Smoothing { corner } => {
+                // |H|² = (1 − p)² / (1 − 2p cos + p²), half of it at the corner.
+                let c = (2.0 * PI * corner).cos();
+                let p = (2.0 - c) - ((2.0 - c).powi(2) - 1.0).sqrt();
+                ((1.0 - p).powi(2) / (1.0 - 2.0 * p * (2.0 * PI * x).cos() + p * p)).ln()
+            }
+            Self::RunningMean { length } => {
+                let length = f64::from(length);
+                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
+                ratio.powi(2).max(ZERO).ln()
+            }
+        }
+    }
+
+    /// The corner near its own at which the shape is nearest, but for a constant, to ln |H|² at frequencies x; None for a
+    /// running mean, which has a length instead.
+    pub(crate) fn nearest_corner(self, x: &[f64], log_power: &[f64]) -> Option<f64> {
+        let (corner, at): (f64, Box<dyn Fn(f64) -> Self>) = match self {
+            Self::Digital { order, corner } => {
+                (corner, Box::new(move |corner| Self::Digital { order, corner }))
+            }
+            Self::Folded { order, corner } => {
+                (corner, Box::new(move |corner| Self::Folded { order, corner }))
+            }
+            Self::Smoothing { corner } => (corner, Box::new(|corner| Self::Smoothing { corner })),
+            Self::RunningMean { .. } => return None,
+        };
+        let step = 2.0 * FARTHEST_CORNER / (CORNERS - 1) as f64;
+        let misfit = |shape: Self| {
+            let off: Vec<f64> = x.iter().zip(log_power).map(|(&x, y)| shape.log_power(x) - y).collect();
+            let mean = off.iter().sum::<f64>() / off.len() as f64;
+            off.iter().map(|d| (d - mean).powi(2)).sum::<f64>()
+        };
+        (0..CORNERS)
+            .map(|k| corner * (k as f64 * step - FARTHEST_CORNER).exp())
+            .filter(|&tried| tried < 0.5)
+            .min_by(|&a, &b| misfit(at(a)).total_cmp(&misfit(at(b))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_the_power_at_the_corner() {
+        for corner in [0.01, 0.05] {
+            for shape in Shape::all(corner) {
+                let half = shape.log_power(corner).exp();
+                // Folding and whole samples move it a little.
+                assert!((half - 0.5).abs() < 0.03, "{shape:?}: {half}");
+                assert!(shape.log_power(1e-6).abs() < 1e-6, "{shape:?}");
+            }
+        }
+        assert!((Shape::Smoothing { corner: 0.1 }.log_power(0.1).exp() - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn corner_that_is_nearest() {
+        let x: Vec<f64> = (1..50).map(|k| 0.002 * f64::from(k)).collect();
+        let shape = Shape::Digital { order: 2, corner: 0.1 };
+        let measured: Vec<f64> =
+            x.iter().map(|&x| Shape::Digital { order: 2, corner: 0.11 }.log_power(x)).collect();
+        // Corners are tried in steps of 1 %.
+        assert!((shape.nearest_corner(&x, &measured).unwrap() - 0.11).abs() < 0.001);
+        assert_eq!(Shape::RunningMean { length: 4 }.nearest_corner(&x, &measured), None);
+    }
+}

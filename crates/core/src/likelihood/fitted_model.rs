@@ -1,0 +1,184 @@
+//! The model of a record as a curve: expected Allan variance and density of all its parts behind their filter.
+
+use crate::likelihood::filter::FittedFilter;
+use crate::resonance::Resonance;
+use crate::{psd, terms};
+
+/// Share of the Allan variance that a filter leaves, at least.
+const LEAST_LEFT: f64 = 1e-6;
+
+/// Pairs of clusters over the time constant of a warm-up, at least.
+const FEWEST_PAIRS: f64 = 1e-9;
+
+/// A model of a record. Coefficients of 0 are absent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedModel {
+    /// Sample interval. [s]
+    pub tau0: f64,
+    /// Samples of the record.
+    pub samples: usize,
+    /// Q, N, B, K and R. [SI]
+    pub terms: [f64; 5],
+    /// Gauss-Markov processes: standard deviation and correlation time. [rate unit, s]
+    pub gauss_markov: Vec<(f64, f64)>,
+    /// Resonances, up to half the rate.
+    pub resonance: Vec<Resonance>,
+    /// Lines behind the filter: amplitude and frequency. [rate unit, Hz]
+    pub sinusoid: Vec<(f64, f64)>,
+    /// Filter on all noise but quantization.
+    pub filter: Option<FittedFilter>,
+    /// Frequency from which the spectrum was left out. [Hz]
+    pub highest: Option<f64>,
+    /// Drift of the mean that decays from the first sample on: amplitude and time constant. [rate unit, s]
+    pub warm_up: Option<(f64, f64)>,
+}
+
+impl FittedModel {
+    /// Expected Allan variances at cluster sizes in samples. [(rate unit)²]
+    #[must_use]
+    pub fn avar(&self, sizes: &[usize]) -> Vec<f64> {
+        let mut total = self.avar_before_filter(sizes);
+        if let Some(filter) = &self.filter {
+            let lost = filter.taken_off(|f| self.psd_before_filter(f), sizes, self.highest);
+            total.iter_mut().zip(lost).for_each(|(all, lost)| *all = (*all - lost).max(LEAST_LEFT * *all));
+        }
+        for (all, &m) in total.iter_mut().zip(sizes) {
+            for &(amplitude, frequency) in &self.sinusoid {
+                *all += terms::sinusoid_avar(amplitude, frequency, self.tau0, m);
+            }
+            *all += self.warm_up_avar(m);
+        }
+        total
+    }
+
+    /// That of the terms, processes and resonances, as if there were no filter.
+    pub(crate) fn avar_before_filter(&self, sizes: &[usize]) -> Vec<f64> {
+        let (tau0, [q, n, b, k, r]) = (self.tau0, self.terms);
+        let mut total: Vec<f64> = sizes
+            .iter()
+            .map(|&m| {
+                let tau = m as f64 * tau0;
+                let of_terms = terms::quantization_avar(q, tau)
+                    + terms::random_walk_avar(n, tau)
+                    + terms::bias_instability_avar(b, m)
+                    + terms::rate_random_walk_avar_sampled(k, tau0, m)
+                    + terms::rate_ramp_avar(r, tau);
+                self.gauss_markov.iter().fold(of_terms, |sum, &(sigma, time)| {
+                    sum + terms::gauss_markov_avar_sampled(sigma, time, tau0, m)
+                })
+            })
+            .collect();
+        for one in &self.resonance {
+            total.iter_mut().zip(one.avar_unfolded(tau0, sizes)).for_each(|(all, more)| *all += more);
+        }
+        total
+    }
+
+    /// Two-sided density of the noise that the filter acts on, before it. [(rate unit)²/Hz]
+    #[must_use]
+    pub fn psd_before_filter(&self, f: f64) -> f64 {
+        let (tau0, [_, n, b, k, _]) = (self.tau0, self.terms);
+        let mut total = psd::random_walk(n);
+        if b != 0.0 {
+            total += psd::bias_instability_sampled(b, tau0, f);
+        }
+        if k != 0.0 {
+            total += psd::rate_random_walk_sampled(k, tau0, f);
+        }
+        for &(sigma, time) in &self.gauss_markov {
+            total += psd::gauss_markov_sampled(sigma, time, tau0, f);
+        }
+        self.resonance.iter().fold(total, |sum, one| sum + one.psd(f))
+    }
+
+    /// Two-sided density behind the filter; lines, ramp and warm-up have none. [(rate unit)²/Hz]
+    #[must_use]
+    pub fn psd(&self, f: f64) -> f64 {
+        let power = self.filter.as_ref().map_or(1.0, |filter| filter.power(f));
+        self.psd_before_filter(f) * power + psd::quantization_sampled(self.terms[0], self.tau0, f)
+    }
+
+    /// Part of the drift A e^(−t/T) in the overlapped Allan variance: the mean over the pairs of clusters of
+    /// A² e^(−2t/T) (1 − e^(−τ/T))⁴ / (2 (τ/T)²).
+    fn warm_up_avar(&self, m: usize) -> f64 {
+        let Some((amplitude, time)) = self.warm_up else { return 0.0 };
+        let tau = m as f64 * self.tau0;
+        let (share, duration) = (tau / time, self.samples as f64 * self.tau0);
+        let pairs = ((duration - 2.0 * tau) / time).max(FEWEST_PAIRS);
+        let mean = -(-2.0 * pairs).exp_m1() / (2.0 * pairs);
+        0.5 * amplitude * amplitude * mean * ((-share).exp_m1().powi(2) / share).powi(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::allan::{Counting, Overlap, allan_variances};
+    use crate::likelihood::filter::FilterShape;
+
+    pub(crate) fn white(tau0: f64) -> FittedModel {
+        FittedModel {
+            tau0,
+            samples: 200_000,
+            terms: [0.0, 1.0, 0.0, 0.0, 0.0],
+            gauss_markov: Vec::new(),
+            resonance: Vec::new(),
+            sinusoid: Vec::new(),
+            filter: None,
+            highest: None,
+            warm_up: None,
+        }
+    }
+
+    /// σ²(m) = 4 ∫ S sin⁴(πfmτ₀)/(m sin πfτ₀)² df of every part with a density.
+    #[test]
+    fn variance_is_the_integral_of_the_density() {
+        let coefficients = vec![0.3, 0.1];
+        let filter = FittedFilter {
+            coefficients,
+            tau0: 0.01,
+            interval: 0.01,
+            shape: FilterShape::Uneven,
+            order: None,
+            corner: None,
+            low_pass: None,
+            known_to: None,
+        };
+        let model = FittedModel {
+            terms: [0.001, 1.0, 0.5, 0.1, 0.0],
+            gauss_markov: vec![(2.0, 0.3)],
+            resonance: vec![Resonance { sigma: 3.0, frequency: 12.0, width: 1.0 }],
+            filter: Some(filter),
+            ..white(0.01)
+        };
+        let sizes = [1, 3, 10];
+        let expected = psd::avar_of_density(|f| model.psd(f), 200_000, 0.01, &sizes);
+        for (found, expected) in model.avar(&sizes).iter().zip(expected) {
+            // The density of the rate random walk is integrated from half a step on.
+            assert!((found / expected - 1.0).abs() < 1e-3, "{found} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn warm_up_and_line_are_those_of_their_samples() {
+        let (tau0, n) = (0.01, 200_000);
+        let (size, time, amplitude, frequency) = (0.05, 150.0, 0.02, 0.013);
+        let model = FittedModel {
+            terms: [0.0; 5],
+            warm_up: Some((size, time)),
+            sinusoid: vec![(amplitude, frequency)],
+            ..white(tau0)
+        };
+        let rate: Vec<f64> = (0..n)
+            .map(|k| {
+                let t = f64::from(k) * tau0;
+                size * (-t / time).exp() + amplitude * (std::f64::consts::TAU * frequency * t).sin()
+            })
+            .collect();
+        let sizes = [100, 1000, 10_000];
+        let found = allan_variances(&[&rate], &sizes, Overlap::Full, Counting::Standard, None).unwrap();
+        for (expected, found) in model.avar(&sizes).iter().zip(&found[0]) {
+            assert!((found.avar / expected - 1.0).abs() < 0.1, "{} instead of {expected}", found.avar);
+        }
+    }
+}

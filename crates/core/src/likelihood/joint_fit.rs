@@ -1,0 +1,406 @@
+//! The joint fit of several runs, complete: the model of all, how its terms differ from run to run, and which runs do not
+//! belong to the others.
+
+use crate::distributions::{student_below, student_quantile};
+use crate::likelihood::channel_fit::{ChannelFit, Span, Verdict, standardized};
+use crate::likelihood::estimates::{Estimate, TermEstimate, quantile};
+use crate::likelihood::joint::{Common, Joint, Level, analyse_jointly};
+use crate::likelihood::laws::chi2_above;
+use crate::likelihood::outcome::{Drift, Options};
+use crate::likelihood::parts::{LineEstimate, TERM_NAMES};
+use crate::likelihood::pass::Summary;
+
+/// Corrected p-value below which a run does not belong to the others.
+pub const ALPHA: f64 = 0.01;
+
+/// Runs of which one is judged, more than this: of two, neither is the one that differs.
+const LEAST_JUDGED: usize = 2;
+
+/// Share of what a spectrum of its own gains, from which one term is the cause.
+const EXPLAINS: f64 = 0.5;
+
+/// Runs with which a level is compared with those of the others.
+const LEAST_RUNS: usize = 4;
+
+/// Standard errors from which the mean ramp counts, as in one run.
+const RAMP: f64 = 3.3;
+
+const BISECTIONS: usize = 60;
+
+/// How a coefficient differs from run to run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Standard deviation over the runs, relative.
+    pub relative: f64,
+    /// P-value of no difference.
+    pub p_value: f64,
+}
+
+/// One run among the others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunEstimate {
+    /// Coefficients that differ from run to run, by name. [SI]
+    pub values: Vec<(&'static str, Estimate)>,
+    /// Common coefficients as this run alone has them; intervals are symmetric about the square. [SI]
+    pub own: Vec<(&'static str, Estimate)>,
+    /// Of the run among the others, corrected for the number of runs and tests.
+    pub p_value: f64,
+    /// Where the run differs most: a term, or `all`: the shape of the spectrum, with its filter.
+    pub cause: &'static str,
+    /// The coefficient of the cause over that of the other runs; None if they do not show it.
+    pub factor: Option<f64>,
+}
+
+impl RunEstimate {
+    fn belongs(&self) -> bool {
+        self.p_value >= ALPHA
+    }
+}
+
+/// The joint fit of several runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointFit {
+    /// The model of all runs.
+    pub fit: ChannelFit,
+    /// Terms that are the same in all runs.
+    pub common: Vec<&'static str>,
+    /// Spreads of the terms that differ from run to run, where the runs show them.
+    pub spreads: Vec<(&'static str, Spread)>,
+    /// P-value of the same coefficient in all runs, of the common terms that the runs show.
+    pub homogeneity: Vec<(&'static str, f64)>,
+    /// Of each run.
+    pub runs: Vec<RunEstimate>,
+}
+
+/// What one run contributes.
+#[derive(Debug, Clone)]
+pub struct Contribution<'a> {
+    /// Its samples.
+    pub record: &'a Summary,
+    /// Curves that the mean may follow, at the centres of the blocks.
+    pub regressors: Vec<Vec<f64>>,
+    /// Samples, with those that are missing at the ends.
+    pub samples: usize,
+    /// Lines of the fit of this run alone.
+    pub lines: Vec<LineEstimate>,
+}
+
+/// Fits one model to several runs.
+#[must_use]
+pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> JointFit {
+    let jointly = |which: &[usize]| {
+        let records: Vec<&Summary> = which.iter().map(|&run| runs[run].record).collect();
+        let of_run = |&run: &usize| runs[run].regressors.iter().map(|curve| standardized(curve).0).collect();
+        let regressors: Vec<Vec<Vec<f64>>> = which.iter().map(of_run).collect();
+        analyse_jointly(&records, &regressors, options, common)
+    };
+    let all: Vec<usize> = (0..runs.len()).collect();
+    let found = jointly(&all);
+    let fit = fit_of_all(&found, runs, options);
+    let observed = |k: usize| fit.terms.iter().any(|(name, term)| *name == TERM_NAMES[k] && term.observed);
+    let homogeneity = (0..4)
+        .filter(|&k| observed(k))
+        .filter_map(|k| {
+            found.homogeneity[k].map(|(fall, freedom)| (TERM_NAMES[k], chi2_above(fall, freedom as f64)))
+        })
+        .collect();
+    JointFit {
+        common: (0..4)
+            .filter(|&k| options.terms[k] && found.levels.iter().all(|level| level.term != k))
+            .map(|k| TERM_NAMES[k])
+            .collect(),
+        spreads: found
+            .levels
+            .iter()
+            .filter(|level| shows(&found, level.term))
+            .map(|level| {
+                (TERM_NAMES[level.term], Spread { relative: 0.5 * level.spread, p_value: level.p_value })
+            })
+            .collect(),
+        homogeneity,
+        runs: judged(found, all, jointly, options.level),
+        fit,
+    }
+}
+
+/// The model of all runs: that of the longest one's times, with the lines and the mean ramp of the runs.
+fn fit_of_all(found: &Joint, runs: &[Contribution], options: &Options) -> ChannelFit {
+    let mut longest = 0;
+    for (k, run) in runs.iter().enumerate() {
+        if run.record.duration() > runs[longest].record.duration() {
+            longest = k;
+        }
+    }
+    let mut outcome = found.outcome.clone();
+    outcome.bins.truncate(found.bins[longest]); // the longest run's come first
+    let span = Span { tau0: runs[longest].record.tau0, samples: runs[longest].samples };
+    let mut fit = ChannelFit::of(&outcome, options, span);
+    let lines: Vec<&[LineEstimate]> = runs.iter().map(|run| run.lines.as_slice()).collect();
+    let mut lines = lines_of_runs(&lines);
+    if !lines.is_empty() && fit.verdict == Verdict::Adequate {
+        fit.verdict = Verdict::AdequateWith;
+    }
+    lines.append(&mut fit.sinusoid);
+    fit.sinusoid = lines;
+    let ramp = ramp_of_runs(&found.ramps_of, options.level);
+    for (name, term) in &mut fit.terms {
+        if *name == TERM_NAMES[4] {
+            *term = ramp;
+        }
+    }
+    fit.model.extend(ramp.value.map(|value| (TERM_NAMES[4], value)));
+    fit
+}
+
+/// Whether all runs together show a term.
+fn shows(found: &Joint, term: usize) -> bool {
+    found.outcome.terms[term].is_some_and(|bounds| bounds.observed)
+}
+
+/// What is said of each run: the one that belongs least is judged first, and the others without it.
+fn judged(
+    mut found: Joint,
+    mut members: Vec<usize>,
+    jointly: impl Fn(&[usize]) -> Joint,
+    level: f64,
+) -> Vec<RunEstimate> {
+    let mut judged: Vec<(usize, RunEstimate)> = Vec::new();
+    loop {
+        let mut runs: Vec<RunEstimate> = (0..members.len()).map(|k| of_run(&found, k, level)).collect();
+        let worst = (0..runs.len()).min_by(|&a, &b| runs[a].p_value.total_cmp(&runs[b].p_value));
+        let outlier = worst.filter(|&k| !runs[k].belongs() && members.len() > LEAST_JUDGED);
+        let Some(k) = outlier else {
+            judged.extend(members.into_iter().zip(runs));
+            judged.sort_by_key(|&(run, _)| run);
+            return judged.into_iter().map(|(_, run)| run).collect();
+        };
+        judged.push((members.remove(k), runs.swap_remove(k)));
+        found = jointly(&members);
+    }
+}
+
+/// What a joint fit says of one run.
+///
+/// Every test asks whether the data have a value of this run for itself: of each common term, of all that is common together,
+/// and of each level among those of the other runs. The p-value is the smallest, times the number of tests of all runs.
+fn of_run(found: &Joint, k: usize, level: f64) -> RunEstimate {
+    let at = quantile(level);
+    let (mut values, mut own) = (Vec::new(), Vec::new());
+    let mut tests: Vec<(&str, f64)> = Vec::new();
+    for one in &found.levels {
+        let (theta, error) = one.runs[k];
+        if !shows(found, one.term) || !error.is_finite() {
+            continue;
+        }
+        let (name, value, factor) = (TERM_NAMES[one.term], theta.sqrt(), (0.5 * at * error).exp());
+        values.push((name, Estimate { value, low: Some(value / factor), high: Some(value * factor) }));
+        if one.runs.len() >= LEAST_RUNS {
+            tests.push((name, among_others(one, k)));
+        }
+    }
+    let other = &found.others[k];
+    let mut falls: Vec<(&str, f64)> = Vec::new();
+    for (name, term) in TERM_NAMES.into_iter().zip(&other.terms) {
+        let Some([theta, error, _, fall]) = *term else { continue };
+        falls.push((name, fall));
+        tests.push((name, chi2_above(fall, 1.0)));
+        let ends = [theta - at * error, theta + at * error].map(|end| end.max(0.0).sqrt());
+        own.push((name, Estimate { value: theta.sqrt(), low: Some(ends[0]), high: Some(ends[1]) }));
+    }
+    let (fall, count) = other.all;
+    if count > 0 {
+        tests.push(("all", chi2_above(fall, count as f64)));
+    }
+    let smallest = tests.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
+    let (mut cause, p_value) = smallest.unwrap_or(("all", 1.0));
+    let count = (tests.len().max(1) * found.others.len()) as f64;
+    if cause == "all" {
+        let largest = falls.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
+        cause = largest.filter(|&(_, own)| own > EXPLAINS * fall).map_or(cause, |(name, _)| name);
+    }
+    RunEstimate { values, own, p_value: (count * p_value).min(1.0), cause, factor: factor(found, k, cause) }
+}
+
+/// The coefficient of a run over that of the others.
+fn factor(found: &Joint, k: usize, cause: &str) -> Option<f64> {
+    let term = TERM_NAMES[..4].iter().position(|&name| name == cause)?;
+    let level = found.levels.iter().find(|level| level.term == term);
+    let (own, others) = match (level, found.others[k].terms[term]) {
+        (Some(level), _) => (level.runs[k].0, found.outcome.reduced[term]),
+        (None, Some([own, _, others, _])) => (own, others),
+        (None, None) => return None,
+    };
+    (others > 0.0).then(|| (own / others).sqrt())
+}
+
+/// P-value of the level of a run among those of the other runs.
+fn among_others(level: &Level, k: usize) -> f64 {
+    let log = |(theta, _): (f64, f64)| theta.max(1e-300).ln();
+    let rest = || level.runs.iter().enumerate().filter(|&(run, _)| run != k).map(|(_, &run)| run);
+    let mean = Mean::of(&rest().map(|run| (log(run), run.1.powi(2))).collect::<Vec<_>>());
+    let (own, error) = (log(level.runs[k]), level.runs[k].1);
+    let t = (own - mean.value).abs() / (mean.variance + mean.spread + error * error).sqrt();
+    2.0 * student_below((level.runs.len() - 2) as f64, -t)
+}
+
+/// A mean over runs, its variance, and the variance over runs.
+struct Mean {
+    value: f64,
+    variance: f64,
+    spread: f64,
+}
+
+impl Mean {
+    /// The method of R. C. Paule and J. Mandel, "Consensus values and weighting factors", J. Res. Natl. Bur. Stand. 87 (1982):
+    /// the variance over runs with which the scatter of the values is its freedom. `runs`: values and variances.
+    fn of(runs: &[(f64, f64)]) -> Self {
+        let mean = |spread: f64| {
+            let (sum, weight) = runs.iter().fold((0.0, 0.0), |(sum, weight), &(value, variance)| {
+                let own = 1.0 / (variance + spread);
+                (sum + own * value, weight + own)
+            });
+            (sum / weight, weight)
+        };
+        let scatter = |spread: f64| {
+            let (mean, _) = mean(spread);
+            runs.iter().map(|&(value, variance)| (value - mean).powi(2) / (variance + spread)).sum::<f64>()
+        };
+        let freedom = (runs.len() - 1) as f64;
+        let (mut low, mut high) = (0.0, 0.0);
+        if scatter(0.0) > freedom {
+            let (least, most) =
+                runs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &(value, _)| {
+                    (least.min(value), most.max(value))
+                });
+            high = (most - least).powi(2);
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (low + high);
+                *if scatter(middle) > freedom { &mut low } else { &mut high } = middle;
+            }
+        }
+        let (value, weight) = mean(high);
+        Self { value, variance: 1.0 / weight, spread: high }
+    }
+}
+
+/// The mean of the ramps of the runs, which differ: a ramp comes from the temperature or from the age.
+fn ramp_of_runs(ramps: &[Drift], level: f64) -> TermEstimate {
+    let known: Vec<(f64, f64)> = ramps
+        .iter()
+        .filter(|ramp| ramp.value.is_finite() && ramp.error > 0.0 && ramp.error.is_finite())
+        .map(|ramp| (ramp.value, ramp.error * ramp.error))
+        .collect();
+    if known.len() < 2 {
+        return TermEstimate { p_value: Some(1.0), ..TermEstimate::default() };
+    }
+    let Mean { value, variance, .. } = Mean::of(&known);
+    let (error, freedom) = (variance.sqrt(), (known.len() - 1) as f64);
+    let half = error * student_quantile(freedom, 0.5 * (1.0 + level));
+    let p_value = 2.0 * student_below(freedom, -value.abs() / error);
+    if value.abs() > half.max(RAMP * error) {
+        return TermEstimate {
+            observed: true,
+            value: Some(value),
+            low: Some(value - half),
+            high: Some(value + half),
+            upper_limit: None,
+            p_value: Some(p_value),
+            profile: None,
+        };
+    }
+    TermEstimate {
+        upper_limit: Some(value.abs() + half),
+        p_value: Some(p_value.max(1.0 - level)),
+        ..TermEstimate::default()
+    }
+}
+
+/// Lines that at least half of the runs show: the median amplitude, with the range of the runs.
+fn lines_of_runs(runs: &[&[LineEstimate]]) -> Vec<LineEstimate> {
+    let reference = runs.iter().copied().reduce(|a, b| if b.len() > a.len() { b } else { a });
+    let mut found = Vec::new();
+    for line in reference.unwrap_or_default() {
+        let mut alike: Vec<&LineEstimate> = runs.iter().filter_map(|lines| nearest(line, lines)).collect();
+        if 2 * alike.len() < runs.len() {
+            continue;
+        }
+        alike.sort_by(|a, b| a.amplitude.value.total_cmp(&b.amplitude.value));
+        let ends = || alike.iter().flat_map(|one| [one.amplitude.low, one.amplitude.high]).flatten();
+        let amplitude = Estimate {
+            value: alike[alike.len() / 2].amplitude.value,
+            low: ends().reduce(f64::min),
+            high: ends().reduce(f64::max),
+        };
+        found.push(LineEstimate { amplitude, frequency: line.frequency });
+    }
+    found
+}
+
+/// The line of a run at the frequency of another one.
+fn nearest<'a>(line: &LineEstimate, lines: &'a [LineEstimate]) -> Option<&'a LineEstimate> {
+    // Frequencies of a line, a width more on either side.
+    let band = |line: &LineEstimate| {
+        let Estimate { value, low, high } = line.frequency;
+        let (low, high) = (low.unwrap_or(value), high.unwrap_or(value));
+        (low - (high - low), high + (high - low))
+    };
+    let (low, high) = band(line);
+    let off = |one: &LineEstimate| (one.frequency.value - line.frequency.value).abs();
+    lines
+        .iter()
+        .filter(|one| band(one).0 <= high && low <= band(one).1)
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(amplitude: f64, frequency: f64) -> LineEstimate {
+        LineEstimate {
+            amplitude: Estimate::around(amplitude, 0.1),
+            frequency: Estimate::around(frequency, 0.01),
+        }
+    }
+
+    #[test]
+    fn mean_without_a_spread_is_weighted_by_errors() {
+        let mean = Mean::of(&[(1.0, 1.0), (2.0, 0.25)]);
+        assert!((mean.value - 1.8).abs() < 1e-12);
+        assert_eq!((mean.variance, mean.spread), (0.2, 0.0));
+    }
+
+    /// With errors of 0 the spread is the variance of the values, and the mean is plain.
+    #[test]
+    fn mean_of_runs_that_differ() {
+        let mean = Mean::of(&[(1.0, 1e-30), (2.0, 1e-30), (6.0, 1e-30)]);
+        assert!((mean.spread - 7.0).abs() < 1e-9);
+        assert!((mean.value - 3.0).abs() < 1e-9);
+        assert!((mean.variance - 7.0 / 3.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn lines_of_half_of_the_runs() {
+        let (a, b, c) = ([line(1.0, 5.0), line(3.0, 8.0)], [line(2.0, 5.005)], [line(4.0, 5.01)]);
+        let found = lines_of_runs(&[&a, &b, &c]);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].frequency, a[0].frequency);
+        assert_eq!(found[0].amplitude, Estimate { value: 2.0, low: Some(0.9), high: Some(4.1) });
+        assert_eq!(lines_of_runs(&[&[], &[]]), []);
+    }
+
+    #[test]
+    fn mean_ramp() {
+        let ramps = |size: f64| [0.9, 1.0, 1.1].map(|x| Drift { value: size * x, error: 0.01 });
+        let found = ramp_of_runs(&ramps(1.0), 0.95);
+        assert!(found.observed && (found.value.unwrap() - 1.0).abs() < 1e-9);
+        // Student's t with 2 degrees of freedom at 95 %: 4.303 times 0.1/√3.
+        assert!((found.high.unwrap() - 1.0 - 4.302_652_7 * 0.1 / 3.0_f64.sqrt()).abs() < 1e-3);
+        let unknown = [Drift { value: f64::NAN, error: f64::NAN }, Drift { value: 1.0, error: 0.1 }];
+        let found = ramp_of_runs(&unknown, 0.95);
+        assert_eq!((found.observed, found.upper_limit, found.p_value), (false, None, Some(1.0)));
+        let mixed = [Drift { value: 1.0, error: 0.1 }, Drift { value: -1.0, error: 0.1 }];
+        let found = ramp_of_runs(&mixed, 0.95);
+        assert!(!found.observed && found.upper_limit.unwrap() > 10.0 && found.p_value.unwrap() > 0.9);
+    }
+}

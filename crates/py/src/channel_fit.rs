@@ -1,0 +1,429 @@
+//! The fit of a channel, and the joint fit of several runs, as frozen classes.
+
+use crate::allan::sizes;
+use crate::frozen_class::frozen_class;
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyTuple, PyType};
+use sigmatau_core::likelihood as core;
+use sigmatau_core::resonance::Resonance;
+
+type Floats<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+
+frozen_class! {
+    /// A value and its interval, without ends if it is not known.
+    Estimate {
+        /// Value.
+        value: f64,
+        /// Lower end.
+        low: Option<f64>,
+        /// Upper end.
+        high: Option<f64>,
+    }
+}
+
+frozen_class! {
+    /// A coefficient with an interval if it was observed, otherwise with an upper limit. [SI]
+    TermEstimate {
+        /// Whether the term is significant.
+        observed: bool,
+        /// Value if it was observed; a ramp has a sign.
+        value: Option<f64>,
+        /// Lower end of its interval.
+        low: Option<f64>,
+        /// Upper end of its interval.
+        high: Option<f64>,
+        /// Upper limit if it was not observed; of a ramp, of its magnitude. None if the record sets none.
+        upper_limit: Option<f64>,
+        /// P-value of its absence, all others free. None if it was not tested.
+        p_value: Option<f64>,
+        /// Maximum of the likelihood and interval with all terms free, whether the term was observed or not.
+        profile: Option<Estimate>,
+    }
+}
+
+frozen_class! {
+    /// A first-order Gauss-Markov process.
+    GaussMarkovEstimate {
+        /// Standard deviation. [rate unit]
+        sigma: Estimate,
+        /// Correlation time. [s]
+        time: Estimate,
+    }
+}
+
+frozen_class! {
+    /// Noise of a band, in front of the filter.
+    ResonanceEstimate {
+        /// Standard deviation. [rate unit]
+        sigma: Estimate,
+        /// Centre. [Hz]
+        frequency: Estimate,
+        /// Half width. [Hz]
+        width: Estimate,
+    }
+}
+
+frozen_class! {
+    /// A line of the spectrum, behind the filter.
+    LineEstimate {
+        /// Amplitude. [rate unit]
+        amplitude: Estimate,
+        /// Frequency. [Hz]
+        frequency: Estimate,
+    }
+}
+
+frozen_class! {
+    /// A drift of the mean that decays exponentially from the first sample on.
+    WarmUpEstimate {
+        /// Drift at the first sample. [rate unit]
+        amplitude: Estimate,
+        /// Time constant. [s]
+        time: f64,
+    }
+}
+
+frozen_class! {
+    /// A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
+    FilterEstimate {
+        /// a₁, a₂ …
+        coefficients: Vec<f64>,
+        /// Sample interval. [s]
+        tau0: f64,
+        /// Δ: the sample interval, or a multiple where the top of the band was left out. [s]
+        interval: f64,
+        /// `butterworth`, `smoothing`, `running_mean`, `low_pass` or `uneven`.
+        shape: String,
+        /// Of a Butterworth filter; samples of a running mean.
+        order: Option<u32>,
+        /// Frequency of half the power. [Hz]
+        corner: Option<f64>,
+        /// Lower end of its interval. [Hz]
+        low: Option<f64>,
+        /// Upper end of its interval. [Hz]
+        high: Option<f64>,
+        /// The Butterworth filter in its place in a noise model: order and corner. [Hz]
+        low_pass: Option<(u8, f64)>,
+        /// Highest frequency that the fit used, because the filter takes the rest. [Hz]
+        known_to: Option<f64>,
+    }
+}
+
+frozen_class! {
+    /// The fit of one channel. Numbers are in the unit of the rate and seconds.
+    ChannelFit {
+        /// Terms that were asked for, and the ramp, by name.
+        terms: Vec<(String, TermEstimate)>,
+        /// Coefficients that together describe the record, by name: the observed ones and those of `unclear`.
+        model: Vec<(String, f64)>,
+        /// Terms of the model that are not significant beside each other, although at least one of them is present.
+        unclear: Vec<String>,
+        /// Gauss-Markov processes.
+        gauss_markov: Vec<GaussMarkovEstimate>,
+        /// Resonances.
+        resonance: Vec<ResonanceEstimate>,
+        /// Lines, the strongest first.
+        sinusoid: Vec<LineEstimate>,
+        /// Filter on all noise but quantization.
+        response: Option<FilterEstimate>,
+        /// Drift that decays.
+        warm_up: Option<WarmUpEstimate>,
+        /// Coefficients of the regressors.
+        regressors: Vec<Estimate>,
+        /// Frequency from which the spectrum was left out. [Hz]
+        highest: Option<f64>,
+        /// A Gauss-Markov process of this or a longer time explains the rate random walk as well. [s]
+        alike_from: Option<f64>,
+        /// Standard deviation of the process of this time. [rate unit]
+        alike_sigma: Option<f64>,
+        /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
+        discrepancy: Vec<(f64, f64)>,
+        /// `adequate`, `adequate_with` or `widened`.
+        verdict: String,
+        /// The band that deviates most from a model with widened intervals: frequency [Hz], density over that of the model.
+        worst_band: Option<(f64, f64)>,
+        /// Shortest averaging time at which the noise model made from the fit describes the curve. [s]
+        tau_min: f64,
+        /// Longest averaging time. [s]
+        tau_max: f64,
+        /// P-value of the goodness of fit.
+        p_value: f64,
+        /// Names of the rows of `covariance`.
+        parameters: Vec<String>,
+        /// Covariance of coefficients and of numbers of processes, shape (n, n). [SI]
+        covariance: Vec<Vec<f64>>,
+        /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
+        unsteadiness: (f64, f64),
+        /// Ends of what each line leaves out of the fit. [Hz]
+        left_out: Vec<(f64, f64)>,
+        /// Variance [(rate unit)²], centre and half width [Hz] of every resonance, with those that are among the lines.
+        resonances: Vec<(f64, f64, f64)>,
+    }
+}
+
+frozen_class! {
+    /// One run of a joint fit among the others.
+    RunEstimate {
+        /// Coefficients that differ from run to run, by name. [SI]
+        values: Vec<(String, Estimate)>,
+        /// Common coefficients as this run alone has them, by name. [SI]
+        own: Vec<(String, Estimate)>,
+        /// P-value of the run among the others, corrected for the number of runs and tests.
+        p_value: f64,
+        /// Where the run differs most: a term, or "all".
+        cause: String,
+        /// The coefficient of the cause over that of the other runs.
+        factor: Option<f64>,
+    }
+}
+
+frozen_class! {
+    /// One model of several runs.
+    JointChannelFit {
+        /// The model of all runs.
+        fit: ChannelFit,
+        /// Terms that are the same in all runs.
+        common: Vec<String>,
+        /// Relative standard deviation over the runs, and p-value of no difference, by term.
+        spreads: Vec<(String, (f64, f64))>,
+        /// P-value of the same coefficient in all runs, by term.
+        homogeneity: Vec<(String, f64)>,
+        /// Of each run.
+        runs: Vec<RunEstimate>,
+    }
+}
+
+/// The model of a record as a curve.
+#[pyclass(frozen, module = "sigmatau._core")]
+pub struct FittedModel(core::FittedModel);
+
+#[pymethods]
+impl FittedModel {
+    /// Coefficients by name; of processes, resonances and lines the numbers in the order of their names.
+    #[new]
+    #[allow(clippy::too_many_arguments)] // one for each part
+    #[pyo3(signature = (tau0, samples, terms, gauss_markov, resonance, sinusoid, filter=None, highest=None, warm_up=None))]
+    fn new(
+        tau0: f64,
+        samples: usize,
+        terms: Vec<(String, f64)>,
+        gauss_markov: Vec<(f64, f64)>,
+        resonance: Vec<(f64, f64, f64)>,
+        sinusoid: Vec<(f64, f64)>,
+        filter: Option<FilterEstimate>,
+        highest: Option<f64>,
+        warm_up: Option<(f64, f64)>,
+    ) -> PyResult<Self> {
+        let mut coefficients = [0.0; 5];
+        for (name, value) in terms {
+            coefficients[term(&name)?] = value;
+        }
+        let resonance = resonance
+            .into_iter()
+            .map(|(sigma, frequency, width)| Resonance { sigma, frequency, width })
+            .collect();
+        let filter = filter.map(core::FittedFilter::try_from).transpose()?;
+        Ok(Self(core::FittedModel {
+            tau0,
+            samples,
+            terms: coefficients,
+            gauss_markov,
+            resonance,
+            sinusoid,
+            filter,
+            highest,
+            warm_up,
+        }))
+    }
+
+    /// Expected Allan variances at cluster sizes.
+    fn avar<'py>(&self, py: Python<'py>, m: PyReadonlyArray1<'py, i64>) -> Floats<'py> {
+        let sizes = sizes(&m)?;
+        if sizes.contains(&0) {
+            return Err(PyValueError::new_err("`m` must be at least 1 sample, got 0"));
+        }
+        Ok(py.detach(|| self.0.avar(&sizes)).into_pyarray(py))
+    }
+
+    /// Two-sided density at frequencies.
+    fn psd<'py>(&self, py: Python<'py>, f: PyReadonlyArray1<'py, f64>) -> Floats<'py> {
+        Ok(f.as_slice()?.iter().map(|&f| self.0.psd(f)).collect::<Vec<_>>().into_pyarray(py))
+    }
+
+    /// Two-sided density, in front of the filter, of the noise that it acts on.
+    fn psd_before_filter<'py>(&self, py: Python<'py>, f: PyReadonlyArray1<'py, f64>) -> Floats<'py> {
+        Ok(f.as_slice()?.iter().map(|&f| self.0.psd_before_filter(f)).collect::<Vec<_>>().into_pyarray(py))
+    }
+}
+
+/// A significant term, from its estimate, its interval with all terms free and its standard error.
+#[pyfunction]
+pub fn significant_term(
+    value: f64,
+    low: f64,
+    high: f64,
+    error: f64,
+    p_value: f64,
+    level: f64,
+) -> TermEstimate {
+    core::TermEstimate::significant(value, [low, high], error, p_value, level).into()
+}
+
+/// Index of a term.
+pub fn term(name: &str) -> PyResult<usize> {
+    core::TERM_NAMES
+        .iter()
+        .position(|&term| term == name)
+        .ok_or_else(|| PyValueError::new_err(format!("unknown term {name}")))
+}
+
+const SHAPES: [(core::FilterShape, &str); 5] = [
+    (core::FilterShape::Butterworth, "butterworth"),
+    (core::FilterShape::Smoothing, "smoothing"),
+    (core::FilterShape::RunningMean, "running_mean"),
+    (core::FilterShape::LowPass, "low_pass"),
+    (core::FilterShape::Uneven, "uneven"),
+];
+
+impl TryFrom<FilterEstimate> for core::FittedFilter {
+    type Error = PyErr;
+
+    fn try_from(filter: FilterEstimate) -> PyResult<Self> {
+        let shape = SHAPES.iter().find(|(_, name)| *name == filter.shape);
+        let Some(&(shape, _)) = shape else {
+            return Err(PyValueError::new_err(format!("unknown shape {}", filter.shape)));
+        };
+        let FilterEstimate { coefficients, tau0, interval, order, low_pass, known_to, .. } = filter;
+        let (low, high) = (filter.low, filter.high);
+        let corner = filter.corner.map(|corner| [corner, low.unwrap_or(corner), high.unwrap_or(corner)]);
+        Ok(Self { coefficients, tau0, interval, shape, order, corner, low_pass, known_to })
+    }
+}
+
+impl From<core::FittedFilter> for FilterEstimate {
+    fn from(filter: core::FittedFilter) -> Self {
+        let shape = SHAPES.iter().find(|(shape, _)| *shape == filter.shape).map_or("", |(_, name)| name);
+        let core::FittedFilter { coefficients, tau0, interval, order, low_pass, known_to, .. } = filter;
+        let [corner, low, high] = filter.corner.map_or([None; 3], |numbers| numbers.map(Some));
+        let shape = shape.to_owned();
+        Self { coefficients, tau0, interval, shape, order, corner, low, high, low_pass, known_to }
+    }
+}
+
+impl From<core::Estimate> for Estimate {
+    fn from(core::Estimate { value, low, high }: core::Estimate) -> Self {
+        Self { value, low, high }
+    }
+}
+
+impl From<Estimate> for core::Estimate {
+    fn from(Estimate { value, low, high }: Estimate) -> Self {
+        Self { value, low, high }
+    }
+}
+
+impl From<core::TermEstimate> for TermEstimate {
+    fn from(term: core::TermEstimate) -> Self {
+        let core::TermEstimate { observed, value, low, high, upper_limit, p_value, profile } = term;
+        Self { observed, value, low, high, upper_limit, p_value, profile: profile.map(Into::into) }
+    }
+}
+
+impl From<core::GaussMarkovEstimate> for GaussMarkovEstimate {
+    fn from(process: core::GaussMarkovEstimate) -> Self {
+        Self { sigma: process.sigma.into(), time: process.time.into() }
+    }
+}
+
+impl From<core::ResonanceEstimate> for ResonanceEstimate {
+    fn from(one: core::ResonanceEstimate) -> Self {
+        Self { sigma: one.sigma.into(), frequency: one.frequency.into(), width: one.width.into() }
+    }
+}
+
+impl From<core::LineEstimate> for LineEstimate {
+    fn from(line: core::LineEstimate) -> Self {
+        Self { amplitude: line.amplitude.into(), frequency: line.frequency.into() }
+    }
+}
+
+impl From<LineEstimate> for core::LineEstimate {
+    fn from(line: LineEstimate) -> Self {
+        Self { amplitude: line.amplitude.into(), frequency: line.frequency.into() }
+    }
+}
+
+impl From<core::ChannelFit> for ChannelFit {
+    fn from(fit: core::ChannelFit) -> Self {
+        let order = fit.parameters.len().max(1);
+        let verdict = match fit.verdict {
+            core::Verdict::Adequate => "adequate",
+            core::Verdict::AdequateWith => "adequate_with",
+            core::Verdict::Widened => "widened",
+        };
+        Self {
+            terms: named(fit.terms),
+            model: named(fit.model),
+            unclear: fit.unclear.into_iter().map(str::to_owned).collect(),
+            gauss_markov: converted(fit.gauss_markov),
+            resonance: converted(fit.resonance),
+            sinusoid: converted(fit.sinusoid),
+            response: fit.filter.map(Into::into),
+            warm_up: fit
+                .warm_up
+                .map(|one| WarmUpEstimate { amplitude: one.amplitude.into(), time: one.time }),
+            regressors: converted(fit.regressors),
+            highest: fit.highest,
+            alike_from: fit.alike_from.map(|(time, _)| time),
+            alike_sigma: fit.alike_from.and_then(|(_, sigma)| sigma),
+            discrepancy: fit.discrepancy,
+            verdict: verdict.to_owned(),
+            worst_band: fit.worst_band,
+            tau_min: fit.tau_min,
+            tau_max: fit.tau_max,
+            p_value: fit.p_value,
+            parameters: fit.parameters,
+            covariance: fit.covariance.chunks_exact(order).map(<[f64]>::to_vec).collect(),
+            unsteadiness: fit.unsteadiness,
+            left_out: fit.left_out,
+            resonances: fit
+                .resonances
+                .into_iter()
+                .map(|one| (one.sigma.powi(2), one.frequency, one.width))
+                .collect(),
+        }
+    }
+}
+
+impl From<core::JointFit> for JointChannelFit {
+    fn from(joint: core::JointFit) -> Self {
+        let run = |run: core::RunEstimate| RunEstimate {
+            values: named(run.values),
+            own: named(run.own),
+            p_value: run.p_value,
+            cause: run.cause.to_owned(),
+            factor: run.factor,
+        };
+        Self {
+            fit: joint.fit.into(),
+            common: joint.common.into_iter().map(str::to_owned).collect(),
+            spreads: joint
+                .spreads
+                .into_iter()
+                .map(|(name, spread)| (name.to_owned(), (spread.relative, spread.p_value)))
+                .collect(),
+            homogeneity: named(joint.homogeneity),
+            runs: joint.runs.into_iter().map(run).collect(),
+        }
+    }
+}
+
+fn named<S, T: From<S>>(values: Vec<(&'static str, S)>) -> Vec<(String, T)> {
+    values.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
+}
+
+fn converted<S, T: From<S>>(values: Vec<S>) -> Vec<T> {
+    values.into_iter().map(Into::into).collect()
+}

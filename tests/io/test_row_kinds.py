@@ -373,3 +373,47 @@ def test_names_above_the_rows_are_those_of_their_kind(tmp_path, style):
     assert record.channels == ("gyro_x", "gyro_y", "gyro_z")
     assert record.streams[0].grid.rate == pytest.approx(100)
     np.testing.assert_allclose(record.streams[0].column("gyro_y"), rates[:, 1])
+
+
+@pytest.mark.parametrize("goes_on", [True, False])
+@pytest.mark.parametrize("name", ["imu", "sensor_id", "Device", "label", "segment"])
+def test_blocks_of_rows_are_of_several_devices(tmp_path, name, goes_on):
+    """A column of a device divides the rows; a label or a segment describes a part of the log of one sensor."""
+    _, values = gyro(f"blocks {name}", 100.0, seconds=40.0)
+    rows = []
+    for k, axes in enumerate(values.tolist()):
+        block = k // 400
+        t = k / 100 if goes_on or name in ("label", "segment") else (block // 2 * 400 + k % 400) / 100
+        rows.append(f"{t:.2f},{block % 2},{','.join(map(str, axes))}")
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([f"time [s],{name},gyro_x,gyro_y,gyro_z", *rows, ""]))
+    if name in ("label", "segment"):
+        assert read(path, unit={"gyro": "rad/s"}).streams[0].grid.n == len(values)
+        return
+    with pytest.raises(OptionError, match=rf"column 2 '{name}' has 0 and 1, so the rows are of several sensors"):
+        read(path, unit={"gyro": "rad/s"})
+    stream = read(path, unit={"gyro": "rad/s"}, topic="imu1").stream_of("gyro_x")
+    of_second = values.reshape(-1, 2, 400, 3)[:, 1, :, 0].ravel()
+    x = stream.column("gyro_x")
+    np.testing.assert_array_equal(x[~np.isnan(x)], of_second)
+
+
+def test_short_tags_of_sensors_with_other_noise(tmp_path):
+    """One letter for each sensor, without a header: the noise of the rows tells that they are of several sensors."""
+    sources = [alone("G", "G", gyro, 200.0), alone("A", "A", accel, 100.0, at=0.0001)]
+    rows = merged(sources, lambda kind, i, t, v: f"{kind} {1e6 * t:.0f} {' '.join(v)}")
+    path = tmp_path / "log.txt"
+    path.write_text("\n".join([*rows, ""]))
+    how = {"channels": {"time": 2, "gyro": "3:5"}, "unit": {"gyro": "rad/s", "time": "us"}}
+    with pytest.raises(OptionError, match="column 1 has G and A, so the rows are of several sensors"):
+        read(path, **how)
+    assert read(path, topic="G", **how).streams[0].grid.rate == pytest.approx(200.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("words", [("A", "V"), ("old", "new")])
+def test_words_that_cycle_over_one_sensor_are_no_kinds(tmp_path, words):
+    _, values = gyro(f"words {words}", 100.0, seconds=40.0)
+    rows = [f"{k / 100:.2f},{words[k % 2]},{','.join(map(str, axes))}" for k, axes in enumerate(values.tolist())]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time [s],mode,gyro_x,gyro_y,gyro_z", *rows, ""]))
+    assert read(path, unit={"gyro": "rad/s"}).streams[0].grid.n == len(values)

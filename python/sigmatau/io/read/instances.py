@@ -21,6 +21,7 @@ _NAMES = (
     r"(?:.*_)?(?:imu|inst|instance|sensor|device|dev|node|board|chip|source|src|topic|frame|addr|address|tag|kind|type|unit|label)"
     r"(?:_?(?:id|no|nr|num|number|index|idx|name))?|frame_?id|id"
 )
+_DEVICES = r"I|(?i:.*(?:imu|inst|sensor|dev|node|board|chip|addr).*)"
 # Names of columns that cycle for other reasons: counters, phases and flags.
 _NOT_INSTANCES = (
     r"(?:.*_)?(?:seq|sequence|count|counter|cnt|parity|phase|status|state|flags?|valid|ok|new|fresh|sync|trigger|sample|samples"
@@ -32,7 +33,9 @@ _REGULAR_RUNS = 0.95  # share of the runs up to twice the median: 0.88 for a fai
 _SMALLEST_SHIFT = 0.3  # difference of two means, over the scatter of the rows of one kind
 _SHIFT_ERRORS = 8.0  # the same, over its standard error; differences of neighbours make the error too small by 1.4
 _MIN_DISTINCT = 5  # different values of a signal in the rows of one kind
-_MIN_COLUMNS = 2  # columns whose means must differ
+_MIN_COLUMNS = 2  # columns whose means, or scatters, must differ
+_SCATTERS = 2.0  # ratio of the scatters of two sensors: 8 standard errors for 100 rows of a kind
+_ROWS_OF_BLOCK = 20  # rows of the average block of one sensor
 _PARTS = 4  # parts of the head in which they must differ alike: the beat of a line changes its sign
 
 
@@ -47,6 +50,11 @@ def has_instance_name(name: str) -> bool:
     key = re.sub(r"[\s./:\-]+", "_", name.strip()).strip("_")
     snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", key).lower()
     return key == "I" or (re.fullmatch(_NAMES, snake) is not None and not re.fullmatch(_NOT_INSTANCES, snake))
+
+
+def has_device_name(name: str) -> bool:
+    """Whether a column has the name of a device, as against a label or a type, which may describe a part of a log."""
+    return has_instance_name(name) and re.fullmatch(_DEVICES, name.strip()) is not None
 
 
 def may_be_instance(name: str) -> bool:
@@ -74,6 +82,28 @@ def cycles_with_rows(labels: Sequence[str]) -> bool:
             if np.mean(some <= 2 * np.median(some) + 1) < _REGULAR_RUNS:
                 return False
     return True
+
+
+def comes_in_blocks(labels: Sequence[str]) -> bool:
+    """Whether each label comes in blocks of rows: sensors that are logged one after the other, in turns of many rows."""
+    names, codes = np.unique(np.array(labels), return_inverse=True)
+    blocks = int(np.count_nonzero(np.diff(codes))) + 1
+    return len(names) > 1 and len(labels) >= _ROWS_OF_BLOCK * blocks
+
+
+def scatters_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> bool:
+    """Whether the noise of several signals depends on the kind of the row, as that of different sensors does; arguments as
+    in `means_differ`.
+    """
+    ratios = []
+    for column in values.T:
+        of_kinds = [column[codes == code] for code in range(codes.max() + 1)]
+        if not all(np.isfinite(x).all() and len(np.unique(x)) >= _MIN_DISTINCT for x in of_kinds):
+            continue
+        steps = [median_and_spread(np.diff(x))[1] for x in of_kinds]
+        if min(steps) > 0 and not any(np.mean(np.diff(x) >= 0) > _REGULAR_RUNS for x in of_kinds):
+            ratios.append(max(steps) / min(steps))
+    return sum(ratio >= _SCATTERS for ratio in ratios) >= _MIN_COLUMNS
 
 
 def means_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> bool:

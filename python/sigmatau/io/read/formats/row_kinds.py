@@ -19,10 +19,13 @@ from numpy.typing import NDArray
 from sigmatau.io.read.formats.text_lines import COMMENTS, bare_fields, is_number
 from sigmatau.io.read.formats.text_names import names_something
 from sigmatau.io.read.instances import (
+    comes_in_blocks,
     cycles_with_rows,
+    has_device_name,
     has_instance_name,
     may_be_instance,
     means_differ,
+    scatters_differ,
     sensor_of,
 )
 from sigmatau.io.read.table import RowKind
@@ -59,8 +62,9 @@ def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
     no word names its sensor.
 
     A column of words tells kinds if the rows of each word have a number of fields of their own, or if a word names a gyro or
-    an accelerometer. Any other column of few words or whole numbers must cycle with the rows, and either have the name of
-    an instance (``I``, ``imu``, ``sensor_id``, ``frame_id``) or divide the rows into groups whose means differ.
+    an accelerometer. Any other column of few words or whole numbers must cycle with the rows, or come in blocks of rows
+    and have the name of a device. If it cycles, it must have the name of an instance (``I``, ``imu``, ``sensor_id``,
+    ``frame_id``) or divide the rows into groups whose means differ, or for words whose scatters do.
     """
     lines = _row_lines(text.split("\n", _FIRST_LINES + _HEADERS)[:-1]) or _row_lines(text.split("\n", _LINES)[:_LINES])
     delimiter = _delimiter(lines[:_FIRST_LINES])
@@ -69,14 +73,16 @@ def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
     split = [bare_fields(line, delimiter) for line in lines[:_FIRST_LINES]]
     first = [fields for fields in split if _is_row(fields)]
     width = min(map(len, first), default=0)
-    columns = [c for c in range(min(width, _FIRST_COLUMNS)) if c != without and _may_tell_kinds(first, c)]
+    names = _names(split, text, delimiter)
+    columns = [c for c in range(min(width, _FIRST_COLUMNS)) if c != without and _may_tell_kinds(first, c, names)]
     if not columns:
         return None
-    late = any(not is_number(first[0][column]) for column in columns)  # rows of another word may begin late
+    late = any(
+        not is_number(first[0][column]) or len({row[column] for row in first}) == 1 for column in columns
+    )  # rows of another word or number may begin late
     lines = _row_lines(text.split("\n") if late else text.split("\n", _LINES)[:_LINES])
     split += [bare_fields(line, delimiter) for line in lines[_FIRST_LINES:]]
     rows = [fields for fields in split if _is_row(fields)]
-    names = _names(split, text, delimiter)
     for column in columns:
         labels = _labels(rows, column)
         if _is_sensor(labels) or (len(labels) > 1 and _tells_kinds(rows, column, labels, names)):
@@ -184,8 +190,8 @@ def _numbers(fields: Sequence[str]) -> int:
     return sum(is_number(f) or ("," in f and is_number(f.replace(",", "."))) for f in fields)
 
 
-def _may_tell_kinds(rows: Sequence[Sequence[str]], column: int) -> bool:
-    """Whether a column of the first rows has words, or at least two small whole numbers."""
+def _may_tell_kinds(rows: Sequence[Sequence[str]], column: int, names: Sequence[str]) -> bool:
+    """Whether a column of the first rows has words, or small whole numbers: two, or one and the name of a device."""
     texts = {row[column] for row in rows}
     if "" in texts:
         return False
@@ -193,7 +199,8 @@ def _may_tell_kinds(rows: Sequence[Sequence[str]], column: int) -> bool:
         return len(texts) <= _MAX_KINDS and not any(
             text.replace(",", ".").strip("0123456789.:-/+TZ ") == "" for text in texts
         )
-    return 2 <= len(texts) <= _MAX_KINDS and all(map(_WHOLE.fullmatch, texts))
+    fewest = 1 if column < len(names) and has_device_name(names[column]) else 2
+    return fewest <= len(texts) <= _MAX_KINDS and all(map(_WHOLE.fullmatch, texts))
 
 
 def _labels(rows: Sequence[Sequence[str]], column: int) -> tuple[str, ...]:
@@ -240,7 +247,7 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
     if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
         return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
     if not cycles_with_rows(order):
-        return False
+        return len(names) in usual and has_device_name(names[column]) and comes_in_blocks(order)
     if len(names) in usual and has_instance_name(names[column]):
         return True
     if words and any(re.search(_SENSOR_LIKE, label) for label in labels):
@@ -249,7 +256,8 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
         return False
     values = np.array([[_value(f) for f in row] for row in of_kinds])
     codes = {label: k for k, label in enumerate(labels)}
-    return means_differ(values, np.array([codes[label] for label in order]))
+    of_rows = np.array([codes[label] for label in order])
+    return means_differ(values, of_rows) or (words and scatters_differ(values, of_rows))
 
 
 def _value(text: str) -> float:

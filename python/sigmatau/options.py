@@ -46,12 +46,14 @@ _WIDTH = 120  # of docstrings
 class Option(NamedTuple):
     """What is said of an option beside its name, its type and its default.
 
-    `text` is for Python and the command line alike; `python` and `typed` follow it in one of them. An option without a
-    form can only be stated in Python. One that does not `matter` changes no number of the result.
+    `text` is for Python and the command line alike, as is `otherwise`: what holds without the option. Between them are
+    `python` or `typed`, for one of them. An option without a form can only be stated in Python. One that does not `matter`
+    changes no number of the result.
     """
 
     group: GroupName
     text: str
+    otherwise: str
     form: Form | None
     choices: tuple[str, ...]
     unit: str
@@ -66,6 +68,7 @@ class Option(NamedTuple):
 def option(
     group: GroupName,
     text: str,
+    otherwise: str = "",
     *,
     form: Form | None = None,
     choices: Sequence[str] = (),
@@ -85,6 +88,8 @@ def option(
         Group of the help.
     text : str
         One sentence for Python and for the command line.
+    otherwise : str
+        What holds without it, if the default does not say so: ``"Default: all."``
     form : str, optional
         How it is typed; None if it can only be stated in Python. An option with `choices` needs none.
     choices : sequence of str
@@ -103,8 +108,8 @@ def option(
         Whether it changes numbers of the result, so that the JSON states it.
     """
     told = Option(
-        group=group, text=text, form=form, choices=tuple(choices), unit=unit, kind=kind, example=example,
-        python=python, typed=typed, main=main, matters=matters,
+        group=group, text=text, otherwise=otherwise, form=form, choices=tuple(choices), unit=unit, kind=kind,
+        example=example, python=python, typed=typed, main=main, matters=matters,
     )  # fmt: skip
     return {Option: told}
 
@@ -200,6 +205,6 @@ def _with_options(docstring: str, options: Mapping[str, Option]) -> str:
 def _entry(name: str, about: Option) -> str:
     """The entry of an option in a docstring."""
     kind = about.kind or "{" + ", ".join(f'"{choice}"' for choice in about.choices) + "}"
-    told = " ".join(filter(None, [about.text, about.python, f"[{about.unit}]" if about.unit else ""]))
+    told = " ".join(filter(None, [about.text, about.python, about.otherwise, f"[{about.unit}]" if about.unit else ""]))
     lines = textwrap.wrap(told, _WIDTH - 8, break_long_words=False, break_on_hyphens=False)
     return f"    {name} : {kind}\n" + "".join(f"        {line}\n" for line in lines)

@@ -71,8 +71,8 @@ class AnalysisOptions(CheckOptions):
         default=None,
         metadata=option(
             "Method",
-            "Noise terms that may be present. Default: all five. A term that is left out is assumed to be absent; if it is"
-            " present, the others are wrong.",
+            "Noise terms that may be present.",
+            "Default: all five. A term that is left out is assumed to be absent; if it is present, the others are wrong.",
             form="names",
             kind="sequence of str, optional",
             python="Keys of `sigmatau.noise.terms.TERMS`.",
@@ -83,7 +83,8 @@ class AnalysisOptions(CheckOptions):
         default=None,
         metadata=option(
             "Method",
-            "Shortest averaging time of least squares, e.g. beyond a filter or a line. Default: by goodness of fit.",
+            "Shortest averaging time of least squares, e.g. beyond a filter or a line.",
+            "Default: by goodness of fit.",
             form="seconds",
             unit="s",
             kind="float, optional",
@@ -94,14 +95,14 @@ class AnalysisOptions(CheckOptions):
         default=None,
         metadata=option(
             "Method",
-            "Averaging times between which lines are read off, by term, or by channel or sensor and term."
-            " Default: by the rules of the paper.",
+            "Averaging times between which lines are read off, by term, or by channel or sensor and term.",
+            "Default: by rules.",
             form="ranges",
             unit="s",
             kind="mapping of str to tuple of float, optional",
-            python='``{"random_walk": (1, 10), "gyro_x.quantization": (0.01, 2)}``; see `sigmatau.read_off`.',
-            typed="random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for one, gyro.random_walk=… for a sensor"
-            " (ms, s, min, h, d); may be repeated.",
+            python='Example: ``{"random_walk": (1, 10), "gyro_x.quantization": (0.01, 2)}``; see `sigmatau.read_off`.',
+            typed="Examples: random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for one, gyro.random_walk=… for"
+            " a sensor (ms, s, min, h, d); may be repeated.",
         ),
     )
     long: Long = field(
@@ -119,8 +120,8 @@ class AnalysisOptions(CheckOptions):
         default=None,
         metadata=option(
             "Selection",
-            "Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h."
-            " Default: all.",
+            "Part of the record to analyse: 600s:7800s from its beginning (ms, s, min, h, d), or most-stable=2h.",
+            "Default: all.",
             form="span",
             kind="str, optional",
             main=True,
@@ -130,11 +131,11 @@ class AnalysisOptions(CheckOptions):
         default=False,
         metadata=option(
             "Selection",
-            "Analyse motion, such as that of a turntable or a shaker, as noise. Default: a log that is partly at rest is cut"
-            " to its longest part at rest, and one that is not at rest or too short to tell gets no coefficients.",
+            "Analyse motion, such as that of a turntable or a shaker, as noise.",
+            "Default: a log that is partly at rest is cut to its longest part at rest, and one that is not at rest or too"
+            " short to tell gets no coefficients (exit code 5).",
             form="flag",
             kind="bool",
-            typed="The exit code is then 5.",
             main=True,
         ),
     )
@@ -161,7 +162,8 @@ class AnalysisOptions(CheckOptions):
         default=None,
         metadata=option(
             "Output",
-            "Number of threads (default: all cores). The result does not depend on it.",
+            "Number of threads. The result does not depend on it.",
+            "Default: all cores.",
             form="count",
             kind="int, optional",
             matters=False,

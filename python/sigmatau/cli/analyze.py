@@ -18,6 +18,7 @@ from sigmatau.analysis import Analysis, analyze, failed_result
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
+from sigmatau.cli.declared import Flag, InMain, InMethod, InOutput, MayBeMinus, Quiet, Texts, Verbose
 from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
@@ -61,22 +62,22 @@ def analyze_command(
     *logs: Path,
     reading: Reading | None = None,
     settings: Settings | None = None,
-    report: Path | None = None,
-    note: Annotated[list[str] | None, Parameter(negative=())] = None,
-    plot: Path | None = None,
-    overlay: Path | None = None,
-    stability: Path | None = None,
-    style: Literal["screen", "paper"] = "screen",
-    json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
-    csv: Path | None = None,
-    export: Annotated[list[str] | None, Parameter(negative=(), completer=targets_for_shell)] = None,
+    report: Annotated[Path | None, InMain] = None,
+    note: Annotated[list[str] | None, Texts, InOutput] = None,
+    plot: Annotated[Path | None, InMain] = None,
+    overlay: Annotated[Path | None, InOutput] = None,
+    stability: Annotated[Path | None, InOutput] = None,
+    style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
+    json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    csv: Annotated[Path | None, InOutput] = None,
+    export: Annotated[list[str] | None, Texts, InMain, Parameter(completer=targets_for_shell)] = None,
     choosing: Choosing | None = None,
-    joint: Annotated[bool, Parameter(negative=())] = False,
-    joint_axes: Annotated[bool, Parameter(negative=())] = False,
-    common: str | None = None,
-    jobs: int | None = None,
-    verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+    joint: Annotated[bool, Flag, InMethod] = False,
+    joint_axes: Annotated[bool, Flag, InMethod] = False,
+    common: Annotated[str | None, InMethod] = None,
+    jobs: Annotated[int | None, InOutput] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> int:
     """Analyse a log of a sensor at rest: Allan deviation and noise coefficients of every axis.
 

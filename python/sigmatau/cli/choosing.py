@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from sigmatau.cli.declared import GROUPS
 from sigmatau.cli.options import finding_lines, key_values, say
 from sigmatau.cli.reading import Reading
 from sigmatau.errors import OptionError
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from sigmatau.record.record import Record
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=GROUPS["Export"])
 @dataclass(frozen=True, kw_only=True)
 class Choosing:
     """Options of an export.
@@ -69,7 +70,7 @@ class Choosing:
     filter_rate: float | None = None
     step: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
     name: Annotated[list[str] | None, Parameter(negative=())] = None
-    strict: Annotated[bool, Parameter(negative=())] = False
+    strict: Annotated[bool, Parameter(negative=(), show_default=False)] = False
 
     def choices(self) -> Choices:
         """The `Choices` of these options; raises `OptionError`."""

@@ -22,6 +22,16 @@ MAIN = Group("Main options", sort_key=1)
 
 GROUPS: Mapping[GroupName, Group] = {name: Group(name, sort_key=2 + k) for k, name in enumerate(get_args(GroupName))}
 
+InMain = Parameter(group=MAIN)
+InMethod = Parameter(group=GROUPS["Method"])
+InOutput = Parameter(group=GROUPS["Output"])
+Flag = Parameter(negative=(), show_default=False)
+Texts = Parameter(negative=())
+MayBeMinus = Parameter(allow_leading_hyphen=True)
+
+Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"]), Flag, InOutput]
+Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"]), Flag, InMain]
+
 
 class Typed(NamedTuple):
     """How a form is typed: the type for the parser, what makes the value of it, and whether it may begin with a minus."""
@@ -100,10 +110,10 @@ def parameter(each: Field[Any]) -> Any:  # noqa: ANN401  a type for cyclopts
     form = Typed(Literal[about.choices], _as_it_is) if about.form is None else FORMS[about.form]
     how = Parameter(
         group=MAIN if about.main else GROUPS[about.group],
-        help=" ".join(filter(None, [about.text, about.typed])),
+        help=" ".join(filter(None, [about.text, about.typed, about.otherwise])),
         negative=(),
         allow_leading_hyphen=form.with_minus,
-        show_default=about.form != "flag",
+        show_default=_has_default(each) and about.form != "flag",
     )
     return Annotated[form.kind if _has_default(each) else form.kind | None, how]
 

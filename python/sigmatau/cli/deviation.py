@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from cyclopts import Parameter
-
 from sigmatau._version import __version__
+from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet
 from sigmatau.cli.options import (
     averaging_times,
     check_outputs,
@@ -30,16 +29,16 @@ def deviation_command(
     log: Path,
     /,
     *,
-    kind: Kind,
+    kind: Annotated[Kind, InMain],
     reading: Reading | None = None,
-    taus: str = "half",
-    overlap: Literal["full", "none"] | None = None,
-    noise: str | None = None,
-    plot: Path | None = None,
-    style: Literal["screen", "paper"] = "screen",
-    json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
-    threads: int | None = None,
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+    taus: Annotated[str, InMethod] = "half",
+    overlap: Annotated[Literal["full", "none"] | None, InMethod] = None,
+    noise: Annotated[str | None, InMethod] = None,
+    plot: Annotated[Path | None, InMain] = None,
+    style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
+    json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    threads: Annotated[int | None, InOutput] = None,
+    quiet: Quiet = False,
 ) -> int:
     """Compute another deviation than Allan's for every axis of a log of a sensor at rest.
 

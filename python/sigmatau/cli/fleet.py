@@ -11,8 +11,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Parameter
-
+from sigmatau.cli.declared import Flag, InMain, InOutput, MayBeMinus, Quiet
 from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import say
 from sigmatau.cli.reading import Reading
@@ -40,18 +39,18 @@ def fleet_command(
     action: Literal["analyze"],
     /,
     *logs: str,
-    store: str | None = None,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    memory: float | None = None,
-    unit_from: str | None = None,
-    model: str = "",
-    date: str | None = None,
-    temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    retry_failed: Annotated[bool, Parameter(negative=())] = False,
+    store: Annotated[str | None, InMain] = None,
+    workers: Annotated[int | None, InMain] = None,
+    scheduler: Annotated[str | None, InOutput] = None,
+    memory: Annotated[float | None, InOutput] = None,
+    unit_from: Annotated[str | None, InMain] = None,
+    model: Annotated[str, InMain] = "",
+    date: Annotated[str | None, InMain] = None,
+    temperature: Annotated[str | None, MayBeMinus, InMain] = None,
+    retry_failed: Annotated[bool, Flag, InMain] = False,
     reading: Reading | None = None,
     settings: FleetSettings | None = None,
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+    quiet: Quiet = False,
 ) -> int:
     """Analyse many logs, or very long ones, on several processes or hosts, and add the results to a store.
 

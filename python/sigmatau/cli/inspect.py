@@ -6,8 +6,7 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
-
+from sigmatau.cli.declared import InMain, MayBeMinus, Quiet
 from sigmatau.cli.messages import wrapped
 from sigmatau.cli.options import (
     check_outputs,
@@ -26,8 +25,8 @@ def inspect_command(
     /,
     *,
     settings: InspectSettings | None = None,
-    json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+    json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    quiet: Quiet = False,
 ) -> int:
     """Show the contents of a log and its faults: topics, columns, rates, damage, motion, spikes, filters, lines, units.
 

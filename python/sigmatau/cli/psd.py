@@ -8,10 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from cyclopts import Parameter
-
 from sigmatau._version import __version__
 from sigmatau.cli.datasheet import check_model
+from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Texts
 from sigmatau.cli.options import (
     check_outputs,
     check_style,
@@ -42,16 +41,16 @@ def psd_command(
     /,
     *,
     reading: Reading | None = None,
-    method: Method = "welch",
-    segment: str | None = None,
-    tapers: int | None = None,
-    f_max: str | None = None,
-    axes: Annotated[list[str] | None, Parameter(negative=())] = None,
-    model: Path | None = None,
-    plot: Path | None = None,
-    style: Literal["screen", "paper"] = "screen",
-    json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+    method: Annotated[Method, InMethod] = "welch",
+    segment: Annotated[str | None, InMethod] = None,
+    tapers: Annotated[int | None, InMethod] = None,
+    f_max: Annotated[str | None, InMethod] = None,
+    axes: Annotated[list[str] | None, Texts, InMethod] = None,
+    model: Annotated[Path | None, InMethod] = None,
+    plot: Annotated[Path | None, InMain] = None,
+    style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
+    json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    quiet: Quiet = False,
 ) -> int:
     """Compute power spectral densities of every axis of a log of a sensor at rest.
 

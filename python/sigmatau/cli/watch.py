@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, of_curves
+from sigmatau.cli.declared import Flag, InMain, InOutput, MayBeMinus, Quiet
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import FIGURE_ENDINGS, check_output, say, write_figure, write_json
 from sigmatau.cli.settings import WatchReading
@@ -41,12 +42,12 @@ def watch_command(
     /,
     *,
     reading: WatchReading | None = None,
-    every: Annotated[str, Parameter(allow_leading_hyphen=True)] = "2s",
-    idle: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    at_rest: Annotated[bool, Parameter(negative=())] = False,
-    plot: Path | None = None,
-    json: Path | None = None,
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
+    every: Annotated[str, MayBeMinus, InOutput] = "2s",
+    idle: Annotated[str | None, MayBeMinus, InOutput] = None,
+    at_rest: Annotated[bool, Flag, InMain] = False,
+    plot: Annotated[Path | None, InMain] = None,
+    json: Annotated[Path | None, InMain] = None,
+    quiet: Quiet = False,
 ) -> int:
     """Follow a log while it is written: print curve and coefficients of all samples so far.
 

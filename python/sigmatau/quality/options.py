@@ -20,7 +20,8 @@ class CheckOptions:
         default=None,
         metadata=option(
             "Selection",
-            "Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log. Default: none.",
+            "Times to treat as missing, 720s:722s,1080s:1083s from the beginning of the log.",
+            "Default: none.",
             form="spans",
             kind="str or sequence of str, optional",
         ),
@@ -30,23 +31,23 @@ class CheckOptions:
         metadata=option(
             "Selection",
             "Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes"
-            " (with commas between), or all. Default: none; they are treated as missing.",
+            " (with commas between), or all.",
+            "Default: none; they are treated as missing, with a finding.",
             form="texts",
             kind="str or sequence of str",
-            python="A finding names what is treated as missing.",
         ),
     )
     bandwidth: Bandwidth | None = field(
         default=None,
         metadata=option(
             "Method",
-            "Bandwidth of the sensor from its datasheet. A finding then reports the random walk that aliasing adds."
-            " Default: unknown.",
+            "Bandwidth of the sensor from its datasheet. A finding then reports the random walk that aliasing adds.",
+            "Default: unknown.",
             form="bandwidths",
             unit="Hz",
             kind="mapping of str to (float, int or None), optional",
             python='With the order of the filter if it is known: ``{"gyro": (30.0, 1)}``; see `sigmatau.check`.',
-            typed="gyro=30Hz, or gyro=30Hz/2 for a second-order filter.",
+            typed="Example: gyro=30Hz, or gyro=30Hz/2 for a second-order filter.",
         ),
     )
 

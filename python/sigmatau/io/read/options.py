@@ -23,8 +23,9 @@ class TableOptions:
         default=None,
         metadata=option(
             "Input",
-            "Sampling rate in Hz, if the log has no time stamps or they are wrong. Default: computed from the time stamps."
-            " A rate that contradicts them by more than 10 % needs the time column none.",
+            "Sampling rate in Hz, if the log has no time stamps or they are wrong.",
+            "Default: computed from the time stamps. A rate that contradicts them by more than 10 % needs the time column"
+            " none.",
             form="rates",
             unit="Hz",
             kind="float or mapping of str to float, optional",
@@ -37,14 +38,14 @@ class TableOptions:
         default=None,
         metadata=option(
             "Input",
-            "Unit of a channel, of a sensor or of the time, which overrules that of the log."
-            " Required if the log does not state it.",
+            "Unit of a channel, of a sensor or of the time, which overrules that of the log.",
+            "Required if the log does not state it.",
             form="pairs",
             kind="mapping of str to str, optional",
             example="gyro=deg/s",
             python='By channel (``"gyro_x"``), by sensor (``"gyro"``, ``"accel"``), or ``"time"``. A signal may have any'
             ' unit, ``"1"`` for none.',
-            typed="gyro=deg/s, accel_x=g, time=ns.",
+            typed="Examples: gyro=deg/s, accel_x=g, time=ns.",
             main=True,
         ),
     )
@@ -52,15 +53,16 @@ class TableOptions:
         default=None,
         metadata=option(
             "Input",
-            "Columns of the channels, by name or number from 1. Names that do not begin with gyro or accel are further"
-            " signals. Default: columns that are recognised by their names.",
+            "Columns of the channels, by name or number from 1.",
+            "Names that do not begin with gyro or accel are further signals. Default: columns that are recognised by their"
+            " names.",
             form="pairs",
             kind="mapping of str to str or int, optional",
             example="gyro_x=wx",
-            python='``{"time": "stamp", "gyro_x": 2, "accel": "5:7", "phase": "x"}``. Then only these are read, and the time'
-            ' column if it is recognised. With ``"time"`` alone the sensors are recognised by name, and'
+            python='Example: ``{"time": "stamp", "gyro_x": 2, "accel": "5:7", "phase": "x"}``. Then only these are read, and'
+            ' the time column if it is recognised. With ``"time"`` alone the sensors are recognised by name, and'
             ' ``{"time": "none"}`` ignores the time stamps.',
-            typed="gyro_x=wx, time=1, gyro=2:4; time=none ignores the time stamps.",
+            typed="Examples: gyro_x=wx, time=1, gyro=2:4; time=none ignores the time stamps.",
             main=True,
         ),
     )
@@ -77,26 +79,28 @@ class TableOptions:
         default=None,
         metadata=option(
             "Input",
-            "Factor from counts or volts to the unit: value = (raw - offset) × scale. Default: 1.",
+            "Factor from counts or volts to the unit: value = (raw - offset) × scale.",
+            "Default: 1.",
             form="numbers",
             unit="stated unit per count",
             kind="mapping of str to float, optional",
             example="gyro=0.01",
             python='By channel or sensor; ``"time"`` may have one too.',
-            typed="gyro=1/131.",
+            typed="Example: gyro=1/131.",
         ),
     )
     offset: Mapping[str, float] | None = field(
         default=None,
         metadata=option(
             "Input",
-            "Reading at zero, in counts or volts. Default: 0.",
+            "Reading at zero, in counts or volts.",
+            "Default: 0.",
             form="numbers",
             unit="counts",
             kind="mapping of str to float, optional",
             example="gyro=2048",
             python="By channel or sensor.",
-            typed="gyro=2048.",
+            typed="Example: gyro=2048.",
         ),
     )
     topic: str | Sequence[str] | None = field(

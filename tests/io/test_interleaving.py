@@ -10,6 +10,7 @@ from sigmatau.io.read import read
 from sigmatau.io.read.frame import from_frame
 from sigmatau.io.read.inspection import inspect
 from sigmatau.io.read.interleaving import find_interleaving
+from sigmatau.io.read.options import ReadOptions
 from sigmatau.io.read.turn_noise import compare_slow_noise
 
 NAMES = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
@@ -273,8 +274,8 @@ def test_inspect_asks_and_separates(tmp_path):
     samples = rng.normal(size=(ROWS, 6)) + np.tile(BIASES[:2], (ROWS // 2, 1))
     path = written(tmp_path / "log.csv", samples, stamps("one", 2))
     unit = {"gyro": "rad/s", "accel": "m/s^2", "time": "s"}
-    assert "--interleaved 2 --topic imu0" in inspect(path, unit=unit).tables[0].wanting
-    assert [table.topic for table in inspect(path, unit=unit, interleaved=2).tables] == ["imu0", "imu1"]
+    assert "--interleaved 2 --topic imu0" in inspect(path, ReadOptions(unit=unit)).tables[0].wanting
+    assert [table.topic for table in inspect(path, ReadOptions(unit=unit, interleaved=2)).tables] == ["imu0", "imu1"]
 
 
 def test_the_case_without_its_column_of_instances_is_refused(tmp_path, field_data):

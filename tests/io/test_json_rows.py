@@ -9,6 +9,7 @@ import known
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import opened, read
+from sigmatau.io.read.options import ReadOptions
 
 N = 900
 STEP = 0.300 / 60 * np.sqrt(100.0)  # deg/s: 0.300 deg/√h at 100 Hz
@@ -213,7 +214,7 @@ def test_fields_that_begin_late(tmp_path):
     first = [{"t": k, "gx": 0.5} for k in range((1 << 16) + 10)]
     rows = [*first, *({"t": len(first) + k, "ax": 2.0, "az": 9.0} for k in range(50))]
     path.write_text(FORMS["lines"](rows))
-    with opened(path) as (_, tables):
+    with opened(path, ReadOptions()) as (_, tables):
         assert [column.name for column in tables[0].columns] == ["t", "gx", "ax", "az"]
         columns = tables[0].load([0, 1, 2], 0).columns
     assert columns[0].dtype == np.int64

@@ -79,12 +79,12 @@ def _place_of_cut(data: bytes, share: int) -> int:
 def damages(path: Path) -> dict[str, bytes]:
     """The bytes of a file cut off; and with a page in which every bit is another, at places evenly spread."""
     data = path.read_bytes()
-    found = {f"cut at {share} %": data[: _place_of_cut(data, share)] for share in (10, 50, 99)}
+    copies = {f"cut at {share} %": data[: _place_of_cut(data, share)] for share in (10, 50, 99)}
     for k in range(FLIPS):
         at = len(data) * (2 * k + 1) // (2 * FLIPS) // PAGE * PAGE
         flipped = bytes(byte ^ 0xFF for byte in data[at : at + PAGE])
-        found[f"{FLIPPED}, {k + 1}"] = data[:at] + flipped + data[at + PAGE :]
-    return found
+        copies[f"{FLIPPED}, {k + 1}"] = data[:at] + flipped + data[at + PAGE :]
+    return copies
 
 
 def damage_outcomes(kind: Kind, folder: Path, n: int = SHORT) -> dict[str, Outcome]:

@@ -81,8 +81,8 @@ def _engine(rng: Generator, n: int, rate: float) -> Floats:
 def _knocks(rng: Generator, n: int, rate: float) -> Floats:
     """Doors and steps beside the vehicle: rings that decay within seconds."""
     hits = np.zeros(n)
-    at = rng.choice(n, int(rng.integers(4, 40)), replace=False)
-    hits[at] = rng.standard_normal(len(at)) * 30
+    places = rng.choice(n, int(rng.integers(4, 40)), replace=False)
+    hits[places] = rng.standard_normal(len(places)) * 30
     return _modes(rng, n, rate, hits + 0.1, 2.0, 30.0)
 
 

@@ -26,7 +26,7 @@ from sigmatau.findings.kinds.stamps import RateChange
 from sigmatau.io.live_lines import (
     find_named_layout,
     has_repeated_rows,
-    loader_of,
+    make_loader,
     not_loaded,
     refuse_kinds,
     split_lines,
@@ -235,7 +235,7 @@ class Live:
             # The question may name columns by the samples that have come; without it nothing depends on how many have.
             with contextlib.suppress(DataError):
                 resolve(
-                    replace(table, load=loader_of(b"".join(split_lines(head)[layout.skip_lines :]), layout)),
+                    replace(table, load=make_loader(b"".join(split_lines(head)[layout.skip_lines :]), layout)),
                     self.options,
                 )
             raise

@@ -23,7 +23,7 @@ def refuse_kinds(lines: bytes) -> None:
     kinds = find_kinds(lines.decode("latin-1"))
     if kinds is None or len(kinds.labels) < 2:
         return
-    place = kinds.kind_of(kinds.labels[0]).place()
+    place = kinds.find_kind(kinds.labels[0]).place()
     raise DataError(
         f"{place}, so the rows are of several sensors. Pass on the rows of one sensor only, or save the log and run"
         " sigmatau analyze FILE"
@@ -83,7 +83,7 @@ def without_repeats(columns: list[NDArray[np.float64]], last: NDArray[np.float64
     return [column[new] for column in columns]
 
 
-def loader_of(rows: bytes, layout: Layout) -> Callable[[Sequence[int], int | None], Loaded]:
+def make_loader(rows: bytes, layout: Layout) -> Callable[[Sequence[int], int | None], Loaded]:
     """The loading of columns from the rows that have come."""
 
     def load(wanted: Sequence[int], _: int | None) -> Loaded:

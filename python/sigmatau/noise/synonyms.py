@@ -27,7 +27,7 @@ _MEANT = {name: term for term, names in _OTHER_NAMES.items() for name in names.s
 _MEANT["q"] = "quantization (IEEE 952) or random_walk (the paper)"
 
 
-def unknown_term(name: object, known: Iterable[str] = TERMS) -> str:
+def unknown_term(name: object, terms: Iterable[str] = TERMS) -> str:
     """What to say of a name that is no term: the term that it means, or those that are known."""
     meant = _MEANT.get(str(name).lower().replace("_", " ").replace("-", " "))
-    return f"unknown term {name!r}; " + (f"it is {meant} here" if meant else f"terms: {', '.join(known)}")
+    return f"unknown term {name!r}; " + (f"it is {meant} here" if meant else f"terms: {', '.join(terms)}")

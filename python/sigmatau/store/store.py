@@ -289,7 +289,7 @@ class Store:
         from sigmatau.store.trend import trend_of
 
         if term not in (*TERMS, MEAN):
-            raise OptionError(f"{{option}}: {unknown_term(term, known=(*TERMS, MEAN))}", option="term")
+            raise OptionError(f"{{option}}: {unknown_term(term, terms=(*TERMS, MEAN))}", option="term")
         rows = self.coefficients(chosen, term=term, channels=channels).columns()
         if channels and not rows["unit"]:
             raise DataError(f"no trend of {term}: no selected run has it in {', '.join(channels)}")

@@ -13,7 +13,7 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged
-from sigmatau.io.read.instances import sensor_of
+from sigmatau.io.read.instances import find_sensor
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI
@@ -185,7 +185,7 @@ def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options
 
 def _named_sensors(table: Table) -> set[str]:
     """The sensor that the word of the rows of a table names."""
-    sensor = None if table.kind is None else sensor_of(table.kind.label)
+    sensor = None if table.kind is None else find_sensor(table.kind.label)
     return set() if sensor is None else {sensor}
 
 

@@ -101,7 +101,7 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
     excluded : frozenset of int
         Columns that are not a sensor by their names, or are recognised.
     """
-    data = {index: _Column.of(values[:ROWS_TESTED]) for index, values in columns.items() if index not in excluded}
+    data = {index: _Column.measure(values[:ROWS_TESTED]) for index, values in columns.items() if index not in excluded}
     if time is None:
         time = next((index for index, column in sorted(data.items()) if column.kind == "time"), None)
     vectors = _unit_vectors(data)
@@ -113,7 +113,8 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
     sensors = {
         explained
         for tiles in _tilings(noisy)
-        if (explained := _sensors([_Tile.of(t, data) for t in tiles], singles=len(noisy) - 3 * len(tiles))) is not None
+        if (explained := _sensors([_Tile.measure(t, data) for t in tiles], singles=len(noisy) - 3 * len(tiles)))
+        is not None
     }
     both = {
         explained for explained in sensors if None not in explained
@@ -145,7 +146,7 @@ class _Column:
     whole: bool  # whether all values are whole numbers
 
     @classmethod
-    def of(cls, raw: NDArray[Any]) -> _Column:
+    def measure(cls, raw: NDArray[Any]) -> _Column:
         with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
             column = np.asarray(raw, dtype=np.float64)
         rows = np.isfinite(column)
@@ -191,7 +192,7 @@ class _Tile:
     whole: bool
 
     @classmethod
-    def of(cls, columns: Triple, data: Mapping[int, _Column]) -> _Tile:
+    def measure(cls, columns: Triple, data: Mapping[int, _Column]) -> _Tile:
         axes = [data[index] for index in columns]
         noises = [axis.noise for axis in axes]
         return cls(

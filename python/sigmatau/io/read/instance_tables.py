@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.kind_columns import with_sensor_names
-from sigmatau.io.read.instances import cycles_with_rows, has_instance_name, may_be_instance, means_differ, sensor_of
+from sigmatau.io.read.instances import cycles_with_rows, find_sensor, has_instance_name, may_be_instance, means_differ
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Loaded, RowKind, Table
 
@@ -78,12 +78,12 @@ def _labels(head: NDArray[np.generic]) -> dict[str, object]:
 
 def _names_sensor(labels: Mapping[str, object], column: int) -> bool:
     """Whether all rows have one word, and it names a sensor."""
-    return column < 0 and len(labels) == 1 and sensor_of(next(iter(labels))) is not None
+    return column < 0 and len(labels) == 1 and find_sensor(next(iter(labels))) is not None
 
 
 def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic], labels: dict[str, object]) -> bool:
     order = np.asarray(head).astype(str).tolist() if column < 0 else [str(int(value)) for value in head]
-    sensors = [sensor for label in labels if column < 0 and (sensor := sensor_of(label)) is not None]
+    sensors = [sensor for label in labels if column < 0 and (sensor := find_sensor(label)) is not None]
     if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
         return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
     if not cycles_with_rows(order):
@@ -132,7 +132,7 @@ def _of_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
     return replace(
         table,
         columns=columns,
-        notes=(*table.notes, kind.rows_of(), *notes),
+        notes=(*table.notes, kind.describe_rows(), *notes),
         load=load,
         where=lambda row: table.where(int(rows[row])),
         topic=f"{table.topic}/{kind.topic}" if table.topic else kind.topic,

@@ -39,7 +39,7 @@ _ROWS_OF_BLOCK = 20  # rows of the average block of one sensor
 _PARTS = 4  # parts of the head in which they must differ alike: the beat of a line changes its sign
 
 
-def sensor_of(label: str) -> str | None:
+def find_sensor(label: str) -> str | None:
     """The sensor that a word names, ``gyro`` or ``accel``; None if it names none, or both."""
     named = [sensor for sensor, pattern in SENSORS.items() if re.search(pattern, label)]
     return named[0] if len(named) == 1 else None

@@ -88,7 +88,7 @@ class RowKind:
             shown += f" and {last}" if labels else last
         return f"{self._column()} has {shown}"
 
-    def rows_of(self) -> str:
+    def describe_rows(self) -> str:
         """Which rows these are, for notes."""
         return f"rows with {self.label} in {self._column()}"
 
@@ -144,7 +144,7 @@ class Format(Protocol):
 class TextFormat(Format, Protocol):
     """A module that reads a format of text, also from memory."""
 
-    def tables_of(self, source: Path | bytes, head: Head, name: str, topic: str = "") -> Sequence[Table]:
+    def read_tables(self, source: Path | bytes, head: Head, name: str, topic: str = "") -> Sequence[Table]:
         """The tables of a file, or of text in memory. `name`: name of the file without its suffix; `topic`: name of the
         only table, or what those of several tables begin with; raises `DataError`.
         """

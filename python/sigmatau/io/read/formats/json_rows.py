@@ -48,10 +48,10 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table]:
     """The rows as a table, whose columns are the fields of the first rows."""
-    return tables_of(path, head, path.stem)
+    return read_tables(path, head, path.stem)
 
 
-def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table]:
+def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table]:
     """The rows of a file, or of text in memory, as a table of this topic."""
     contents = read_contents(source, head, copies=_COPIES)
     text = contents.data.removeprefix(_BOM).decode("utf-8", errors="replace")
@@ -61,7 +61,7 @@ def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> t
         columns, form = arrays, "an object of arrays"
     else:
         form = "an array of rows" if text.lstrip().startswith("[") else "an object for each row"
-        columns, findings = _columns_of_rows(text) if whole is None else (_of_rows(_rows_of(whole)), findings)
+        columns, findings = _find_columns(text) if whole is None else (_of_rows(_find_rows(whole)), findings)
     if not columns:
         raise DataError("is JSON without rows of numbers: an object for each row, or an object of arrays, is needed")
     fields = list(columns.values())
@@ -144,40 +144,44 @@ def _of_rows(rows: Sequence[Any]) -> dict[_Path, _Field]:
 def _paths(rows: Sequence[Any]) -> list[_Path]:
     """Where the fields are, in their order: of the first rows, and of the first of each kind of rows with other names."""
     later = {tuple(row): row for row in reversed(rows[_FIRST_ROWS:]) if isinstance(row, Mapping)}
-    return list(dict.fromkeys(at for row in (*rows[:_FIRST_ROWS], *reversed(later.values())) for at, _ in _fields(row)))
+    return list(
+        dict.fromkeys(path for row in (*rows[:_FIRST_ROWS], *reversed(later.values())) for path, _ in _fields(row))
+    )
 
 
 def _parts(rows: Sequence[Any], paths: Sequence[_Path]) -> dict[_Path, NDArray[Any]]:
-    return {at: _packed([_value(row, at) for row in rows]) for at in paths}
+    return {path: _packed([_value(row, path) for row in rows]) for path in paths}
 
 
 def _joined(parts: Sequence[Mapping[_Path, NDArray[Any]]]) -> dict[_Path, _Field]:
     """The fields from their parts, as integers only if all parts are; NaN in the parts that lack a field."""
     fields = {}
-    for at in dict.fromkeys(at for part in parts for at in part):
-        arrays = [part[at] if at in part else np.full(len(next(iter(part.values()))), np.nan) for part in parts if part]
+    for path in dict.fromkeys(path for part in parts for path in part):
+        arrays = [
+            part[path] if path in part else np.full(len(next(iter(part.values()))), np.nan) for part in parts if part
+        ]
         kinds = {array.dtype.kind for array in arrays}
         common = object if "O" in kinds else np.float64 if "f" in kinds else np.int64
-        fields[at] = _Field(_name(at), np.concatenate([array.astype(common) for array in arrays]))
+        fields[path] = _Field(_name(path), np.concatenate([array.astype(common) for array in arrays]))
     return fields
 
 
-def _fields(row: object, at: _Path = ()) -> Iterator[tuple[_Path, Any]]:
+def _fields(row: object, path: _Path = ()) -> Iterator[tuple[_Path, Any]]:
     """The numbers and words of a row, with the names that lead to them."""
-    if isinstance(row, Mapping) and len(at) < _DEEPEST:
+    if isinstance(row, Mapping) and len(path) < _DEEPEST:
         for name, value in row.items():
-            yield from _fields(value, (*at, name))
-    elif isinstance(row, list) and len(at) < _DEEPEST:
+            yield from _fields(value, (*path, name))
+    elif isinstance(row, list) and len(path) < _DEEPEST:
         if len(row) <= _LONGEST_ARRAY:
             for index, value in enumerate(row):
-                yield from _fields(value, (*at, index))
+                yield from _fields(value, (*path, index))
     elif row is None or isinstance(row, int | float | str):
-        yield at, row
+        yield path, row
 
 
-def _name(at: _Path) -> str:
+def _name(path: _Path) -> str:
     """``imu.gyro.x``; elements of an array of three are x, y and z by ``[0]`` in `sigmatau.io.read.names`."""
-    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in at).removeprefix(".")
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
 
 
 def _whole(text: str) -> Any:  # noqa: ANN401
@@ -195,7 +199,7 @@ def _whole(text: str) -> Any:  # noqa: ANN401
         return None
 
 
-def _rows_of(whole: object) -> list[Any]:
+def _find_rows(whole: object) -> list[Any]:
     """The rows of an array, or of the only array of objects in an object."""
     if isinstance(whole, list):
         return whole
@@ -207,34 +211,34 @@ def _has_objects(value: object) -> bool:
     return isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
 
 
-def _arrays(whole: Mapping[str, Any], at: _Path = ()) -> Iterator[tuple[_Path, list[Any]]]:
+def _arrays(whole: Mapping[str, Any], path: _Path = ()) -> Iterator[tuple[_Path, list[Any]]]:
     for name, value in whole.items():
         if isinstance(value, list):
-            yield (*at, name), value
-        elif isinstance(value, Mapping) and len(at) < _DEEPEST:
-            yield from _arrays(value, (*at, name))
+            yield (*path, name), value
+        elif isinstance(value, Mapping) and len(path) < _DEEPEST:
+            yield from _arrays(value, (*path, name))
 
 
 def _columns_of_arrays(whole: Mapping[str, Any]) -> Iterator[tuple[_Path, _Field]]:
     """The fields of an object of arrays of one length; of rows of numbers, each place in a row is a field."""
     arrays = dict(_arrays(whole))
     lengths = [len(array) for array in arrays.values() if not _has_objects(array)]
-    rows = _rows_of(whole)
+    rows = _find_rows(whole)
     if rows and len(rows) >= max(lengths, default=0):
         yield from _of_rows(rows).items()
         return
     if not lengths:
         return
     count = max(set(lengths), key=lambda length: (lengths.count(length), length))
-    for at, array in arrays.items():
+    for path, array in arrays.items():
         if len(array) != count or _has_objects(array):
             continue
         if isinstance(array[0], list):
             width = min(len(array[0]), _LONGEST_ARRAY)
             for k in range(width):
-                yield (*at, k), _Field(_name((*at, k)), _packed([_value(row, (k,)) for row in array]))
+                yield (*path, k), _Field(_name((*path, k)), _packed([_value(row, (k,)) for row in array]))
         else:
-            yield at, _Field(_name(at), _packed(array))
+            yield path, _Field(_name(path), _packed(array))
 
 
 def _first_object(text: str) -> int:
@@ -243,19 +247,19 @@ def _first_object(text: str) -> int:
     return match.end() if match else len(text)
 
 
-def _columns_of_rows(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...]]:
+def _find_columns(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...]]:
     """The fields of rows up to the end, or up to the damage, which is a finding if it ends the file or is not text."""
     rows: list[Any] = []
     parts: list[dict[_Path, NDArray[Any]]] = []
-    at = _first_object(text)
+    begin = _first_object(text)
     decode, blank = json.JSONDecoder().raw_decode, _BLANK.match
     size, count = len(text), 0
     findings: tuple[Finding, ...] = ()
     garbled = text.find("�")  # bytes that are not text may stand within a name
     try:
-        while at < size:
-            row, end = decode(text, at)
-            if count and at <= garbled < end:
+        while begin < size:
+            row, end = decode(text, begin)
+            if count and begin <= garbled < end:
                 raise ValueError
             rows.append(row)
             count += 1
@@ -263,20 +267,23 @@ def _columns_of_rows(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...
                 parts.append(_parts(rows, _paths(rows)))
                 rows = []
             gap = blank(text, end)
-            at = gap.end() if gap else end
-            if text[at : at + 1] == "]":
-                findings = _trailing(text, at + 1, count)
+            begin = gap.end() if gap else end
+            if text[begin : begin + 1] == "]":
+                findings = _trailing(text, begin + 1, count)
                 break
     except (ValueError, RecursionError):
-        line = text.count("\n", 0, at) + 1
-        after = text.find("\n", at)
+        line = text.count("\n", 0, begin) + 1
+        after = text.find("\n", begin)
         last = after < 0 or not text[after:].strip()
-        damaged = "�" in text[at : at + 4096] or truncation.BREAK.search(text[at : at + 4096].encode()) is not None
+        damaged = (
+            "�" in text[begin : begin + 4096]
+            or truncation.BREAK.search(text[begin : begin + 4096].encode()) is not None
+        )
         if not count:
             raise DataError(f", line {line}: is not JSON; correct or delete the line") from None
-        if not last and not damaged and not _is_cut(text, at):
+        if not last and not damaged and not _is_cut(text, begin):
             raise DataError(
-                f", line {line}: {text[at : at + 40].strip()!r} is not JSON; correct or delete the line"
+                f", line {line}: {text[begin : begin + 40].strip()!r} is not JSON; correct or delete the line"
             ) from None
         reason = "bytes that are not text" if damaged else ""
         place = Place("line", line)
@@ -287,24 +294,24 @@ def _columns_of_rows(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...
     return _joined(parts), findings
 
 
-def _is_cut(text: str, at: int) -> bool:
+def _is_cut(text: str, begin: int) -> bool:
     """Whether the object that begins here does not end: no line below it begins another."""
-    return re.search(r"\n[ \t]*\{", text[at + 1 :]) is None
+    return re.search(r"\n[ \t]*\{", text[begin + 1 :]) is None
 
 
-def _trailing(text: str, at: int, rows: int) -> tuple[Finding, ...]:
+def _trailing(text: str, begin: int, rows: int) -> tuple[Finding, ...]:
     """A finding of text after the end of an array."""
-    if not text[at:].strip(" \t\r\n\0"):
+    if not text[begin:].strip(" \t\r\n\0"):
         return ()
     return (
-        fault(place=Place("line", text.count("\n", 0, at) + 1), reason="text after the end of the array", kept=rows),
+        fault(place=Place("line", text.count("\n", 0, begin) + 1), reason="text after the end of the array", kept=rows),
     )
 
 
-def _value(row: object, at: _Path) -> Any:  # noqa: ANN401
+def _value(row: object, path: _Path) -> Any:  # noqa: ANN401
     value: Any = row
     try:
-        for part in at:
+        for part in path:
             value = value[part]
     except (KeyError, IndexError, TypeError):
         return None

@@ -40,10 +40,10 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The records as a table."""
-    return tables_of(path, head, path.stem)
+    return read_tables(path, head, path.stem)
 
 
-def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
+def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
     """The records of a file, or of text in memory, as a table of this topic."""
     records = find_records(head.data)
     if records is None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.io.read.instances import sensor_of
+from sigmatau.io.read.instances import find_sensor
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column
 
@@ -25,7 +25,7 @@ def with_sensor_names(
     """The columns with the sensor in the names of its three axes, and a note; unchanged if they are not certain.
     `values`: shape (n, columns), the first rows of this kind, NaN where there is no number.
     """
-    sensor = sensor_of(label)
+    sensor = find_sensor(label)
     if sensor is None:
         return tuple(columns), ()
     snake = [replace(column, name=_snake(column.name)) for column in columns]

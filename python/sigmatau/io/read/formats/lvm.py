@@ -67,10 +67,10 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The segments of the file; those of the same columns and units are one table."""
-    return tables_of(path, head, path.stem)
+    return read_tables(path, head, path.stem)
 
 
-def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
+def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
     """The tables of a file, or of text in memory; `topic`: name of the only table, or what those of several begin with."""
     contents = read_contents(source, head, copies=_COPIES)
     data = contents.data

@@ -21,12 +21,12 @@ from sigmatau.io.read.formats.text_names import names_something
 from sigmatau.io.read.instances import (
     comes_in_blocks,
     cycles_with_rows,
+    find_sensor,
     has_device_name,
     has_instance_name,
     may_be_instance,
     means_differ,
     scatters_differ,
-    sensor_of,
 )
 from sigmatau.io.read.table import RowKind
 
@@ -52,7 +52,7 @@ class Kinds:
     labels: tuple[str, ...]  # texts of the column, in the order of the file
     delimiter: str | None
 
-    def kind_of(self, label: str) -> RowKind:
+    def find_kind(self, label: str) -> RowKind:
         """The kind of the rows with this text."""
         return RowKind(column=self.column, name=self.name, label=label, labels=self.labels)
 
@@ -98,7 +98,7 @@ def _row_lines(lines: Sequence[str]) -> list[str]:
 
 def _is_sensor(labels: Sequence[str]) -> bool:
     """Whether all rows have one word, which names a sensor: rows of another one may follow."""
-    return len(labels) == 1 and sensor_of(labels[0]) is not None
+    return len(labels) == 1 and find_sensor(labels[0]) is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,7 +121,7 @@ def rows_of_kind(text: str, kinds: Kinds, label: str) -> KindText:
         is_row = not comment and _is_row(fields)
         is_header = text_of_kind not in kinds.labels and (comment or (before and not is_row))
         names = _names_of_kind(stripped, kinds, label) if is_header else None
-        named = named or (names is not None and names.startswith(kinds.kind_of(label).topic))
+        named = named or (names is not None and names.startswith(kinds.find_kind(label).topic))
         if named and names == stripped:
             names = None  # a mark below the names, such as $DATA
         is_header = names is not None
@@ -243,7 +243,7 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
         return words or cycles_with_rows([row[column] for row in rows if len(row) > column and row[column] in labels])
     of_kinds = [row for row in rows if len(row) in usual and row[column] in labels]
     order = [row[column] for row in of_kinds]
-    sensors = [sensor for label in labels if words and (sensor := sensor_of(label)) is not None]
+    sensors = [sensor for label in labels if words and (sensor := find_sensor(label)) is not None]
     if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
         return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
     if not cycles_with_rows(order):

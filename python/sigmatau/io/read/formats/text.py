@@ -32,7 +32,7 @@ def sniff(head: bytes, path: Path) -> bool:
     """Whether the file is text: no control characters, or a table before the first of them."""
     if head.startswith(_NOT_TEXT):
         return False
-    beginning = Beginning.of(head, whole=True)
+    beginning = Beginning.decode(head, whole=True)
     if beginning.whole:
         return True
     if beginning.data.count(b"\n") < _MIN_LINES:
@@ -48,14 +48,14 @@ def read(path: Path, head: Head, *, skip: int = 0) -> tuple[Table, ...]:
     """The columns of a text table below `skip` lines, which are read on demand; a table for each kind of rows, if it has
     several.
     """
-    return tables_of(path, head, path.name.split(".")[0], skip=skip)
+    return read_tables(path, head, path.name.split(".")[0], skip=skip)
 
 
-def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "", *, skip: int = 0) -> tuple[Table, ...]:
+def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "", *, skip: int = 0) -> tuple[Table, ...]:
     """The tables of a file, or of text in memory: one, or one for each kind of its rows. `name`: name of the file without
     its suffix; `topic`: name of the only table, or what those of several tables begin with.
     """
-    beginning = Beginning.of(head.data, whole=head.whole)
+    beginning = Beginning.decode(head.data, whole=head.whole)
     if skip:
         beginning = skip_lines(source, beginning, skip)
     try:
@@ -68,14 +68,14 @@ def tables_of(source: Path | bytes, head: Head, name: str, topic: str = "", *, s
         plain = Head(data=data[:HEAD], whole=head.whole, gzip=False)
         return tuple(
             replace(decoration.apply(table), findings=(*table.findings, *contents.findings))
-            for table in tables_of(data, plain, name, topic, skip=skip)
+            for table in read_tables(data, plain, name, topic, skip=skip)
         )
     kinds = find_kinds(lines)
-    tables = [] if kinds is None else list(_tables_of_kinds(source, head, beginning, lines, kinds, topic))
+    tables = [] if kinds is None else list(_read_kinds(source, head, beginning, lines, kinds, topic))
     return tuple(tables) or (_make_table(source, head, beginning, name, topic),)
 
 
-def _tables_of_kinds(
+def _read_kinds(
     source: Path | bytes, head: Head, beginning: Beginning, lines: str, kinds: Kinds, topic: str
 ) -> Iterator[Table]:
     """The tables of the kinds of rows that have a layout."""
@@ -90,16 +90,16 @@ def _tables_of_kinds(
             continue  # rows without numbers
         if layout.delimiter != kinds.delimiter or len(layout.columns) <= kinds.column:
             continue
-        kind = kinds.kind_of(label)
+        kind = kinds.find_kind(label)
         further = find_kinds(kind_text, without=kinds.column)
         if further is not None and len(further.labels) > 1:
-            both = f"{kind.place()}, and {further.kind_of(label).place()}"
+            both = f"{kind.place()}, and {further.find_kind(label).place()}"
             raise DataError(f"{both}: rows of several sensors by both; save the rows of each sensor to its own file")
         columns, notes = with_sensor_names(layout.columns, label, first_values(kind_text, kinds, label))
         named = replace(
             layout,
             columns=columns,
-            notes=(*layout.notes, kind.rows_of(), *notes),
+            notes=(*layout.notes, kind.describe_rows(), *notes),
             skip_lines=skip + rows.numbers[layout.skip_lines - skip] - 1,
         )
         yield _make_table(source, head, beginning, "", f"{topic}/{kind.topic}" if topic else kind.topic, named, kind)

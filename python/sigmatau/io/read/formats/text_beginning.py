@@ -28,7 +28,7 @@ class Beginning:
     skip: int = 0  # lines of the file above it
 
     @classmethod
-    def of(cls, head: bytes, *, whole: bool) -> Beginning:
+    def decode(cls, head: bytes, *, whole: bool) -> Beginning:
         encoding, called = _UTF16.get(head[:2], ("ascii", "UTF-8 with a byte order mark" if head[:3] == _BOM else ""))
         data = head
         if encoding != "ascii":

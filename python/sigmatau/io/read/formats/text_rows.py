@@ -21,7 +21,7 @@ from sigmatau.io.read.formats.layout import Layout, header_fields
 from sigmatau.io.read.formats.text_lines import COMMENTS, EXCHANGED, bare_fields
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Head, Loaded, RowKind
-from sigmatau.io.read.time.dates import NO_STAMP, ORDERS, DateColumn, continued, is_ordered, order_of
+from sigmatau.io.read.time.dates import NO_STAMP, ORDERS, DateColumn, continued, find_order, is_ordered
 from sigmatau.record import memory
 
 _IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
@@ -107,7 +107,7 @@ class Text:
         if not stamps:
             return farthest
         named = repr(self.layout.columns[column].name) if self.layout.columns[column].name else str(column + 1)
-        return order_of(named, first, stamps)
+        return find_order(named, first, stamps)
 
     def _has_dates(self, column: int) -> bool:
         return column in self.dates or any(date.day == column for date in self.dates.values())
@@ -171,7 +171,7 @@ class Text:
             lines=lines,
             dates=order,
             arrow=self.layout.arrow,
-            most=self._most(),
+            most=self._largest_size(),
             tag=None if self.kind is None else (self.kind.column, self._in_figures(self.kind.label)),
         )
 
@@ -179,7 +179,7 @@ class Text:
         """A text of the file as the decoder makes it: with commas and points exchanged where numbers have decimal commas."""
         return text.translate(EXCHANGED) if self.layout.decimal_comma else text
 
-    def _most(self) -> int:
+    def _largest_size(self) -> int:
         """Bytes that compressed text may be unpacked to: numbers take about as much memory as their text."""
         if not (self.gzip and isinstance(self.source, Path)):
             return largest_expansion(1 << 62)
@@ -190,7 +190,7 @@ class Text:
     def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damaged]:
         """The number of lines before the damage, and what it is; raises `DataError` for any other mistake in the file."""
         if error.kind == "too_large" and isinstance(self.source, Path):
-            if (allowed := self._most()) < largest_expansion(stored := self.source.stat().st_size):
+            if (allowed := self._largest_size()) < largest_expansion(stored := self.source.stat().st_size):
                 raise DataError(
                     f"unpacks to more than the {allowed / 1e9:.3g} GB of memory that are free; {_IN_PIECES}"
                 )

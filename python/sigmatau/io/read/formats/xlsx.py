@@ -48,7 +48,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         data = "".join(f"{_line(row)}\n" for row in rows).encode()
         shown = Head(data=data[:HEAD], whole=len(data) <= HEAD, gzip=False)
         try:
-            parts = text.tables_of(data, shown, name, topic)
+            parts = text.read_tables(data, shown, name, topic)
         except DataError as error:
             left_out.append(f"{name} ({error.message.removeprefix(', ')})")
             continue

@@ -76,7 +76,7 @@ def _tables(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> li
     try:
         # The layout of a table is detected from the head, and the rows are unpacked on demand and not kept.
         beginning = head.whole or reader.sniff is text.sniff
-        shown = reader.tables_of(data if beginning else _unpacked(path, member), head, name, member.filename)
+        shown = reader.read_tables(data if beginning else _unpacked(path, member), head, name, member.filename)
     except DataError as error:
         return str(error).removeprefix(", ")
     return [_on_demand(table, k, path, member, head, name, reader) for k, table in enumerate(shown)]
@@ -88,7 +88,7 @@ def _on_demand(
     """A table of a member that is unpacked when it is read."""
 
     def whole_table() -> Table:
-        return reader.tables_of(_unpacked(path, member), head, name, member.filename)[number]
+        return reader.read_tables(_unpacked(path, member), head, name, member.filename)[number]
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         try:

@@ -84,7 +84,7 @@ def continued(stamps: NDArray[np.int64], period: int) -> NDArray[np.int64]:
 
 def parse_stamps(name: str, texts: Sequence[object]) -> NDArray[np.int64]:
     """Dates or times of day in nanoseconds, counted on after midnight; the smallest integer for a text that is neither.
-    Raises `OptionError` as `order_of` does.
+    Raises `OptionError` as `find_order` does.
     """
     first = next((text for text in texts if isinstance(text, str) and is_date(text)), "")
     orders = ORDERS if is_ordered(first) else ORDERS[:1]
@@ -98,12 +98,12 @@ def parse_stamps(name: str, texts: Sequence[object]) -> NDArray[np.int64]:
     }
     fewest = min(int(np.count_nonzero(values == NO_STAMP)) for values in stamps.values())
     stamps = {order: values for order, values in stamps.items() if np.count_nonzero(values == NO_STAMP) == fewest}
-    chosen = stamps[order_of(repr(name), first, stamps)]
+    chosen = stamps[find_order(repr(name), first, stamps)]
     form = _stamp(first)
     return continued(chosen, _PERIODS[form.form]) if form is not None and form.form in _PERIODS else chosen
 
 
-def order_of(name: str, first: str, stamps: Mapping[DayOrder, NDArray[np.int64]]) -> DayOrder:
+def find_order(name: str, first: str, stamps: Mapping[DayOrder, NDArray[np.int64]]) -> DayOrder:
     """The order of day and month in a column that can be read in these orders; raises `OptionError` if its values do
     not show it. It does not matter if the intervals are the same.
     """

@@ -10,6 +10,7 @@ from known import seed_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import read
 from sigmatau.io.read.inspection import inspect
+from sigmatau.io.read.options import ReadOptions
 
 UNITS = {"gyro": "rad/s", "accel": "m/s^2"}
 GRAVITY = 9.80665
@@ -266,7 +267,7 @@ def test_two_columns_that_tell_kinds_are_refused(tmp_path):
 
 def test_a_table_of_results_by_axis_is_one_table(tmp_path):
     rows = [f"Gyro {axis},{0.01 * 2**k:.2f},{0.1 / 2**k:.6f}" for axis in "xyz" for k in range(12)]
-    shown = inspect(saved(tmp_path, ["axis,tau,adev", *rows]))
+    shown = inspect(saved(tmp_path, ["axis,tau,adev", *rows]), ReadOptions())
     assert [table.topic for table in shown.tables] == [""]
 
 
@@ -279,7 +280,7 @@ def test_a_line_of_a_kind_is_named_by_its_line_in_the_file(tmp_path):
 
 
 def test_inspection_lists_the_kinds_with_rows_and_rate(tmp_path):
-    shown = inspect(saved(tmp_path, merged(PAIR, first())), unit=TIME)
+    shown = inspect(saved(tmp_path, merged(PAIR, first())), ReadOptions(unit=TIME))
     assert [(t.topic, t.rows, pytest.approx(t.rate), t.chosen) for t in shown.tables] == [
         ("Gyro", 2000, 200.0, True),
         ("Accel", 625, 62.5, True),

@@ -7,26 +7,12 @@ import pytest
 
 from known import seed_of
 from sigmatau import Record, analyze
-from sigmatau._native import kernels
 from sigmatau._native.gls import Components
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import GaussMarkov, Interval, Sinusoid
 
 N, SIZES = 20_000, (1, 2, 3, 7, 50, 400, 5000, 9999)
 THETA = [3.0, 2.0, 0.5, 1e-4]
-
-
-@pytest.mark.parametrize("time", [None, 4.0, 300.0])
-@pytest.mark.parametrize("ramp", [0.0, 1e-3])
-def test_variances_are_the_diagonal_of_the_covariance(time, ramp):
-    parts = Components(N, SIZES, correlation_time=time)
-    theta = [*THETA, *([] if time is None else [0.7])]
-    times = [] if time is None else [time]
-    found = kernels.allan_variance_variances(N, np.array(SIZES), theta, correlation_times=times, ramp=ramp)
-    expected = np.diag(parts.covariance(np.array(theta))) + (ramp * parts.m**2) ** 2 * (
-        theta @ np.diagonal(parts.slopes, axis1=1, axis2=2)
-    )
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 @pytest.fixture(scope="module")

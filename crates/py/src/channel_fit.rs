@@ -1,7 +1,8 @@
 //! The fit of a channel, and the joint fit of several runs, as frozen classes.
 
-use crate::allan::sizes;
+use crate::allan::{sizes, value_error};
 use crate::frozen_class::frozen_class;
+use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -245,6 +246,30 @@ impl FittedModel {
             return Err(PyValueError::new_err("`m` must be at least 1 sample, got 0"));
         }
         Ok(py.detach(|| self.0.avar(&sizes)).into_pyarray(py))
+    }
+
+    /// Degrees of freedom of Allan variances; None for a model without noise.
+    fn degrees_of_freedom<'py>(
+        &self,
+        py: Python<'py>,
+        m: PyReadonlyArray1<'py, i64>,
+    ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let sizes = sizes(&m)?;
+        let found =
+            detached(py, || self.0.degrees_of_freedom(&sizes)).map_err(|error| value_error(&error))?;
+        Ok(found.map(|found| found.into_pyarray(py)))
+    }
+
+    /// Averaging times at which each term makes half of the variance or more, by its name and coefficient. [s]
+    fn line_ranges(
+        &self,
+        py: Python<'_>,
+        terms: Vec<(String, f64)>,
+        start: f64,
+    ) -> PyResult<Vec<Option<(f64, f64)>>> {
+        let terms: Vec<(usize, f64)> =
+            terms.iter().map(|(name, value)| Ok((term(name)?, *value))).collect::<PyResult<_>>()?;
+        Ok(py.detach(|| self.0.line_ranges(&terms, start)))
     }
 
     /// Two-sided density at frequencies.

@@ -4,7 +4,7 @@ use crate::allan::{sizes, value_error};
 use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use sigmatau_core::covariance::{Component, Gamma, variances};
+use sigmatau_core::covariance::{Component, Gamma};
 
 /// The first components, in the order of the tensors' first indices; Gauss-Markov processes come after them.
 const LINEAR: [Component; 4] =
@@ -31,22 +31,4 @@ pub fn covariance_tensors<'py>(
     let noise: Vec<f64> = pairs.flat_map(|(p, q)| gamma.noise_part(p, q)).collect();
     let ramp: Vec<f64> = terms.flat_map(|p| gamma.ramp_part(p)).collect();
     Ok((noise.into_pyarray(py), ramp.into_pyarray(py)))
-}
-
-/// The variances alone, for squared coefficients in the order of the tensors and a ramp, of samples 1 s apart.
-#[pyfunction]
-pub fn allan_variance_variances<'py>(
-    py: Python<'py>,
-    n: usize,
-    m: PyReadonlyArray1<'py, i64>,
-    theta: Vec<f64>,
-    correlation_times: Vec<f64>,
-    ramp: f64,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let sizes = sizes(&m)?;
-    let processes = correlation_times.into_iter().map(|tc| Component::GaussMarkov { tc });
-    let components: Vec<Component> = LINEAR.into_iter().chain(processes).collect();
-    let found = detached(py, || variances(n, &sizes, &components, &theta, ramp))
-        .map_err(|error| value_error(&error))?;
-    Ok(found.into_pyarray(py))
 }

@@ -41,7 +41,7 @@ mod _core {
         LineEstimate, ResonanceEstimate, RunEstimate, TermEstimate, WarmUpEstimate, significant_term,
     };
     #[pymodule_export]
-    use crate::covariance::{allan_variance_variances, covariance_tensors};
+    use crate::covariance::covariance_tensors;
     #[pymodule_export]
     use crate::deviations::{
         deviation_limits, deviations_of_channels, quadratic_edf, stationary_moments, theo1_expectation,

@@ -303,19 +303,6 @@ def covariance_tensors(
     return noise.reshape(terms, terms, k, k), ramp.reshape(terms, k, k)
 
 
-def allan_variance_variances(
-    n: int,
-    m: NDArray[np.int64],
-    theta: Sequence[float],
-    *,
-    correlation_times: Sequence[float] = (),
-    ramp: float = 0.0,
-) -> NDArray[np.float64]:
-    """Variances of overlapped Allan variances of samples 1 s apart; see `covariance_tensors` for the order of `theta`."""
-    sizes = np.ascontiguousarray(m, dtype=np.int64)
-    return _core.allan_variance_variances(n, sizes, list(map(float, theta)), list(map(float, correlation_times)), ramp)
-
-
 # Order in which the terms of a channel are added: a sum of floats depends on it.
 _ORDER_OF_TERMS = ("rate_ramp", "quantization", "random_walk", "bias_instability", "rate_random_walk")
 

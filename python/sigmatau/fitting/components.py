@@ -5,7 +5,6 @@ Times are in samples: the sample interval is 1, and a squared coefficient θ is 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 # Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise.
@@ -20,12 +19,6 @@ LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degr
 def power_of_interval(name: str) -> int:
     """The power p by term: θ in samples is θ in SI times tau0^(p − 2); 2 for processes given by their variance."""
     return _POWERS.get(name, 2)
-
-
-def densities(frequency: float) -> tuple[float, float, float, float]:
-    """Two-sided densities of the four noise terms for θ = 1 at a frequency in cycles per sample."""
-    sine = math.sin(math.pi * frequency)
-    return 4 * sine**2, 1.0, 0.5 / sine, 0.25 / sine**2
 
 
 def half_octaves(smallest: int, largest: int) -> Sequence[int]:

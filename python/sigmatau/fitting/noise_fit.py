@@ -17,7 +17,6 @@ from sigmatau.findings.kinds.fit import MOST_LINES, CoarseCounts, Reason
 from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
-from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import (
     TablesByChannel,
@@ -429,34 +428,18 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         ndarray or None, shape (n_tau,)
             Degrees of freedom; None for a model without noise.
         """
-        from sigmatau.fitting.freedom import degrees_of_freedom
-
-        return degrees_of_freedom(self, np.atleast_1d(np.asarray(m, dtype=np.int64)))
-
-    def to_model(self) -> ChannelModel:
-        """The model for simulations, filters and exports, with intervals, limits and covariance.
-
-        Returns
-        -------
-        ChannelModel
-
-        Raises
-        ------
-        DataError
-            If the fit has no model.
-        """
-        from sigmatau.fitting.to_model import to_model
-
-        return to_model(self)
+        return self._curve().degrees_of_freedom(whole_sizes(m))
 
     @property
     def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:
         """For each observed term, the averaging times at which it makes half of the variance or more; its line can be
         read off there. None if other noise hides it everywhere. [s]
         """
-        from sigmatau.fitting.line_ranges import line_ranges
-
-        return line_ranges(self)
+        observed = self.observed if self.quantified else {}
+        if not observed or self.tau_min is None:
+            return {}
+        spans = self._curve().line_ranges(list(observed.items()), self.tau_min)
+        return dict(zip(observed, spans, strict=True))
 
     def texts(self, term: str) -> list[tuple[str, str, str]]:
         """Value, interval and unit in each of the field's units; limits as ``("below 21", "", "deg/h/√h")``.

@@ -82,17 +82,7 @@ mod tests {
     const TAU0: f64 = 0.01;
 
     fn white() -> FittedModel {
-        FittedModel {
-            tau0: TAU0,
-            samples: 1 << 20,
-            terms: [0.0, 1.0, 0.0, 0.0, 0.0],
-            gauss_markov: Vec::new(),
-            resonance: Vec::new(),
-            sinusoid: Vec::new(),
-            filter: None,
-            highest: None,
-            warm_up: None,
-        }
+        FittedModel { terms: [0.0, 1.0, 0.0, 0.0, 0.0], ..FittedModel::without_parts(TAU0, 1 << 20) }
     }
 
     /// ln |H|² = Σ 2pᵏ/k (cos kθ − 1) is that of exponential smoothing.

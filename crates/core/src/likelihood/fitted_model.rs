@@ -34,6 +34,21 @@ pub struct FittedModel {
 }
 
 impl FittedModel {
+    /// A model of nothing.
+    pub(crate) fn without_parts(tau0: f64, samples: usize) -> Self {
+        Self {
+            tau0,
+            samples,
+            terms: [0.0; 5],
+            gauss_markov: Vec::new(),
+            resonance: Vec::new(),
+            sinusoid: Vec::new(),
+            filter: None,
+            highest: None,
+            warm_up: None,
+        }
+    }
+
     /// Expected Allan variances at cluster sizes in samples. [(rate unit)²]
     #[must_use]
     pub fn avar(&self, sizes: &[usize]) -> Vec<f64> {
@@ -111,23 +126,13 @@ impl FittedModel {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::allan::{Counting, Overlap, allan_variances};
     use crate::likelihood::filter::FilterShape;
 
     pub(crate) fn white(tau0: f64) -> FittedModel {
-        FittedModel {
-            tau0,
-            samples: 200_000,
-            terms: [0.0, 1.0, 0.0, 0.0, 0.0],
-            gauss_markov: Vec::new(),
-            resonance: Vec::new(),
-            sinusoid: Vec::new(),
-            filter: None,
-            highest: None,
-            warm_up: None,
-        }
+        FittedModel { terms: [0.0, 1.0, 0.0, 0.0, 0.0], ..FittedModel::without_parts(tau0, 200_000) }
     }
 
     /// σ²(m) = 4 ∫ S sin⁴(πfmτ₀)/(m sin πfτ₀)² df of every part with a density.

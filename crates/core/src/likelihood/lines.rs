@@ -161,7 +161,7 @@ pub(crate) fn without_images(record: &Summary, mut lines: Vec<Line>) -> Vec<Line
 }
 
 /// Linear between points, and beyond the first and the last one.
-fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
+pub(crate) fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
     if centres.len() < 2 {
         return centres[0].1;
     }

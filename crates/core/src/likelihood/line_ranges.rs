@@ -1,0 +1,80 @@
+//! Where the line of a term can be laid on a curve: the averaging times at which the term makes most of the variance.
+
+use crate::likelihood::fitted_model::FittedModel;
+
+/// Least share of the variance of the model: between the crossings with the lines of the other terms.
+const MOST: f64 = 0.5;
+
+/// Share above which the line is above the curve, because of a filter.
+const FILTERED: f64 = 1.25;
+
+/// Part of the record up to which a line is laid, as in the paper: an error by its eq. (26) of 41 %.
+const LONGEST: f64 = 4.0;
+
+const PER_OCTAVE: f64 = 8.0;
+
+/// Ratio of the longest to the shortest averaging time of a range.
+const SHORTEST: f64 = 2.0;
+
+impl FittedModel {
+    /// Range of averaging times of each term, by its index and coefficient [s]; None if the term never makes half of the
+    /// variance of the model over an octave, between the averaging time `from` and a quarter of the record.
+    #[must_use]
+    pub fn line_ranges(&self, terms: &[(usize, f64)], from: f64) -> Vec<Option<(f64, f64)>> {
+        let octaves = (self.samples as f64 / LONGEST).max(1.0).log2();
+        let steps = ((octaves + 1e-9) * PER_OCTAVE).ceil() as usize;
+        let mut sizes: Vec<usize> =
+            (0..steps).map(|k| (k as f64 / PER_OCTAVE).exp2().round_ties_even() as usize).collect();
+        sizes.dedup();
+        sizes.retain(|&m| m as f64 * self.tau0 >= from * (1.0 - 1e-9));
+        let total = self.avar(&sizes);
+        terms.iter().map(|&(term, coefficient)| self.line_range(term, coefficient, &sizes, &total)).collect()
+    }
+
+    fn line_range(
+        &self,
+        term: usize,
+        coefficient: f64,
+        sizes: &[usize],
+        total: &[f64],
+    ) -> Option<(f64, f64)> {
+        let mut alone = [0.0; 5];
+        alone[term] = coefficient;
+        let part = Self { terms: alone, ..Self::without_parts(self.tau0, self.samples) }.avar(sizes);
+        let inside: Vec<bool> =
+            part.iter().zip(total).map(|(part, total)| (MOST..=FILTERED).contains(&(part / total))).collect();
+        // The longest run of sizes, by the ratio of its ends.
+        let mut longest: Option<(usize, usize)> = None;
+        let ratio = |(first, last): (usize, usize)| last as f64 / first as f64;
+        let runs = sizes.iter().zip(&inside).collect::<Vec<_>>();
+        for run in runs.split(|(_, inside)| !**inside).filter(|run| !run.is_empty()) {
+            let ends = (*run[0].0, *run[run.len() - 1].0);
+            if longest.is_none_or(|longest| ratio(ends) > ratio(longest)) {
+                longest = Some(ends);
+            }
+        }
+        let span = longest.map(|(first, last)| (first as f64 * self.tau0, last as f64 * self.tau0));
+        span.filter(|(first, last)| *last >= SHORTEST * first)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 3Q²/τ² and N²/τ cross at 3Q²/N² = 3 s; each has its side, up to a quarter of the record.
+    #[test]
+    fn ranges_end_where_the_lines_cross() {
+        let model =
+            FittedModel { terms: [1.0, 1.0, 0.0, 0.0, 0.0], ..FittedModel::without_parts(0.01, 200_000) };
+        let eighth = 0.125_f64.exp2();
+        let found = model.line_ranges(&[(0, 1.0), (1, 1.0)], 0.0);
+        let [Some(steep), Some(flat)] = found[..] else { panic!("{found:?}") };
+        assert!((steep.0 - 0.01).abs() < 1e-12 && (3.0 / eighth..=3.0).contains(&steep.1));
+        assert!((3.0..=3.0 * eighth).contains(&flat.0) && (500.0 / eighth..=500.0).contains(&flat.1));
+        // From 2 s on, less than an octave is left of the first; from beyond the record on, nothing of both.
+        assert_eq!(model.line_ranges(&[(0, 1.0)], 2.0), [None]);
+        assert_eq!(model.line_ranges(&[(0, 1.0), (1, 1.0)], 1e4), [None, None]);
+        assert_eq!(model.line_ranges(&[(2, 1e-3)], 0.0), [None]);
+    }
+}

@@ -16,7 +16,7 @@ from sigmatau.exporting.origin import trust_of
 from sigmatau.exporting.source import Source, read_source
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
 
 FIVE = {"random_walk": 1e-4, "bias_instability": 5e-5, "rate_random_walk": 1e-6}
 NO_K = {"random_walk": 1e-4, "bias_instability": 5e-5}
@@ -46,6 +46,22 @@ def test_every_target_says_that_a_fit_is_not_adequate(name):
     assert NOT_ADEQUATE in found.content
     assert [(f.code, f.severity) for f in found.findings] == [("not_adequate", "warning")]
     assert found.findings[0].channels == ("gyro_y",)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_target_says_that_a_hidden_random_walk_is_an_upper_limit(name):
+    limits = {term: 2 * value for term, value in FIVE.items()}
+    hidden = {"random_walk": limits["random_walk"]}
+    bad = with_one(model_of(FIVE), "gyro_y", adequate=False, terms=hidden, limits=limits)
+    try:
+        found = prepare(bad, to=name, choices=Choices(filter_rate=100.0))
+    except OptionError as error:  # of a process that needs slow noise
+        assert "gyro_y" in str(error)
+        return
+    assert NOT_ADEQUATE not in found.content
+    assert ONLY_LIMITS in found.content or "upper limit" in found.content
+    (doubt,) = [one for one in found.findings if one.severity == "warning"]
+    assert (doubt.code, doubt.channels) == ("only_limits", ("gyro_y",))
 
 
 def test_a_model_file_carries_it_both_ways(tmp_path):

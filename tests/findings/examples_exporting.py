@@ -26,6 +26,7 @@ EXAMPLES = [
     ),
     Finding(severity="info", channels=("gyro_x", "accel_y"), details=kinds.LimitWritten(term="rate_random_walk")),
     Finding(severity="warning", channels=("accel_z",), details=kinds.NotAdequate()),
+    Finding(severity="warning", channels=("gyro_x",), details=kinds.OnlyLimits()),
     Finding(severity="warning", channels=("accel_x", "accel_z"), details=kinds.PoorTrust()),
     Finding(severity="info", details=kinds.FastestRate(rate=399.66, rates=(("gyro", 399.66), ("accel", 199.83)))),
     Finding(severity="info", details=kinds.OtherRate(rate=200.0, record_rate=98.7654)),

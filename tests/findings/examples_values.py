@@ -161,6 +161,26 @@ EXAMPLES = [
         ("gyro_x",),
         severity="info",
     ),
+    values(
+        CoarseResolution(step=1e-3, noise=1.3e-4, unit="rad/s", rounding="quantization", added=2.89e-6, summed=512),
+        ("gyro_x",),
+        severity="info",
+    ),
+    *(
+        values(
+            CoarseResolution(
+                step=1e-3,
+                noise=1.3e-4,
+                unit="rad/s",
+                rounding="quantization",
+                added=2.89e-6,
+                summed=summed,
+                needed=needed,
+            ),
+            ("gyro_x",),
+        )
+        for summed, needed in ((512, 1310.72), (None, None))
+    ),
     unit(
         ImplausibleUnit(
             evidence="gravity",

@@ -1,5 +1,7 @@
 """Disturbed records: upper limits that hold, and quiet records and steady lines that keep their coefficients."""
 
+import json
+
 import numpy as np
 import pytest
 from studies import parked
@@ -9,6 +11,7 @@ import sigmatau as st
 from sigmatau.findings.kinds.fit import CoarseCounts, CrowdedLines, VibrationPower
 from sigmatau.fitting.disturbance import MAX_SHARE, upper_limits, vibration_share
 from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.lots.joint import analysed_run, fit_analysed
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.units import to_si
 
@@ -145,6 +148,52 @@ def test_a_disturbed_result_is_a_file_that_warns():
     assert fit["terms"]["random_walk"]["upper_limit"] == fit["model"]["random_walk"]
     model = NoiseModel.from_result(content)
     assert not model.channels["gyro_x"].adequate
+
+
+def shaken(name, *, vibrates):
+    """White noise, and beside it twenty lines that wander and have 500 times its power."""
+    rng = np.random.default_rng(seed_of(name))
+    x = rng.standard_normal(30000)
+    for line in np.linspace(3, 40, 20) if vibrates else ():
+        phase = 2 * np.pi * line * np.arange(30000) / RATE + np.cumsum(0.05 * rng.standard_normal(30000))
+        x = x + 7 * np.sin(phase)
+    return st.Record.from_arrays(rate=RATE, gyro_x=1e-4 * x)
+
+
+def test_a_joint_fit_with_a_disturbed_run_is_disturbed():
+    quiet = [shaken(f"joint {k}", vibrates=False) for k in range(3)]
+    assert st.fit_jointly(quiet)["gyro_x"].fit.verdict in QUANTIFIED
+    joint = st.fit_jointly([*quiet, shaken("joint shaken", vibrates=True)])["gyro_x"]
+    walk = joint.fit["random_walk"]
+    assert joint.fit.verdict == "disturbed"
+    assert isinstance(joint.fit.reasons[0], VibrationPower)
+    assert (walk.value, dict(joint.spreads)) == (None, {})
+    assert 1e-5 <= walk.upper_limit < 2e-5  # that of the quietest run
+    of_disturbed = st.fit_jointly([shaken(f"joint shaken {k}", vibrates=True) for k in range(2)])["gyro_x"].fit
+    assert of_disturbed.verdict == "disturbed"
+    assert of_disturbed["random_walk"].upper_limit >= 1e-5
+
+
+def test_a_joint_analysis_leaves_a_disturbed_run_out():
+    records = {f"day {k}": shaken(f"days {k}", vibrates=k == 1) for k in range(3)}
+    analysed = [
+        analysed_run(record, st.analyze(record, threads=1, at_rest=True), name=name) for name, record in records.items()
+    ]
+    joint = fit_analysed(analysed)
+    fitted = joint.analysis["gyro_x"]
+    assert fitted.verdict in QUANTIFIED
+    assert fitted["random_walk"].low <= 1e-5 <= fitted["random_walk"].high
+    assert [one.details.run for one in joint.analysis.findings if one.code == "run_left_out"] == ["day 1"]
+
+
+def test_a_disturbed_axis_is_a_limit_in_store_and_comparison(tmp_path):
+    for day in range(3):
+        content = st.analyze(shaken(f"days {day}", vibrates=day == 1), threads=1, at_rest=True).to_dict()
+        (tmp_path / f"day {day}.json").write_text(json.dumps(content))
+    files = sorted(tmp_path.glob("*.json"))
+    compared = st.compare_runs(files).to_dict()["rows"]
+    (at,) = [k for k, term in enumerate(compared["term"]) if term == "random_walk"]
+    assert compared["mean"][at] == pytest.approx(1e-5, rel=0.05)
 
 
 @pytest.mark.parametrize(("seconds", "warned"), [(0.3, True), (60.0, False)])

@@ -25,7 +25,7 @@ from sigmatau.datasheets.verdict import Comparison, Judged, Reading, Status, Ver
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.file import doubt_text
 from sigmatau.model.from_result import WITHOUT_REST, models_of, results_by_channel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST
@@ -114,7 +114,7 @@ def compare_with(
                 _reading(claim, meaning, model, means.get(channel, {}), level, factor)
                 for meaning in claim.meanings(sided=sided, bias=bias)
             )
-            status, reason = _status(readings) if model.adequate else ("undecided", NOT_ADEQUATE)
+            status, reason = _status(readings) if model.adequate else ("undecided", doubt_text(model))
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
         said = {claim.term for claim in claims}
         unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]

@@ -18,7 +18,14 @@ from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
 from sigmatau.exporting.values import Numbers, Target
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import ChoiceWithoutPlace, FastestRate, NotAdequate, OtherRate, PoorTrust
+from sigmatau.findings.kinds.exporting import (
+    ChoiceWithoutPlace,
+    FastestRate,
+    NotAdequate,
+    OnlyLimits,
+    OtherRate,
+    PoorTrust,
+)
 from sigmatau.findings.wording import words
 from sigmatau.io.atomic import atomic
 from sigmatau.model.noise_model import NoiseModel
@@ -333,9 +340,10 @@ def _doubts(wanted: Target, source: Source) -> list[Finding]:
         for name, channel in source.model.channels.items()
         if every or stream_name(name) in ("gyro", "accel")
     }
-    unfit = tuple(name for name, channel in written.items() if not channel.adequate)
-    poor = tuple(name for name in written if name in source.poor and name not in unfit)
-    doubts = ((unfit, NotAdequate()), (poor, PoorTrust()))
+    limited = tuple(name for name, channel in written.items() if channel.has_only_limits)
+    unfit = tuple(name for name, channel in written.items() if not channel.adequate and name not in limited)
+    poor = tuple(name for name in written if name in source.poor and name not in (*unfit, *limited))
+    doubts = ((limited, OnlyLimits()), (unfit, NotAdequate()), (poor, PoorTrust()))
     return [Finding(severity="warning", channels=names, details=details) for names, details in doubts if names]
 
 

@@ -18,7 +18,7 @@ from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import ChoiceNotUsed, LimitWritten
 from sigmatau.model.channel import ChannelModel, alike_text
-from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.file import doubt_text
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.noise.terms import TERMS, display_units
@@ -99,7 +99,8 @@ class Numbers:
 
     def doubt(self, channel: str) -> str:
         """End of a comment for a channel whose fit is not adequate; else empty."""
-        return "" if self.model.channels[channel].adequate else f"; {NOT_ADEQUATE}"
+        doubt = doubt_text(self.model.channels[channel])
+        return f"; {doubt}" if doubt else ""
 
     def has_slow_noise(self, channel: str) -> bool:
         """Whether the model has noise that a random walk can match at a horizon."""

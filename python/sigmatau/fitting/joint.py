@@ -11,13 +11,13 @@ from sigmatau._native import likelihood as native
 from sigmatau._native.likelihood import Estimate, LikelihoodSummary, LineEstimate
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.fit import CrowdedLines
+from sigmatau.findings.kinds.fit import CrowdedLines, VibrationPower
 from sigmatau.fitting import likelihood
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import as_wide
 from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
+from sigmatau.fitting.disturbance import is_disturbed, vibration_share, with_limits
 from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint, Spread
 from sigmatau.fitting.noise_fit import Interval, NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of, usable
@@ -285,10 +285,16 @@ def _beside_vibration(fitted: NoiseFit, runs: Sequence[Run], longest: Run) -> No
     """
     alone = replace(fitted, channel=longest.channel)
     if any(run.fit.verdict == "disturbed" for run in runs) or is_disturbed(alone, longest.stream, unsteady=1.0):
-        limited = [
-            with_limits(replace(fitted, channel=run.channel), run.stream, vibration_of(run.fit, run.stream))
-            for run in runs
-        ]
+        shares = [cause.share for run in runs for cause in run.fit.reasons if isinstance(cause, VibrationPower)]
+        vibration = VibrationPower(
+            lines=len(fitted.sinusoid),
+            resonances=len(fitted.resonance),
+            share=max([vibration_share(fitted), *shares]),
+            start=0.0,
+            stop=0.0,
+            quietest=None,
+        )
+        limited = [with_limits(replace(fitted, channel=run.channel), run.stream, vibration) for run in runs]
         # Each run bounds the noise of one sensor, but an axis only its own.
         of_axes = len({run.channel for run in runs}) > 1
         limits = [one["random_walk"].upper_limit or math.inf if "random_walk" in one else math.inf for one in limited]

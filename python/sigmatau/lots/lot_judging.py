@@ -9,7 +9,7 @@ from sigmatau.datasheets.claims import Claim
 from sigmatau.datasheets.verdict import Judged, Verdict
 from sigmatau.lots.lot_remark import Remark
 from sigmatau.lots.lot_unit import UnitFinding, UnitResult, reason_without_rest
-from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
 
 DEFECTS = ("spikes", "saturation", "dropout", "stuck_samples", "implausible_unit")
 """Findings about a sensor or its unit that no unit passes with, even where the analysis could leave the samples out."""
@@ -35,7 +35,7 @@ def of_verdict(verdict: Verdict) -> list[Remark]:
             open_.setdefault(f"{_sensor(judged.channel)} {judged.claim.label}", []).append(judged)
         elif not judged.may_be_out:
             continue  # below its maximum in every convention; the typical value decides nothing
-        elif judged.reason == NOT_ADEQUATE:
+        elif judged.reason in (NOT_ADEQUATE, ONLY_LIMITS):
             found.append(Remark(code="no_model", kind="judging", channels=(judged.channel,)))
         elif not any(reading.measured.anything for reading in judged.readings):
             found.append(

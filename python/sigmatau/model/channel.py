@@ -123,6 +123,11 @@ class ChannelModel(Mapping[str, float], Printed):
     adequate: bool = True
     highest: float | None = None
 
+    @property
+    def has_only_limits(self) -> bool:
+        """Whether the terms are upper limits of a fit whose noise vibration or rounding hides."""
+        return not self.adequate and bool(self.terms) and self.terms.items() <= self.limits.items()
+
     def __post_init__(self) -> None:
         given = {name: value for name, value in coefficients_of("terms", self.terms).items() if value}
         for name, value in given.items():

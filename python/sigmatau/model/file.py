@@ -36,6 +36,18 @@ from sigmatau.results import interval_texts, printable
 from sigmatau.units import usual
 
 NOT_ADEQUATE = "no model fits this axis: no interval"  # Comment on a value from a fit that is not adequate
+ONLY_LIMITS = (
+    "at most: vibration or rounding hides the noise of this axis"  # The same where the value is an upper limit
+)
+
+
+def doubt_text(channel: ChannelModel) -> str:
+    """Comment on the values of a channel whose fit is not adequate; otherwise empty."""
+    if channel.adequate:
+        return ""
+    return ONLY_LIMITS if channel.has_only_limits else NOT_ADEQUATE
+
+
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 _VALUE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.].*?)\s*")
 _UNITS_OF_PARTS = {
@@ -97,7 +109,10 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
             rate = "" if channel.bandwidth.rate is None else f", rate = {_quoted(channel.bandwidth.rate, 'Hz')}"
             lines.append(f"bandwidth = {{ order = {channel.bandwidth.order}, corner = {corner}{rate} }}")
         if not channel.adequate:
-            lines.append("adequate = false  # no model fits this axis: no value above has an interval")
+            doubt = (
+                ONLY_LIMITS if channel.has_only_limits else "no model fits this axis: no value above has an interval"
+            )
+            lines.append(f"adequate = false  # {doubt}")
         lines += _left_out(channel)
         blocks.append("\n".join(lines))
     for term, pairs in correlation.items():
@@ -119,7 +134,7 @@ def _written(process: GaussMarkov | Resonance | Sinusoid, unit: str) -> str:
 def _interval_comment(channel: ChannelModel, term: str) -> str:
     """The value and its interval in a usual unit, as a comment; empty for a value without interval."""
     if not channel.adequate:
-        return f"  # {NOT_ADEQUATE}"
+        return f"  # {doubt_text(channel)}"
     if term not in channel.intervals:
         return ""
     unit, factor = display_units(term, channel.quantity, channel.unit)[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sigmatau.exporting.text import comment, measured
 from sigmatau.exporting.values import Numbers, Target, refuse
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.file import doubt_text
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import interval_texts
 from sigmatau.units import STANDARD_GRAVITY, find
@@ -76,7 +76,7 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
                 if interval
                 else _NO_INTERVAL
                 if model.adequate
-                else NOT_ADEQUATE
+                else doubt_text(model)
             )
             rows.append((letter, label, f"{shown} {text}", percent, f"{measured(value)} {si}"))
         return rows

@@ -19,7 +19,7 @@ from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.values import Numbers, Target, refuse
 from sigmatau.model.channel import ChannelModel, alike_text
-from sigmatau.model.file import NOT_ADEQUATE
+from sigmatau.model.file import doubt_text
 from sigmatau.record.record import stream_name
 from sigmatau.statespace.state_space import Output, StateSpace, state_space
 
@@ -93,8 +93,8 @@ def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
 
 def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
     """A note if coefficients of a system are from a fit that is not adequate, or a walk has another explanation."""
-    doubted = [name for name in channels if not numbers.model.channels[name].adequate]
-    notes = [f"{', '.join(doubted)}: {NOT_ADEQUATE}"] if doubted else []
+    doubts = {name: doubt_text(numbers.model.channels[name]) for name in channels}
+    notes = [f"{name}: {doubt}" for name, doubt in doubts.items() if doubt]
     alike = {name: numbers.model.channels[name].alike_from for name in channels}
     notes += [f"{name}: {alike_text(process.time)}" for name, process in alike.items() if process is not None]
     return {"note": "; ".join(notes)} if notes else {}

@@ -105,6 +105,11 @@ class NotAdequate(Details, code="not_adequate"):
 
 
 @frozen
+class OnlyLimits(Details, code="only_limits"):
+    """Coefficients in the file are upper limits: vibration or rounding hides the noise of these axes."""
+
+
+@frozen
 class PoorTrust(Details, code="poor_trust"):
     """Coefficients in the file are wrong by half or more, as a finding of the analysis says."""
 

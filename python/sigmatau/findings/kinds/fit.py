@@ -306,7 +306,7 @@ class Disturbed(Details, code="disturbed"):
     share : float
         Their share of the power, beside random walk and quantization noise.
     start, stop : float
-        The quietest part of the record. [s]
+        The quietest part of the record; both 0 for several runs. [s]
     quietest : float or None
         Upper limit of the random walk in that part, if it is smaller than that of the whole record. [SI]
     """

@@ -64,6 +64,13 @@ def _not_adequate(_: Finding, __: kinds.NotAdequate) -> Words:
     )
 
 
+def _only_limits(_: Finding, __: kinds.OnlyLimits) -> Words:
+    return Words(
+        "vibration or rounding hides the noise of these axes, and the file has upper limits in place of their coefficients",
+        "Record again without it, or omit the channel",
+    )
+
+
 def _poor_trust(_: Finding, __: kinds.PoorTrust) -> Words:
     return Words("trust poor: do not use the numbers of these axes", "See the warnings in the head of the file")
 
@@ -127,6 +134,7 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     kinds.MinimumAsWalk: _minimum_as_walk,
     kinds.LimitWritten: _limit_written,
     kinds.NotAdequate: _not_adequate,
+    kinds.OnlyLimits: _only_limits,
     kinds.PoorTrust: _poor_trust,
     kinds.FastestRate: _fastest_rate,
     kinds.OtherRate: _other_rate,

@@ -156,6 +156,8 @@ def _widened(finding: Finding, details: kinds.Widened) -> Words:
 def _disturbed(finding: Finding, details: kinds.Disturbed) -> Words:
     text = f"vibration has {percent(details.share)} of the power; the coefficients are upper limits"
     part = f"{details.start:.4g}s:{details.stop:.4g}s"
+    if details.start == details.stop:
+        return Words(text, "Record again without the vibration")
     if details.quietest is None:
         return Words(
             f"{text}, which are least from {details.start:.4g} to {details.stop:.4g} s", "Record again without it"

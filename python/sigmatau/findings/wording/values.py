@@ -134,7 +134,7 @@ def _coarse_resolution(finding: Finding, details: CoarseResolution) -> Words:
         long = "Record longer" if details.needed is None else f"Record {duration_text(details.needed)} or more"
         return Words(_joined(said, "its rounding is not white and hides the random walk"), f"{long}, or more finely")
     if details.rounding == "quantization" and details.summed > 1:
-        return Words(_joined(said, f"its rounding is white only in sums of {details.summed} samples, which are fitted"))
+        return Words(_joined(said, f"its rounding is white only in sums of {details.summed} samples"))
     if details.rounding == "quantization":
         added = f"{details.added:.3g} {_integrated(details.unit)}"
         return Words(_joined(said, f"adds up to {added} of quantization noise"))

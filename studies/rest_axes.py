@@ -123,7 +123,7 @@ partly at rest / at rest without an axis of trust "good" / at rest with one:
 """
 
 _TAIL = """
-Noise below 3 Hz beyond that of the noisiest accelerometer, on three axes that measure gravity, is motion, and so is a mean
+Noise below 2 Hz beyond that of the noisiest accelerometer, on three axes that measure gravity, is motion, and so is a mean
 that changes faster than in any warm-up. One or two axes do not show whether the unit is wrong: there the finding
 `beyond_class` bars "good" where the fit exceeds the noisiest sensors. Vibration above 10 Hz is not motion: it averages out.
 A phone that is kept still makes less than the noise of the noisiest accelerometers. A constant rate of a turntable that is

@@ -28,7 +28,7 @@ _SEGMENT, _LEAST_SEGMENTS = 2.0, 4  # length of the periodograms [s], and their 
 _OVER, _OVER_ON_EACH_AXIS = 1.5, 0.9
 # Band below the vibration of engines [Hz], length of its periodograms [s], and the factor over the noise of the noisiest
 # accelerometer from which on no sensor makes it.
-_BELOW_VIBRATION, _LONG_SEGMENT, _BEYOND = (0.75, 3.0), 4.0, 1.25
+_BELOW_VIBRATION, _LONG_SEGMENT, _BEYOND = (0.75, 2.0), 4.0, 1.25
 _LEAST_NYQUIST = 18.0  # so that there are frequencies above the tremor [Hz]
 # Noise of the loudest axis over that of the noisiest sensor, from which on it is not that of a sensor: twice the power, for
 # those that are worse than their datasheet.

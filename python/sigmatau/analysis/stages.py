@@ -144,10 +144,10 @@ def fit(state: State) -> State:
             return first, allowing_for_rounding(first, step=steps.step, noise=steps.noise), curve
         return first, first, curve
 
-    fits, final_curves = {}, {}
+    fits, final_curves, streams = {}, {}, _streams_by_channel(record)
     for channel, (first, final, curve) in in_threads(fitted, tuple(state.curves), options.threads).items():
         fits[channel], final_curves[channel] = final, curve
-        stream = record.stream_of(channel)
+        stream = streams[channel]
         missing = 0.0 if stream.mask is None else float(stream.mask[:, stream.channels.index(channel)].mean())
         findings += tuple(fit_findings(first, start=stream.grid.lead, missing=missing, beside=findings))
     return replace(state, fits=fits, curves=final_curves, findings=findings)
@@ -162,12 +162,13 @@ def judge(state: State) -> State:
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=options.threads)
         findings = (*without_consequences(findings, fits), *of_fits)
     if not state.moves:
+        streams = _streams_by_channel(record)
 
         def stability_of(name: str) -> tuple[MeanStability, ...]:
-            return mean_stability(record.stream_of(name), name, fits.get(name))
+            return mean_stability(streams[name], name, fits.get(name))
 
         spreads = in_threads(stability_of, channels, options.threads)
-        means = {name: channel_mean(record.stream_of(name), name, fits.get(name)) for name in channels}
+        means = {name: channel_mean(streams[name], name, fits.get(name)) for name in channels}
         state = replace(
             state,
             read_off=read_off_curves(state.curves, fits, ReadOffAt(options.read_off_at)),
@@ -212,6 +213,10 @@ def with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
     """The curve with degrees of freedom by the model; with missing samples in proportion to the pairs that are left."""
     edf = fitted.degrees_of_freedom(m=curve.m)
     return replace(curve, edf=None if edf is None else kept_freedom(curve, edf))
+
+
+def _streams_by_channel(record: Record) -> dict[str, Stream]:
+    return {channel: stream for stream in record.streams for channel in stream.channels}
 
 
 def _doubts_unit(finding: Finding) -> bool:

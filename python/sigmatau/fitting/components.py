@@ -5,7 +5,7 @@ Times are in samples: the sample interval is 1, and a squared coefficient θ is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 # Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise.
 LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
@@ -19,6 +19,11 @@ LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degr
 def power_of_interval(name: str) -> int:
     """The power p by term: θ in samples is θ in SI times tau0^(p − 2); 2 for processes given by their variance."""
     return _POWERS.get(name, 2)
+
+
+def linear_powers(model: Mapping[str, float], tau0: float) -> list[float]:
+    """The squares θ of the coefficients of `LINEAR` in samples; 0 for a term that the model lacks."""
+    return [model.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
 
 
 def half_octaves(smallest: int, largest: int) -> Sequence[int]:

@@ -187,7 +187,7 @@ def mode_powers(fitted: NoiseFit, m: int, n: int) -> tuple[Floats, Floats]:
     span = m * fitted.tau0
     f = np.arange(1, n) / (2 * n * span)
     half = 0.5 / fitted.tau0
-    rest = fitted.psd(min((_ALIASES + 1) / span, half))
+    beyond = min((_ALIASES + 1) / span, half)
     aliases = np.arange(-_ALIASES, _ALIASES + 1)[:, np.newaxis] / span
     powers = np.empty(n - 1)
     for first in range(0, n - 1, _AT_ONCE):
@@ -196,7 +196,8 @@ def mode_powers(fitted: NoiseFit, m: int, n: int) -> tuple[Floats, Floats]:
         gain = np.sinc(shifted * span) ** 2
         # The spectrum of the samples repeats, and is even.
         folded = np.abs(shifted - np.round(shifted * fitted.tau0) / fitted.tau0)
-        density = fitted.psd(np.clip(folded, f[0], half).ravel()).reshape(gain.shape)
+        densities = fitted.psd(np.append(np.clip(folded, f[0], half), beyond))
+        density, rest = densities[:-1].reshape(gain.shape), densities[-1]
         powers[part] = (gain * density).sum(axis=0) + np.maximum(1 - gain.sum(axis=0), 0.0) * rest
     return powers / span, _drifts(fitted, span, n)
 

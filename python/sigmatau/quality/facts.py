@@ -121,12 +121,13 @@ def _channel_key(stream: Stream, channel: str) -> Hashable:
     """Where the samples of a channel lie, and how they are read: equal for equal samples from the same arrays."""
     k = stream.channels.index(channel)
     raw, missing = stream.samples.raw[k], stream.samples.missing
+    grid, transform = stream.grid, stream.samples.transforms[k]
     return (
         (*_address(raw), raw.dtype.str),
-        stream.samples.transforms[k],
+        (transform.scale, transform.offset, transform.factor, transform.kind),
         stream.quantity,
         stream.unit,
-        stream.grid,
+        (grid.n, grid.tau0, grid.start, grid.source, grid.jitter, grid.lead),
         None if missing is None else _address(missing[:, k]),
         None if stream.mask is None else _address(stream.mask[:, k]),
     )

@@ -6,7 +6,7 @@ are read. Samples are reached through `Stream.chunks` or `Stream.column`, so tha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any, Literal, cast, get_args
 
@@ -196,6 +196,25 @@ class Columns:
         """
         t = self.transforms[channel]
         return t.kind == "rate" and t.offset == 0 and abs(t.scale * t.factor) <= 1
+
+    def read_stretches(self, channel: int, starts: Iterable[int], length: int) -> list[NDArray[np.float64]]:
+        """Rates of one channel in stretches of equal length, as `read` gives them.
+
+        Parameters
+        ----------
+        channel : int
+            Position of the channel.
+        starts : iterable of int
+            First samples.
+        length : int
+            Samples of each stretch.
+
+        Returns
+        -------
+        list of ndarray, shape (length,)
+            [unit of the stream, SI]
+        """
+        return [self.read(channel, start, start + length) for start in starts]
 
     def read(self, channel: int, start: int, stop: int) -> NDArray[np.float64]:
         """Rates of one channel in SI, NaN where they are missing.

@@ -26,7 +26,7 @@ from sigmatau._native.gls import Components
 from sigmatau.arrays import Floats, Ints
 from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
-from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.components import linear_powers
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.record.streams import Grid, Stream
@@ -185,7 +185,7 @@ def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | No
         return None
     line = fitted.sinusoid[0] if fitted.sinusoid else None
     process = fitted.gauss_markov[0] if fitted.gauss_markov else None
-    theta = [fitted.model.get(name, 0.0) ** 2 * fitted.tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
+    theta = linear_powers(fitted.model, fitted.tau0)
     if line is not None:
         theta.append(line.amplitude.value**2)
     elif process is not None:

@@ -35,7 +35,7 @@ def sample_of(stream: Stream, channel: str, *, most: int) -> Floats:
         return stream.samples.read(c, 0, n)
     length = most // _STRETCHES
     starts = np.linspace(0, n - length, _STRETCHES).astype(int)
-    return np.concatenate([stream.samples.read(c, int(s), int(s) + length) for s in starts])
+    return np.concatenate(stream.samples.read_stretches(c, starts.tolist(), length))
 
 
 def present(x: Floats) -> Floats:
@@ -58,6 +58,15 @@ def row_means(rows: Floats, *, least: float = 0.5) -> Floats:
         sums = np.where(known, rows[torn], 0.0).sum(axis=1)
         means[torn] = np.where(number >= least * rows.shape[1], sums / np.maximum(number, 1), np.nan)
     return np.asarray(means)
+
+
+def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
+    """Means, and those of each next octave of averaging time: of two neighbours each."""
+    found = [means]
+    while len(found) < octaves:
+        means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
+        found.append(means)
+    return found
 
 
 def block_rms(x: Floats) -> float:

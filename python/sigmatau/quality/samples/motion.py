@@ -221,10 +221,11 @@ def _departures(
     """Distances of differences from their median, their spread, and the distance that noise and rounding may reach; one
     difference of `apart` is independent.
     """
-    known = int(np.count_nonzero(np.isfinite(x))) // apart
+    finite = np.isfinite(x)
+    known = int(np.count_nonzero(finite)) // apart
     if known < _LEAST_WINDOWS:
         return None
-    centre, spread = median_and_spread(present(x))
+    centre, spread = median_and_spread(x[finite])
     far = np.abs(x - centre)
     limit = spreads * (1 + _FEW_WINDOWS / known) * spread
     if np.any(far > limit):

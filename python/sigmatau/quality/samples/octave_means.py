@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.kinds.rest import Motion
-from sigmatau.quality.samples.common import present, row_means
+from sigmatau.quality.samples.common import means_by_octave, present, row_means
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
@@ -50,12 +50,9 @@ class OctaveMeans:
         self.shortest: float = base * stream.grid.tau0
         self.slow: bool = first > SECOND or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
         self.second: int = first + _SLOW_SECOND if self.slow else SECOND
-        means = _means(stream, channel, base)
-        by_octave: dict[int, Floats] = {}
-        for octave in range(first, first + _SLOW_OCTAVES if self.slow else OCTAVES):
-            by_octave[octave] = means
-            means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
-        self.by_octave: dict[int, Floats] = by_octave
+        octaves = range(first, first + _SLOW_OCTAVES if self.slow else OCTAVES)
+        means = means_by_octave(_means(stream, channel, base), len(octaves))
+        self.by_octave: dict[int, Floats] = dict(zip(octaves, means, strict=True))
         self.step: float = step_of(stream, channel) or 0.0
         self.floor: float = self._floor()
         self.unit_is_sure: bool = False  # whether gravity shows it

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -147,10 +148,12 @@ def _blocks(found: OctaveMeans) -> Moved:
     spans: list[Span] = []
     motions: list[Motion] = []
     edges = np.arange(length + 1, dtype=np.float64) * block
-    may_move = _may_move(found, edges)
+    may_move, may_drift = _may_move(found, edges), _may_drift(found, edges)
     for k in range(length):
         start, stop = k * block, (k + 1) * block
-        motion = (_judged(found, start, stop) if may_move[k] else None) or _drift(found, start, stop)
+        motion = _judged(found, start, stop) if may_move[k] else None
+        if motion is None and may_drift[k]:
+            motion = _drift(found, start, stop)
         if motion is not None:
             spans.append(found.span(start, stop))
             motions.append(motion)
@@ -191,6 +194,26 @@ def _judged(found: OctaveMeans, start: float, stop: float) -> Motion | None:
     return max(motions, key=lambda one: one.times, default=None)
 
 
+def _steepest(found: OctaveMeans, tau: float) -> tuple[float, float]:
+    """Change of the mean of a sensor from one averaging time to the next, and that beyond which it is a motion."""
+    steepest = SENSOR_CLASSES[found.quantity].noisiest["rate_ramp"] * tau
+    noise = max(found.floor / math.sqrt(tau), found.step)
+    return steepest, max(_DRIFT * steepest, _DRIFT_OVER_NOISE * noise)
+
+
+def _may_drift(found: OctaveMeans, edges: Floats) -> list[bool]:
+    """Whether half of the changes between edges are beyond that of a motion, as `_drift` needs it."""
+    octave = OCTAVES - 1
+    tau = found.tau(octave)
+    _, limit = _steepest(found, tau)
+    changes = np.abs(np.diff(found.by_octave[octave]))
+    present_to = np.concatenate(([0], np.cumsum(np.isfinite(changes))))
+    beyond_to = np.concatenate(([0], np.cumsum(changes > limit)))
+    places = [min(round(edge / tau), len(changes) + 1) for edge in edges.tolist()]
+    spans = [(a, max(b - 1, a)) for a, b in pairwise(places)]
+    return [2 * int(beyond_to[b] - beyond_to[a]) >= int(present_to[b] - present_to[a]) for a, b in spans]
+
+
 def _drift(found: OctaveMeans, start: float, stop: float) -> Motion | None:
     """A motion with a steady change of the mean that no sensor has: the median of first differences of means of 4 s."""
     octave = OCTAVES - 1
@@ -199,9 +222,8 @@ def _drift(found: OctaveMeans, start: float, stop: float) -> Motion | None:
     changes = present(np.diff(x))
     if len(changes) < LEAST_DIFFERENCES:
         return None
-    usual, steepest = abs(median(changes)), SENSOR_CLASSES[found.quantity].noisiest["rate_ramp"] * tau
-    noise = max(found.floor / math.sqrt(tau), found.step)
-    if usual <= max(_DRIFT * steepest, _DRIFT_OVER_NOISE * noise):
+    usual, (steepest, limit) = abs(median(changes)), _steepest(found, tau)
+    if usual <= limit:
         return None
     return found.motion("varies", usual, usual / steepest, tau)
 

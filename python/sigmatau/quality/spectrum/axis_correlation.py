@@ -8,6 +8,7 @@ correlated by chance.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
@@ -155,6 +156,7 @@ def _by_number(a: Floats, b: Floats, level: float) -> float:
     return r if abs(r) > _chance(number, level) else 0.0
 
 
+@lru_cache
 def _chance(number: int, level: float) -> float:
     """Correlation that independent series exceed with probability `level`, by Student's law."""
     freedom = max(number / _INFLATION - 2, 1.0)

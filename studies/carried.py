@@ -14,7 +14,6 @@ import numpy as np
 from sigmatau.estimators.allan import allan
 from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.numbers import adev_interval
 from sigmatau.model.processes import GaussMarkov
@@ -42,9 +41,7 @@ def one(truth: ChannelModel, seed: int) -> dict[str, Any]:
     record = simulate(true, duration=DURATION, rate=RATE, rng=seed)
     curve = allan(record)["gyro_z"]
     fitted = fit_samples(record.streams[0], "gyro_z")
-    model = channel_of_fit(
-        fitted.to_dict(), quantity="angular_rate", unit="rad/s", duration=curve.n * curve.tau0, rate=RATE
-    )
+    model = fitted.to_model()
     sizes = curve.m[3 * curve.m <= curve.n]
     low, high = adev_interval(model, m=sizes, tau0=curve.tau0)
     least_at, most_at = adev_interval(model, m=sizes, tau0=curve.tau0, simultaneous=False)

@@ -182,7 +182,7 @@ def _of_record(record: Record, truth: NoiseModel, known: list[Expected], name: s
     half = round(HALF * RATE)
     first = replace(record, streams=tuple(stream.cut(0, half) for stream in record.streams))
     try:
-        fitted = NoiseModel.from_result(analyze(first).to_dict(), channels=truth.channels)
+        fitted = analyze(first).model.of(truth.channels)
     except DataError:
         return []
     later = [stream.column(channel)[half:] for stream in record.streams for channel in stream.channels]
@@ -209,7 +209,7 @@ def field() -> list[str]:
         analysis = analyze(replace(record, streams=(gyro.cut(*parts[fitted]),)))
         for channel, column in y.items():
             fit = analysis.fits[channel]
-            model = NoiseModel.from_result(analysis.to_dict(), channels=[channel])
+            model = analysis.model.of([channel])
             # The angle of any one gyro; its name decides which angle, not how large.
             single = NoiseModel(channels={"gyro_z": model.channels[channel]})
             for after in AFTER:

@@ -331,14 +331,6 @@ PROVOKED = {
             lambda: st.NoiseModel.from_dict({"channels": {"gyro_x": {"random_walk": "1 deg"}}}),
         )
     },
-    "NoiseModel.from_result": {
-        TypeError: (lambda: st.NoiseModel.from_result(analysis()["gyro_x"]),),
-        st.DataError: (
-            lambda: st.NoiseModel.from_result({}),
-            lambda: st.NoiseModel.from_result(1.0),
-            lambda: st.NoiseModel.from_result(analysis(), channels=["gyro_y"]),
-        ),
-    },
     "NoiseModel.write": {st.DataError: (lambda: MODEL.write("missing/model.toml"),)},
     "Record.stream_of": {KeyError: (lambda: record().stream_of("gyro_z"),)},
     "Record.from_arrays": {
@@ -747,9 +739,6 @@ PROVOKED = {
             lambda: st.state_space(ONE, dt=0.1).avar([0]),
             lambda: st.state_space(ONE, dt=0.1).avar([1.5]),
         )
-    },
-    "sigmatau.exporting.source.Source.of_result": {
-        st.DataError: (lambda: type(analysis().to_source()).of_result({}),),
     },
     "sigmatau.statespace.arma.Arma.ar": {st.DataError: (lambda: st.arma(SLOW_RESONANCE, dt=0.01).ar,)},
     "sigmatau.statespace.arma.Arma.ma": {st.DataError: (lambda: st.arma(SLOW_RESONANCE, dt=0.01).ma,)},

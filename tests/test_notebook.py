@@ -119,7 +119,7 @@ def test_what_is_no_record(tmp_path):
 
 
 def test_deviations_of_a_model_at_averaging_times(analysis):
-    model = st.NoiseModel.from_result(analysis)
+    model = analysis.model
     times = [0.1, 1.0, 10.0]
     expected = model["gyro_x"].adev(m=[10, 100, 1000], tau0=0.01)
     np.testing.assert_allclose(model.adev(times)["gyro_x"], expected, rtol=1e-12)

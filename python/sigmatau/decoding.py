@@ -77,7 +77,10 @@ def _decoder(kind: Any, *, null: bool) -> Decoder:  # noqa: ANN401  any annotati
 
 
 def _float(value: Any) -> float:  # noqa: ANN401  of JSON
-    if (type(value) is float and math.isfinite(value)) or (type(value) is int and abs(value) <= _LARGEST_INTEGER):
+    if isinstance(value, float):
+        if math.isfinite(value):
+            return value
+    elif type(value) is int and abs(value) <= _LARGEST_INTEGER:
         return value
     _refuse(value, "a number")
 

@@ -8,8 +8,8 @@ import pytest
 
 import known
 from conftest import ROOT
+from sigmatau.analysis import Analysis
 from sigmatau.cli import main
-from sigmatau.model.noise_model import NoiseModel
 
 SCHEMA = json.loads((ROOT / "python" / "sigmatau" / "schema" / "result-2.schema.json").read_text())
 
@@ -77,7 +77,7 @@ def test_one_result_of_all_logs(run, tmp_path):
         assert [one["name"] for one in channel["joint"]["runs"]] == DAYS
         assert channel["fit"]["runs_s"] == [400.0] * 4
         assert all(one["belongs"] for one in channel["joint"]["runs"])
-    model = NoiseModel.from_result(content)
+    model = Analysis.from_dict(content).model
     assert set(model.channels) == {"gyro_x", "gyro_y"}
     assert (tmp_path / "u.png").stat().st_size > 0
     assert (tmp_path / "p.md").stat().st_size > 0

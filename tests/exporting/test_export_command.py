@@ -10,6 +10,7 @@ import pytest
 import vio
 from known import seed_of
 from sigmatau import DataError, NoiseModel, OptionError, Record, analyze, simulate
+from sigmatau.analysis.inputs import read_model
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
@@ -68,7 +69,7 @@ def test_result_gives_the_rate(result, tmp_path, capsys):
     content = vio.parse(out)
     assert content["update_rate"] == 100.0
     assert content["accelerometer_random_walk"] == 1e-5
-    model = NoiseModel.read(result)
+    model = read_model(result)
     worst = max(model.channels[name].limits["rate_random_walk"] for name in ("gyro_x", "gyro_y"))
     assert content["gyroscope_random_walk"] == worst
     code, to_file, err = run("export", result, "--to", "kalibr", *WALKS, "-o", tmp_path / "imu.yaml", capsys=capsys)
@@ -89,7 +90,7 @@ def test_options_reach_the_file(result, capsys):
     content = vio.parse(out)["lio_sam"]
     assert (content["imuTopic"], content["imuGravity"]) == ("/imu/raw", 9.81)
     assert content["imuAccBiasN"] == pytest.approx(5e-5, rel=1e-12)
-    model = NoiseModel.read(result)
+    model = read_model(result)
     noise = [model.channels[name]["random_walk"] for name in ("accel_x", "accel_y")]
     assert content["imuAccNoise"] == pytest.approx(3 * np.sqrt(np.mean(np.square(noise))), rel=1e-12)
 

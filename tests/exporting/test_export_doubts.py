@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import DataError, NoiseModel, OptionError, Record, analyze
+from sigmatau import Analysis, DataError, NoiseModel, OptionError, Record, analyze
+from sigmatau.analysis.inputs import read_model, read_source
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export, prepare, prepare_all
-from sigmatau.exporting.origin import trust_of
-from sigmatau.exporting.source import Source, read_source
+from sigmatau.exporting.source import Source
 from sigmatau.exporting.targets import NAMES, target
+from sigmatau.fitting.noise_fit import Fits
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
 
@@ -127,9 +128,9 @@ def result(tmp_path):
 
 class TestOfAResult:
     def test_it_knows_its_rate(self, result):
-        assert all(channel.rate == 50.0 for channel in NoiseModel.read(result).values())
+        assert all(channel.rate == 50.0 for channel in read_model(result).values())
         walk = {"gyro": 1e-6, "accel": 1e-6}
-        for given in (read_source(result), NoiseModel.read(result)):
+        for given in (read_source(result), read_model(result)):
             assert "update_rate: 50.0 " in export(given, to="kalibr", choices=Choices(walk=walk))
             assert json.loads(export(given, to="state-space"))["systems"]["gyro_x"]["dt_s"] == 0.02
             assert "fractalcoef(3000)" in export(given, to="matlab", choices=Choices(horizon=60.0))
@@ -306,7 +307,7 @@ def test_a_spectrum_without_a_corner():
     content = analyze(Record.from_arrays(rate=100, gyro_x=np.random.default_rng(1).standard_normal(4096))).to_dict()
     details = {"shape": "uneven", "order": None, "corner": None, "low": None, "high": None}
     content["findings"] = [{"code": "low_pass_filter", "severity": "info", "channels": ["gyro_x"], "details": details}]
-    assert Source.of_result(content).corners == {}
+    assert Analysis.from_dict(content).to_source().corners == {}
 
 
 def test_axes_that_are_not_to_be_used_are_named_in_file_and_finding():
@@ -325,9 +326,13 @@ def test_axes_that_are_not_to_be_used_are_named_in_file_and_finding():
 
 
 def test_trust_of_axes_that_differ():
-    channels = {name: {"trust": word} for name, word in zip(("gyro_x", "gyro_y"), ("good", "partial"), strict=True)}
-    assert trust_of(channels) == ["trust: gyro_x good, gyro_y partial"]
-    assert trust_of({"gyro_x": {}}) == []
+    record = Record.from_arrays(
+        rate=50.0, unit={"gyro": "rad/s"}, gyro=1e-3 * np.random.default_rng(1).standard_normal((6000, 3))
+    )
+    analysis = analyze(record)
+    fits = {name: replace(fit, trust="partial" if name == "gyro_y" else "good") for name, fit in analysis.fits.items()}
+    assert "trust: gyro_x good, gyro_y partial, gyro_z good" in replace(analysis, fits=Fits(fits)).to_source().head
+    assert "trust: gyro good" in analysis.to_source().head
 
 
 class TestFilterRate:

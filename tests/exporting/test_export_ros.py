@@ -10,10 +10,9 @@ from ruamel.yaml import YAML
 from simulators import AXES, EXACT, RATE, N, block_yaml, every_axis_policy, expected, model, one
 
 from known import seed_of
-from sigmatau import DataError, OptionError, Record, analyze
+from sigmatau import Analysis, DataError, OptionError, Record, analyze
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export, prepare
-from sigmatau.exporting.source import Source
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
@@ -162,7 +161,9 @@ class TestRos:
         x = np.random.default_rng(seed_of("ros doubt")).normal(size=(20_000, 3))
         content = analyze(Record.from_arrays(rate=100, gyro=1e-3 * x)).to_dict()
         content["channels"]["gyro_z"]["fit"]["verdict"] = "descriptive"
-        assert "no model fits" in export(Source.of_result(content), to="ros", choices=Choices(axes="each"))
+        assert "no model fits" in export(
+            Analysis.from_dict(content).to_source(), to="ros", choices=Choices(axes="each")
+        )
 
     def test_a_curve_without_octaves_leaves_the_model(self):
         record = Record.from_arrays(

@@ -5,10 +5,11 @@ import pytest
 from ruamel.yaml import YAML
 
 from sigmatau import DataError, NoiseModel, OptionError
+from sigmatau.analysis.inputs import read_source
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
-from sigmatau.exporting.source import one_rate, read_source, read_yaml
+from sigmatau.exporting.source import one_rate, read_yaml
 from vio import IMU_UTILS, KALIBR
 
 

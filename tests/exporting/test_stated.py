@@ -8,7 +8,7 @@ import pytest
 
 import vio
 from known import seed_of
-from sigmatau import NoiseModel, analyze, datasheet, list_datasheets, simulate
+from sigmatau import Analysis, NoiseModel, analyze, datasheet, list_datasheets, simulate
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
@@ -155,15 +155,15 @@ def test_the_topic_and_the_length_of_the_log_are_in_the_file():
     content["findings"].append(
         {"code": "spikes", "severity": "warning", "channels": ["gyro_x"], "message": "9 spikes", "size": 1.0}
     )
-    text = export(Source.of_result(content), to="kalibr")
+    text = export(Analysis.from_dict(content).to_source(), to="kalibr")
     assert vio.parse(text)["rostopic"] == "/bmi088/imu"
     assert "# from night.bag, topic /bmi088/imu, 60 s at 100 Hz, analysed by sigmatau" in text
     assert "# warning: gyro_x: 9 spikes\n" in text
-    chosen = export(Source.of_result(content), to="kalibr", choices=Choices(names={"topic": "/other"}))
+    chosen = export(Analysis.from_dict(content).to_source(), to="kalibr", choices=Choices(names={"topic": "/other"}))
     assert vio.parse(chosen)["rostopic"] == "/other"
     for topics in (["/a", "/b"], ["sensor_combined"]):
         content["source"]["topics"] = topics
-        assert vio.parse(export(Source.of_result(content), to="kalibr"))["rostopic"] == "/imu0"
+        assert vio.parse(export(Analysis.from_dict(content).to_source(), to="kalibr"))["rostopic"] == "/imu0"
 
 
 @pytest.mark.as_written

@@ -12,7 +12,6 @@ from sigmatau.findings.kinds.fit import CoarseCounts, CrowdedLines, VibrationPow
 from sigmatau.fitting.disturbance import MAX_SHARE, upper_limits, vibration_share
 from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.lots.joint import analysed_run, fit_analysed
-from sigmatau.model.noise_model import NoiseModel
 from sigmatau.units import to_si
 
 RATE, LONG = 100.0, (120.0, 300.0)
@@ -142,11 +141,12 @@ def test_upper_limits_hold():
 
 def test_a_disturbed_result_is_a_file_that_warns():
     record = parked.parked(seed_of("parked ring laser engine 1"), "ring laser", "engine", duration=LONG)
-    content = st.analyze(record, threads=1).to_dict()
+    analysis = st.analyze(record, threads=1)
+    content = analysis.to_dict()
     fit = content["channels"]["gyro_x"]["fit"]
     assert fit["verdict"] == "disturbed"
     assert fit["terms"]["random_walk"]["upper_limit"] == fit["model"]["random_walk"]
-    model = NoiseModel.from_result(content)
+    model = analysis.model
     assert not model.channels["gyro_x"].adequate
 
 

@@ -247,7 +247,7 @@ class TestNotUsed:
         days[1]["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]["high"] = value
         days[1]["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]["value"] = value
         reason = self.reasons(days) if value is not None else None
-        assert reason is None or "is not a finite number" in reason["r1"]
+        assert reason is None or "is not a number" in reason["r1"]
 
     def test_other_unit(self, days):
         for one in days[1]["channels"]["accel_x"]["fit"]["terms"].values():
@@ -269,13 +269,12 @@ class TestNotUsed:
             lambda gyro: gyro["fit"]["terms"].__setitem__("random_walk", "x"),
             lambda gyro: gyro["fit"]["terms"]["random_walk"].__setitem__("level", 2),
             lambda gyro: gyro.__setitem__("mean", [1]),
-            lambda gyro: gyro["fit"]["terms"]["random_walk"].pop("unit"),
             lambda gyro: gyro.pop("quantity"),
         ],
     )
     def test_changed_by_hand(self, days, damage):
         damage(days[1]["channels"]["gyro_x"])
-        assert self.reasons(days)["r1"].startswith("channel 'gyro_x': ")
+        assert "or changed: channels.gyro_x" in self.reasons(days)["r1"]
 
     def test_no_values(self, days, tmp_path):
         path = tmp_path / "none.csv"
@@ -422,7 +421,7 @@ class TestCommand:
         out, err = capsys.readouterr()
         assert "4 runs of A1" in out
         assert "sigmatau: not used: cut.json: not JSON" in err
-        assert "not used: list.json: not a result of sigmatau analyze" in err
+        assert "not used: list.json: a result of sigmatau analyze is an object" in err
 
     @pytest.mark.parametrize(
         ("words", "code", "message"),
@@ -498,21 +497,14 @@ class TestTyped:
             compare_runs(path)
 
 
-def test_the_quick_reader_reads_what_json_reads(made, tmp_path):
-    """The curves are cut out before the file is parsed; whatever the indentation, the result is the same."""
-    from sigmatau.lots.reading import _content, _without_bulk
-    from sigmatau.lots.runs import RunsBuilder
+def test_the_indentation_of_a_file_does_not_matter(made, tmp_path):
+    from sigmatau.lots.reading import read_runs
 
-    content = made[0].to_dict()
     tables = []
     for k, indent in enumerate((1, None, 2, "\t", 4)):
         path = tmp_path / f"{k}.json"
-        path.write_text(json.dumps(content, indent=indent))
-        builder = RunsBuilder()
-        builder.add_result(_content(path), name="x")
-        tables.append(builder.table())
-    data = json.dumps(content, indent=1).encode()
-    assert len(_without_bulk(data)) < 0.5 * len(data)
+        path.write_text(json.dumps(made[0].to_dict(), indent=indent))
+        tables.append(read_runs([path]))
     for other in tables[1:]:
         assert other.labels == tables[0].labels
         np.testing.assert_array_equal(other.value, tables[0].value)

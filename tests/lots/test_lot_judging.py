@@ -96,7 +96,7 @@ def test_one_sigma_is_judged_like_a_typical_value(units, sheet):
     text = one_sheet('[gyro]\nrandom_walk = { one_sigma = "0.1 deg/sqrt(h)" }\n')
     assert st.judge_lot(units, sheet(text)).exit_code == 4
     assert st.judge_lot(units, sheet(text), factor=3).exit_code == 0
-    assert "1 σ 0.1" in repr(st.compare_with(units["u1"], sheet(text)))
+    assert "1 σ 0.1" in repr(st.compare_with(st.Analysis.from_dict(units["u1"]), sheet(text)))
 
 
 def test_bias_stability_is_the_std_of_means(units, sheet):
@@ -131,7 +131,9 @@ def test_keys_of_a_sheet_that_are_wrong(body, words, sheet):
 
 def test_undecided(units, sheet):
     """A maximum at the measured value: the interval contains it."""
-    walk = st.compare_with(units["u1"], st.datasheet(sheet())).judged[0].readings[0].measured.value
+    walk = (
+        st.compare_with(st.Analysis.from_dict(units["u1"]), st.datasheet(sheet())).judged[0].readings[0].measured.value
+    )
     text = one_sheet(f'[gyro_x]\nrandom_walk = {{ maximum = "{walk!r} rad/sqrt(s)" }}\n')
     alone = {"u1": units["u1"]}
     for choice, code in (("not-judged", 4), ("pass", 0), ("fail", 3)):
@@ -142,7 +144,9 @@ def test_undecided(units, sheet):
 
 def test_below_the_maximum_in_every_convention(units, sheet):
     """A density of an unknown convention, of which one is above the typical value and both are below the maximum."""
-    walk = st.compare_with(units["u1"], st.datasheet(sheet())).judged[0].readings[0].measured.value
+    walk = (
+        st.compare_with(st.Analysis.from_dict(units["u1"]), st.datasheet(sheet())).judged[0].readings[0].measured.value
+    )
     typical, maximum = f"{1.2 * walk!r} rad/s/sqrt(Hz)", f"{3 * walk!r} rad/s/sqrt(Hz)"
     claim = f'noise_density = {{ typical = "{typical}", maximum = "{maximum}", sided = "unknown" }}'
     lot = st.judge_lot({"u1": units["u1"]}, sheet(one_sheet(f"[gyro_x]\n{claim}\n")))

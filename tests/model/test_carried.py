@@ -8,7 +8,6 @@ from known import seed_of
 from sigmatau import ChannelModel, NoiseModel, OptionError, Record, allan, analyze, predict, simulate, verify
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.likelihood import fit_samples
-from sigmatau.model.from_result import channel_of_fit
 from sigmatau.model.numbers import adev_interval
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 
@@ -18,7 +17,7 @@ N = {"random_walk": 8.7e-5}
 def _fitted(truth, name, *, duration):
     record = simulate(NoiseModel(channels={"gyro_z": truth}), duration=duration, rate=100, rng=seed_of(name))
     fitted = fit_samples(record.streams[0], "gyro_z")
-    model = channel_of_fit(fitted.to_dict(), quantity="angular_rate", unit="rad/s", duration=duration, rate=100.0)
+    model = fitted.to_model()
     return fitted, model, allan(record)["gyro_z"]
 
 

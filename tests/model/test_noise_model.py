@@ -108,7 +108,7 @@ def test_model_of_an_analysis(tmp_path):
     assert found["gyro_x"]["random_walk"] > 0
     path = tmp_path / "r.json"
     path.write_text(json.dumps(analysis.to_dict()))
-    assert NoiseModel.read(path) == found
+    assert st.Analysis.from_json(path).model == found
 
 
 class TestMappingOfChannels:

@@ -6,7 +6,6 @@ from studies.prediction import CALIBRATION, expected, held_out, independent, wei
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, analyze, fit, predict, read, simulate
-from sigmatau.model.from_result import channel_of_fit
 
 RATE = 10.0
 RECORDS = 60
@@ -59,7 +58,7 @@ def test_fitted_models():
     for _ in range(8):
         (y,) = columns(simulate(truth, duration=8000.0, rate=RATE, rng=rng))
         analysis = analyze(Record.from_arrays(rate=RATE, gyro_z=y[: len(y) // 2]))
-        model = NoiseModel.from_result(analysis.to_dict())
+        model = analysis.model
         for after in (1.0, 10.0, 100.0):
             found = held_out(model, "heading", [y[len(y) // 2 :]], after=after, calibration=CALIBRATION, dt=1 / RATE)
             missed += not found.low < found.ratio < found.high
@@ -83,7 +82,7 @@ def test_fits_that_leave_open_which_term_is_there():
         if not found.unclear:
             continue
         assert set(found.model) - {"rate_ramp"} == set(found.covariance[0])
-        channel = channel_of_fit(found.to_dict(), quantity="angular_rate", unit="rad/s")
+        channel = found.to_model()
         prediction = predict(NoiseModel(channels={"gyro_z": channel}), **options)
         assert {term for _, term in prediction.undecided} == set(found.unclear) & set(found.model)
         error = prediction["heading"]
@@ -123,7 +122,7 @@ def test_adis16405(field_data):
     analysis = analyze(Record.from_arrays(rate=100, **{channel: column[:half] for channel, column in y.items()}))
     outside = []
     for channel, column in y.items():
-        model = NoiseModel.from_result(analysis.to_dict(), channels=[channel])
+        model = analysis.model.of([channel])
         single = NoiseModel(channels={"gyro_z": model.channels[channel]})
         for after in (1.0, 10.0, 100.0):
             found = held_out(single, "heading", [column[half:]], after=after, calibration=CALIBRATION, dt=0.01)

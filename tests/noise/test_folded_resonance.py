@@ -23,7 +23,7 @@ def test_the_model_has_the_curve_of_the_record():
     analysis = analyze(record)
     fit, curve = analysis.fits["gyro_x"], analysis.curves["gyro_x"]
     there = (curve.m * TAU0 >= fit.tau_min) & (curve.m < curve.n // 50)
-    model = NoiseModel.from_result(analysis).channels["gyro_x"]
+    model = analysis.model.channels["gyro_x"]
     for avar in (fit.avar(m=curve.m), model.avar(m=curve.m, tau0=TAU0)):
         assert np.sqrt(avar[there]) / curve.adev[there] == pytest.approx(1, abs=0.12)
     assert fit.tau_min < 10

@@ -24,7 +24,7 @@ def marks_of_record(name, *, rate=RATE, lines=LINES):
         y += sum(rng.uniform(0.1, 0.2) * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in lines)
         axes[f"gyro_{axis}"] = 0.05 * y + 1e-6 * np.cumsum(rng.standard_normal(N))
     record = Record.from_arrays(rate=rate, unit={"gyro": "deg/s"}, **axes)
-    return marks_of({channel: fit_channel(record, channel).to_dict() for channel in axes})
+    return marks_of({channel: fit_channel(record, channel) for channel in axes})
 
 
 @pytest.fixture(scope="module")

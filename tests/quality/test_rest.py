@@ -66,7 +66,7 @@ class TestNotAtRest:
             lambda: analysis.model,
             lambda: analysis.export(to="kalibr"),
             lambda: st.compare_with(analysis, "icm42688p"),
-            lambda: st.compare_with(analysis.to_dict(), "icm42688p"),
+            lambda: st.compare_with(st.Analysis.from_json(analysis.to_json()), "icm42688p"),
         ):
             with pytest.raises(DataError, match="not at rest"):
                 use()

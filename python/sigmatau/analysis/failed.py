@@ -33,9 +33,14 @@ class FailedAnalysis:
     notes: Mapping[str, str] = field(default_factory=dict)
     version: str = __version__
 
+    @property
+    def reason(self) -> str:
+        """The message for a list of many: not longer than two lines or so."""
+        return self.message[:500] or "the analysis failed"
+
     def error(self) -> DataError:
         """The failure as an error."""
-        return DataError(f"the analysis failed: {self.message:.500}")
+        return DataError(f"the analysis failed: {self.reason}")
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON form: the error, and no channels."""

@@ -169,11 +169,11 @@ class CoefficientForm:
 
 @frozen
 class CurveForm:
-    """An Allan deviation curve; its intervals follow from `edf`."""
+    """An Allan deviation curve, whose intervals follow from `edf`; by hand, its unit at least."""
 
     m: Ints | None = None
-    tau_s: Floats
-    adev: Floats
+    tau_s: Floats | None = None
+    adev: Floats | None = None
     n_pairs: Ints | None = None
     counting: Literal["standard", "paper"] = "standard"
     unit: str
@@ -241,3 +241,31 @@ class ResultForm:
     error: ErrorForm | None = None
     findings: tuple[FindingForm, ...] = ()
     channels: Mapping[str, ChannelForm]
+
+
+@frozen
+class CurveUnitForm(CurveForm):
+    """The unit of a curve alone."""
+
+    m: None = field(default=None, init=False)
+    tau_s: None = field(default=None, init=False)
+    adev: None = field(default=None, init=False)
+    n_pairs: None = field(default=None, init=False)
+    edf: None = field(default=None, init=False)
+    stride: None = field(default=None, init=False)
+
+
+@frozen
+class BriefChannelForm(ChannelForm):
+    """A channel without its curves, which are most of a result."""
+
+    curve: CurveUnitForm | None = None
+    read_off: Mapping[str, CoefficientForm] = field(default_factory=dict, init=False)
+    stability: None = field(default=None, init=False)
+
+
+@frozen
+class BriefResultForm(ResultForm):
+    """A result without its curves: thousands are read to compare coefficients."""
+
+    channels: Mapping[str, BriefChannelForm]

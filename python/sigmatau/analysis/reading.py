@@ -31,6 +31,8 @@ from sigmatau.quality.selection.rest import Rest
 from sigmatau.record.record import Provenance
 from sigmatau.record.streams import RATES
 
+_MOST_SAMPLES = 2**53  # whole numbers that a float holds exactly
+
 
 def read_analysis(given: str | bytes | Path) -> Analysis:
     """The analysis of a file, or of JSON; raises `DataError`, also for one that failed."""
@@ -41,13 +43,16 @@ def read_analysis(given: str | bytes | Path) -> Analysis:
         raise (error if _is_json(given) else error.about(str(given))) from None
 
 
-def read_result(given: str | bytes | Path) -> Analysis | FailedAnalysis:
-    """The result of a file, or of JSON: text that begins with a brace, or bytes. Raises `DataError`."""
+def read_result(given: str | bytes | Path, *, curves: bool = True) -> Analysis | FailedAnalysis:
+    """The result of a file, or of JSON: text that begins with a brace, or bytes. Raises `DataError`.
+
+    `curves`: whether it has its curves and what was read off them, which are most of the file.
+    """
     if isinstance(given, bytes) or (isinstance(given, str) and _is_json(given)):
-        return result_of_dict(_parsed(given))
+        return result_of_dict(_parsed(given), curves=curves)
     path = Path(given)
     try:
-        return result_of_dict(_parsed(path.read_bytes()))
+        return result_of_dict(_parsed(path.read_bytes()), curves=curves)
     except OSError as error:
         raise DataError(f"{path}: {error.strerror or error}") from None
     except DataError as error:
@@ -68,7 +73,7 @@ def _parsed(text: str | bytes) -> object:
         raise DataError(f"not JSON: {error}") from None
 
 
-def result_of_dict(content: object) -> Analysis | FailedAnalysis:
+def result_of_dict(content: object, *, curves: bool = True) -> Analysis | FailedAnalysis:
     """The result of parsed JSON; raises `DataError`, which names the place of what is wrong."""
     if not isinstance(content, Mapping):
         raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}")
@@ -78,7 +83,7 @@ def result_of_dict(content: object) -> Analysis | FailedAnalysis:
     if not isinstance(channels, Mapping):
         raise DataError("this is not a result of sigmatau analyze: it has no channels")
     try:
-        form = decode(forms.ResultForm, content)
+        form = decode(forms.ResultForm if curves else forms.BriefResultForm, content)
         if form.error is not None:
             path = "" if form.source is None else form.source.path or ""
             error = form.error
@@ -88,6 +93,15 @@ def result_of_dict(content: object) -> Analysis | FailedAnalysis:
         return _analysis(form)
     except WrongValueError as error:
         raise DataError(f"not a result of sigmatau analyze, or changed: {error}") from None
+
+
+def result_of(given: object) -> Analysis | FailedAnalysis:
+    """A result from whatever a caller has: an analysis, its parsed JSON, or the file of it; raises `DataError`."""
+    if isinstance(given, Analysis | FailedAnalysis):
+        return given
+    if isinstance(given, str | Path):
+        return read_result(Path(given))
+    return result_of_dict(given)
 
 
 def analysis_of(result: Analysis | FailedAnalysis) -> Analysis:
@@ -104,8 +118,9 @@ def _analysis(form: forms.ResultForm) -> Analysis:
     read_off: dict[str, ReadOff] = {}
     for name, channel in form.channels.items():
         try:
-            if channel.curve is not None:
-                curves[name] = _curve(name, channel, channel.curve)
+            curve = None if channel.curve is None else _curve(name, channel, channel.curve)
+            if curve is not None:
+                curves[name] = curve
             if channel.fit is not None:
                 fits[name] = _fit(name, channel, channel.fit)
             read_off[name] = _read_off(name, channel)
@@ -160,28 +175,38 @@ def _interval_of_samples(channel: forms.ChannelForm) -> float:
         raise WrongValueError("sample_rate_hz is missing")
     if not RATES[0] <= rate <= RATES[1]:
         raise WrongValueError(f"sample_rate_hz is {rate:g}, not from {RATES[0]:g} to {RATES[1]:g}")
+    if not 0 <= channel.samples < _MOST_SAMPLES:
+        raise WrongValueError("samples is negative or too large")
     curve = channel.curve
-    if curve is not None and curve.m is not None and len(curve.m) and len(curve.tau_s) and curve.m[0] > 0:
-        tau0 = float(curve.tau_s[0]) / int(curve.m[0])
+    if curve is not None and curve.m is not None and curve.tau_s is not None and curve.m[:1].any():
+        tau0 = float(next(iter(curve.tau_s), math.nan)) / int(curve.m[0])
         if tau0 > 0 and 1 / tau0 == rate:  # 1/(1/τ₀) need not be τ₀
             return tau0
     return 1 / rate
 
 
-def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> DeviationCurve:
+def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> DeviationCurve | None:
+    """The curve; None if only its unit is stated."""
     tau0 = _interval_of_samples(channel)
-    m = np.round(form.tau_s / tau0).astype(np.int64) if form.m is None else form.m
+    if form.adev is None:
+        return None
+    if form.m is not None:
+        m, tau = form.m, np.asarray(form.m * tau0, dtype=np.float64) if form.tau_s is None else form.tau_s
+    elif form.tau_s is not None:
+        m, tau = np.round(form.tau_s / tau0).astype(np.int64), form.tau_s
+    else:
+        return None
     columns = (m, form.adev, form.n_pairs, form.edf, form.stride)
-    if any(column is not None and column.shape != form.tau_s.shape for column in columns):
+    if any(column is not None and column.shape != tau.shape for column in columns):
         raise WrongValueError("curve: its columns have several lengths")
-    if len(form.tau_s) == 0 or not (np.isfinite(form.tau_s) & (form.tau_s > 0)).all():
+    if len(tau) == 0 or not (np.isfinite(tau) & (tau > 0)).all():
         raise WrongValueError("curve: tau_s has a time that is not positive, or none")
     return DeviationCurve(
         channel=name,
         quantity=channel.quantity,
         unit=form.unit,
         m=m,
-        tau=form.tau_s,
+        tau=tau,
         avar=form.adev**2,
         n_pairs=np.zeros(m.shape, dtype=np.int64) if form.n_pairs is None else form.n_pairs,
         ramp=np.full(m.shape, np.nan),
@@ -296,11 +321,13 @@ def _read_off(name: str, channel: forms.ChannelForm) -> ReadOff:
         for term, form in channel.read_off.items()
         if term in TERMS
     }
-    unit = channel.curve.unit if channel.curve is not None else ""
+    unit = _unit(channel) if channel.curve is not None or channel.mean is not None else ""
     return ReadOff(name, channel.quantity, unit, coefficients)
 
 
 def _means(form: forms.MeansForm) -> MeanStability:
+    if not (0 < form.level < 1 and form.value >= 0 and form.average_s > 0):
+        raise WrongValueError("mean_stability: not a standard deviation of means")
     return MeanStability(
         average=form.average_s,
         means=form.means,

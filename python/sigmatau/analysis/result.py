@@ -24,7 +24,7 @@ from sigmatau.fitting.to_model import models_of
 from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality.means import ChannelMean
-from sigmatau.quality.selection.rest import NO_COEFFICIENTS, Rest
+from sigmatau.quality.selection.rest import Rest, reason_without_fits
 from sigmatau.record.record import Provenance
 from sigmatau.results import TablesByChannel, Tabular
 
@@ -202,10 +202,12 @@ class Analysis(Tabular):
         models = models_of(self.fits)
         if models:
             return NoiseModel(channels=models)
-        if not self.fits and self.read_off and not text.is_moving(self):
-            raise DataError("the coefficients were only read off; a model needs a fit (method likelihood)")
-        reason = None if self.fits or self.rest is None else NO_COEFFICIENTS.get(self.rest.verdict)
-        raise DataError(reason or "no channel of this result has a model")
+        raise DataError(self.reason_without_fits or "no channel of this result has a model")
+
+    @property
+    def reason_without_fits(self) -> str:
+        """Why there is no fit: motion, a record that is too short to tell, or a method that reads off; empty with fits."""
+        return "" if self.fits else reason_without_fits(self.rest, has_read_off=any(self.read_off.values()))
 
     def __getitem__(self, channel: str) -> NoiseFit:
         """The fit of a channel; the `KeyError` of any other says why there is none."""

@@ -200,7 +200,7 @@ def _outcome(
 ) -> Outcome:
     try:
         analysis = work(log)
-        marks = marks_of({channel: fitted.to_dict() for channel, fitted in analysis.fits.items()})
+        marks = marks_of(analysis.fits)
         kept = None if keep is None else keep(log, analysis)
         return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=kept)
     except OptionError as error:

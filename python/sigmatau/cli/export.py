@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from sigmatau.analysis.inputs import read_source
 from sigmatau.cli.choosing import Choosing, as_typed, print_findings, targets_for_shell
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.earlier import expect
@@ -18,7 +19,6 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices, not_of_a_log
 from sigmatau.exporting.export import Prepared, check_choices, check_path, prepare
 from sigmatau.exporting.inflation import inflation
-from sigmatau.exporting.source import read_source
 from sigmatau.exporting.stated import prepare_stated
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.exporting.values import Target

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_module
 import os
 import re
 import shutil
@@ -371,7 +370,6 @@ def _keep(
     options: Mapping[str, Any],
     results: Path | None,
 ) -> Examined:
-    content = json_module.loads(json_module.dumps(analysis.to_dict(), allow_nan=False))
     if results is not None:
-        write_json(content, results / f"{names[log]}.json")
-    return examine(content, sheet, name=printable(names[log]), **options)
+        write_json(analysis.to_dict(), results / f"{names[log]}.json")
+    return examine(analysis, sheet, name=printable(names[log]), **options)

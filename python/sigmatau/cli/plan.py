@@ -7,18 +7,20 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
+from sigmatau.analysis.inputs import is_result, model_of
+from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
-from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.fitting.noise_fit import QUANTIFIED, NoiseFit
 from sigmatau.fitting.planning import plan
-from sigmatau.model.channel import PROCESSES, ChannelModel
+from sigmatau.fitting.to_model import has_model
+from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import value_in_si
-from sigmatau.model.from_result import channel_of_fit, results_by_channel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit
@@ -138,23 +140,15 @@ def plan_command(
 
 
 def _channels(source: Path) -> dict[str, _Channel]:
-    if source.suffix.lower() != ".json":
-        model = NoiseModel.read(source)
-        return {name: _of_model(name, noise) for name, noise in model.channels.items()}
+    if not is_result(source):
+        return {name: _of_model(name, noise) for name, noise in NoiseModel.read(source).items()}
+    analysis = read_analysis(source)
+    if not analysis.fits:
+        model_of(analysis, source)  # raises the reason
     try:
-        content = json_module.loads(source.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{source}: {error.strerror or error}") from None
-    except ValueError as error:
-        raise DataError(f"{source}: not JSON: {error}") from None
-    try:
-        return {name: _of_result(name, channel) for name, channel in results_by_channel(content).items()}
+        return {name: _of_fit(name, fit) for name, fit in analysis.fits.items()}
     except DataError as error:
-        raise DataError(f"{source}: {error}") from None
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise DataError(
-            f"{source}: not a result of sigmatau analyze with a fit ({error!r} is missing or wrong)"
-        ) from None
+        raise error.about(str(source)) from None
 
 
 def _counted(noise: ChannelModel) -> tuple[ChannelModel | Mapping[str, float], str]:
@@ -177,21 +171,9 @@ def _of_model(name: str, noise: ChannelModel) -> _Channel:
     return _Channel(name, noise.quantity, noise.unit, counted, beside=left)
 
 
-def _of_result(name: str, channel: Mapping[str, Any]) -> _Channel:
-    rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
-    fitted = channel["fit"]
-    noise: ChannelModel | Mapping[str, float] = {}
-    left = ""
-    if fitted["model"] or any(fitted["terms"].get(kind) for kind in PROCESSES):
-        noise, left = _counted(channel_of_fit(fitted, quantity=channel["quantity"], unit=channel["curve"]["unit"]))
+def _of_fit(name: str, fit: NoiseFit) -> _Channel:
+    noise, ignored = _counted(fit.to_model()) if has_model(fit) else ({}, "")
+    rate = 1 / fit.tau0
     return _Channel(
-        name,
-        channel["quantity"],
-        channel["curve"]["unit"],
-        noise,
-        rate,
-        samples / rate,
-        float(fitted["tau_min_s"] or 0.0),
-        str(fitted["verdict"]),
-        left,
+        name, fit.quantity, fit.rate_unit, noise, rate, fit.n / rate, fit.tau_min or 0.0, fit.verdict, ignored
     )

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json as json_module
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from cyclopts import Parameter
 
+from sigmatau.analysis import Analysis
+from sigmatau.analysis.inputs import is_result, model_of
+from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, check_style, drawing, key_values, refuse_same, say, working, write_figure
-from sigmatau.errors import DataError, OptionError
-from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.errors import OptionError
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.navigation.predict import predict
@@ -80,14 +82,16 @@ def predict_command(
     times = [_time(text, "after") for text in after.split(",")]
     average = None if calibration is None else _time(calibration, "calibration")
     check_model(source)
-    model = NoiseModel.read(source)
+    analysis = read_analysis(source) if is_result(source) else None
+    model = NoiseModel.read(source) if analysis is None else model_of(analysis, source)
     if channels:
         for name in channels:
             if name not in model.channels:
                 raise OptionError(f"--channels {name}: {source} has {', '.join(model.channels)}", option="channels")
         model = model.of(channels)
-    found = _of_result(source, quiet=quiet) if source.suffix.lower() == ".json" else None
-    steps = rate if rate is not None else found or _RATE
+    if analysis is not None:
+        _warn_of_misfits(analysis, source, quiet=quiet)
+    steps = rate if rate is not None else _highest_rate(analysis)
     biases = _turn_on(turn_on or [], model)
     if biases and average is not None:
         raise OptionError(
@@ -137,19 +141,13 @@ def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
     return found
 
 
-def _of_result(source: Path, *, quiet: bool) -> float:
-    """The highest sampling rate of a result; warns of channels without an adequate model."""
-    try:
-        content = json_module.loads(source.read_text(encoding="utf-8"))
-        channels: Mapping[str, Mapping[str, object]] = content["channels"]
-        rates = [float(str(channel["sample_rate_hz"])) for channel in channels.values()]
-        for name, channel in channels.items():
-            fitted = channel.get("fit")
-            if isinstance(fitted, Mapping) and fitted["verdict"] not in QUANTIFIED:
-                say(
-                    f"warning: {name}: {source} has no model that fits it, so the prediction is uncertain",
-                    quiet=quiet,
-                )
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise DataError(f"{source}: not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
-    return max(rates)
+def _warn_of_misfits(analysis: Analysis, source: Path, *, quiet: bool) -> None:
+    """Warn of channels without an adequate model."""
+    for name, fit in analysis.fits.items():
+        if not fit.quantified:
+            say(f"warning: {name}: {source} has no model that fits it, so the prediction is uncertain", quiet=quiet)
+
+
+def _highest_rate(analysis: Analysis | None) -> float:
+    """The highest sampling rate of a result; of a model file, the default. [Hz]"""
+    return _RATE if analysis is None else max(1 / curve.tau0 for curve in analysis.curves.values())

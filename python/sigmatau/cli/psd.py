@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from sigmatau._version import __version__
+from sigmatau.analysis.inputs import read_model
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Texts
 from sigmatau.cli.options import (
@@ -86,7 +87,7 @@ def psd_command(
     named = None if axes is None else [name.strip() for text in axes for name in text.split(",")]
     if model is not None:
         check_model(model)
-    expected = None if model is None else NoiseModel.read(model)
+    expected = None if model is None else read_model(model)
     record = read_log(log, reading, quiet=quiet)
     for finding in record.findings:
         say(str(finding), quiet=quiet)

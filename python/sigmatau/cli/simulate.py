@@ -9,6 +9,7 @@ from typing import Annotated, Literal, TypeVar
 
 from cyclopts import Parameter
 
+from sigmatau.analysis.inputs import read_model
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import check_output, key_values, say, working
 from sigmatau.errors import OptionError
@@ -88,7 +89,7 @@ def simulate_command(
     if output.exists() and model.exists() and output.samefile(model):
         raise OptionError(f"--output {output} is the model itself; name another file", option="output")
     check_model(model)
-    noise = NoiseModel.read(model)
+    noise = read_model(model)
     given = imperfections_of(
         noise,
         output=input,

@@ -15,18 +15,19 @@ from collections.abc import Mapping, Sequence
 from numbers import Real
 from pathlib import Path
 from statistics import NormalDist
-from typing import Any, Protocol
+from typing import Protocol
 
 from sigmatau.datasheets.claims import AXES, MEANS, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
-from sigmatau.datasheets.measured import Measured, means_of, measured, stability
+from sigmatau.datasheets.measured import Measured, measured, measured_means, stability
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.datasheets.verdict import Comparison, Judged, Reading, Status, Verdict
 from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.to_model import models_of
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import doubt_text
-from sigmatau.model.from_result import WITHOUT_REST, models_of, results_by_channel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST
 from sigmatau.record.record import stream_name
@@ -45,7 +46,7 @@ class Fitted(Protocol):
 
 
 def compare_with(
-    result: NoiseModel | Fitted | Mapping[str, Any],
+    result: NoiseModel | Fitted,
     datasheet: Datasheet | str | Path,
     *,
     unit: str = "result",
@@ -58,8 +59,8 @@ def compare_with(
 
     Parameters
     ----------
-    result : NoiseModel, Analysis or mapping
-        The mapping is the JSON form of `analyze`. A `NoiseModel` without intervals is compared without statistics.
+    result : NoiseModel or Analysis
+        A `NoiseModel` without intervals is compared without statistics.
     datasheet : Datasheet, str or Path
         A name of the library or the path of a file; see :func:`sigmatau.datasheet`.
     unit : str, optional
@@ -159,42 +160,26 @@ def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
 Means = Mapping[str, Mapping[float, Measured]]  # standard deviations of means by channel and averaging time in s
 
 
-def _models(
-    result: NoiseModel | Fitted | Mapping[str, Any],
-) -> tuple[dict[str, ChannelModel], list[str], Means]:
+def _models(result: NoiseModel | Fitted) -> tuple[dict[str, ChannelModel], list[str], Means]:
     """The models by channel, the channels without a model, and the standard deviations of means."""
     if isinstance(result, NoiseModel):
         return dict(result.channels), [], {}
-    if isinstance(result, Mapping):
-        channels = results_by_channel(result)
-    elif hasattr(result, "fits"):
-        reason = WITHOUT_REST.get(getattr(getattr(result, "rest", None), "verdict", ""))
-        if not result.fits and reason:
-            raise DataError(reason)
-        channels = {
-            name: {"fit": fit.to_dict(), "quantity": fit.quantity, "curve": {"unit": fit.rate_unit}}
-            for name, fit in result.fits.items()
-        }
-        for name, found in getattr(result, "mean_stability", {}).items():
-            if name in channels:
-                channels[name]["mean_stability"] = [one.to_dict() for one in found]
-    else:
-        raise DataError(f"{type(result).__name__} is not a result: give an Analysis, its JSON form or a NoiseModel")
-    models, without = models_of(channels)
-    for name in channels:
+    fits: Mapping[str, NoiseFit] | None = getattr(result, "fits", None)
+    if fits is None:
+        more = "; Analysis.from_dict(content) is one of its JSON" if isinstance(result, Mapping) else ""
+        raise DataError(f"{type(result).__name__} is not a result: give an Analysis or a NoiseModel{more}")
+    if not fits and (reason := getattr(result, "reason_without_fits", "")):
+        raise DataError(reason)
+    for name, fit in fits.items():
         if not name.isprintable():
             raise DataError(f"channel {name!r}: not a printable name")
-        measures = (channels[name]["quantity"], channels[name]["curve"]["unit"])
+        measures = (fit.quantity, fit.rate_unit)
         if QUANTITIES.get(stream_name(name), measures) != measures:
             raise DataError(f"channel {name!r}: this name does not fit {' in '.join(measures)}")
-    return models, without, {name: _means_of(name, channel) for name, channel in channels.items()}
-
-
-def _means_of(name: str, channel: Mapping[str, Any]) -> dict[float, Measured]:
-    try:
-        return means_of(channel.get("mean_stability") or ())
-    except (DataError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise DataError(f"channel {name!r}: {error}") from None
+    models = models_of(fits)
+    means: Mapping[str, Sequence[MeanStability]] = getattr(result, "mean_stability", {})
+    by_channel = {name: measured_means(rows) for name, rows in means.items() if name in fits}
+    return models, [name for name in fits if name not in models], by_channel
 
 
 def _reading(

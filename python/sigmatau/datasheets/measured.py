@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from sigmatau._native import kernels
 from sigmatau.datasheets.claims import MINIMUM
 from sigmatau.errors import DataError
+from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.covariance import exponential_less
-from sigmatau.model.processes import real
 from sigmatau.noise.terms import BIAS_LEVEL
 
 Floats = NDArray[np.float64]
@@ -87,16 +87,14 @@ def measured(model: ChannelModel, of: str) -> Measured:
     return Measured(words=NOTHING)
 
 
-def means_of(rows: Iterable[Mapping[str, Any]]) -> dict[float, Measured]:
-    """Standard deviations of means by averaging time in s, from ``mean_stability`` of a channel of a result."""
+def measured_means(rows: Iterable[MeanStability]) -> dict[float, Measured]:
+    """Standard deviations of means by averaging time in s."""
     found = {}
     for row in rows:
-        value, low, high, level = (row.get(key) for key in ("value", "low", "high", "level"))
-        numbers = [real(one) for one in (row["average_s"], value, level, low, high) if one is not None]
-        if not (len(numbers) >= 3 and all(map(math.isfinite, numbers)) and 0 < numbers[2] < 1 and numbers[1] >= 0):
-            raise DataError(f"mean_stability: {dict(row)!r:.120} is not a standard deviation of means")
-        ends = (None, None) if low is None or high is None else (min(low, numbers[1]), max(high, numbers[1]))
-        found[numbers[0]] = Measured(value=numbers[1], low=ends[0], high=ends[1], level=numbers[2])
+        ends: tuple[float | None, float | None] = (None, None)
+        if row.low is not None and row.high is not None:
+            ends = min(row.low, row.value), max(row.high, row.value)
+        found[row.average] = Measured(value=row.value, low=ends[0], high=ends[1], level=row.level)
     return found
 
 

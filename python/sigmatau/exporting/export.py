@@ -47,7 +47,7 @@ def export(
     Parameters
     ----------
     model : NoiseModel, Analysis or Source
-        `read_source` reads a source from a file.
+        `sigmatau.analysis.inputs.read_source` reads a source from a file.
     to : str
         The target, one of `NAMES`, in any case.
     path : str or Path, optional

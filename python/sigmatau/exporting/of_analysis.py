@@ -33,7 +33,7 @@ def source_of_analysis(
     """The source of the model of an analysis; `version` of the program that made it."""
     names = tuple(model.channels)
     found = tuple(findings)
-    filters = [one for one in found if isinstance(one.details, LowPassFilter) and one.size is not None]
+    filters = [one for one in found if one.code == LowPassFilter.code and one.size is not None]
     corners = {name: one.size for one in filters for name in one.channels if name in model.channels and one.size}
     samples = {name: _sample_variance(curves[name]) for name in names if name in curves}
     topic = {"topic": origin.topics[0]} if len(origin.topics) == 1 and origin.topics[0].startswith("/") else {}

@@ -1,4 +1,4 @@
-"""`Source`: noise model with sampling rates and sample variances, read from a model file, a result or a YAML file.
+"""`Source`: noise model with sampling rates and sample variances, of an analysis, a model file or a YAML file.
 
 YAML is ``imu.yaml`` of Kalibr or a result of imu_utils. The file of Kalibr has one number for three axes, in the units of a
 model. imu_utils writes two numbers per axis with misleading names: ``gyr_n`` is the standard deviation of a sample, √f times
@@ -9,17 +9,14 @@ not in rad/s²/√Hz. The first is converted, the second is omitted, each with a
 from __future__ import annotations
 
 import difflib
-import json
 import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import not_of_a_log
-from sigmatau.exporting.origin import head_of, topic_of
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
 from sigmatau.model.noise_model import NoiseModel
@@ -28,8 +25,6 @@ from sigmatau.results import Printed
 from sigmatau.units import find
 
 _SAME_RATE = 1e-3  # relative difference of rates: two sensors of one unit, each with its own stamps
-_FILTER = "low_pass_filter"
-_SHORTEST_MEANS = 32  # samples; shorter means leave noise of the minimum of the curve out of the variance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,43 +94,6 @@ class Source(Printed):
         """
         return cls(model=model, rates={name: channel.rate for name, channel in model.channels.items() if channel.rate})
 
-    @classmethod
-    def of_result(cls, content: Mapping[str, Any]) -> Source:
-        """The source of a result of `analyze`.
-
-        Parameters
-        ----------
-        content : mapping
-            ``Analysis.to_dict()``, or the JSON of ``sigmatau analyze``.
-
-        Returns
-        -------
-        Source
-
-        Raises
-        ------
-        DataError
-            If the content is not a result.
-        """
-        plain = cls.of_model(NoiseModel.from_result(content))
-        corners: dict[str, float] = {}
-        samples: dict[str, Sample] = {}
-        try:
-            for finding in content.get("findings", ()):
-                # An uneven spectrum has no corner.
-                if finding.get("code") == _FILTER and finding.get("size") is not None:
-                    channels = finding.get("channels") or [finding.get("channel")]
-                    corners |= {name: float(finding["size"]) for name in channels if name in plain.model.channels}
-            for name in plain.model.channels:
-                _check_rate(content["channels"][name]["sample_rate_hz"])
-                if (sample := _sample(content["channels"][name]["curve"])) is not None:
-                    samples[name] = sample
-            poor = tuple(name for name in plain.model.channels if content["channels"][name].get("trust") == "poor")
-            head, names = head_of(content, plain.model.channels), topic_of(content)
-        except (LookupError, TypeError, AttributeError, ValueError) as error:
-            raise DataError(f"not a result of sigmatau analyze ({error!r} is missing or wrong)") from None
-        return replace(plain, corners=corners, samples=samples, poor=poor, head=head, names=names)
-
     def of(self, channels: Iterable[str]) -> Source:
         """The same with some of the channels.
 
@@ -166,7 +124,7 @@ def source_of(given: object) -> Source:
         return made
     more = ""
     if isinstance(given, str | Path):
-        more = f": read it first, sigmatau.exporting.source.read_source({str(given)!r})"
+        more = f": read it first, sigmatau.analysis.inputs.read_source({str(given)!r})"
     elif hasattr(given, "streams"):
         more = ": analyse it first, sigmatau.analyze(record)"
     raise OptionError(
@@ -174,61 +132,27 @@ def source_of(given: object) -> Source:
     )
 
 
-def read_source(path: str | Path, *, rate: float | None = None) -> Source:
-    """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML file of Kalibr or imu_utils.
+def read_file(path: Path, *, rate: float | None = None) -> Source:
+    """Read a model file (.toml), or a YAML file of Kalibr or imu_utils.
+
     `rate`: sampling rate of the record, for a YAML file, which does not state it [Hz]. Raises `OptionError` for a rate of
     another file.
     """
-    path = Path(path)
-    if rate is not None and path.suffix.lower() not in (".yaml", ".yml"):
-        raise not_of_a_log(rate).about(str(path))
-    if path.suffix.lower() in (".yaml", ".yml"):
-        try:
-            back = read_yaml(path.read_text(encoding="utf-8-sig"), rate=rate)
-        except OSError as error:
-            raise DataError(f"{path}: {error.strerror or error}") from None
-        except OptionError as error:
-            raise error.about(str(path)) from None
-        except ValueError as error:  # includes DataError and UnicodeDecodeError
-            raise DataError(f"{path}: {error}") from None
-        rates = {} if back.rate is None else dict.fromkeys(back.model.channels, back.rate)
-        head = (f"from {path.name}",)
-        return Source(model=back.model, rates=rates, findings=back.findings, names=back.names, head=head)
-    model = NoiseModel.read(path)
-    if path.suffix.lower() != ".json":
-        return replace(Source.of_model(model), head=(f"from {path.name}",))
-    content = json.loads(path.read_text(encoding="utf-8-sig"))
+    head = (f"from {path.name}",)
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        if rate is not None:
+            raise not_of_a_log(rate).about(str(path))
+        return replace(Source.of_model(NoiseModel.read(path)), head=head)
     try:
-        source = Source.of_result(content)
-    except DataError as error:
+        back = read_yaml(path.read_text(encoding="utf-8-sig"), rate=rate)
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror or error}") from None
+    except OptionError as error:
+        raise error.about(str(path)) from None
+    except ValueError as error:  # includes DataError and UnicodeDecodeError
         raise DataError(f"{path}: {error}") from None
-    return source
-
-
-def _sample(curve: Mapping[str, Any]) -> Sample | None:
-    """The variance of a sample, from the Allan variances up to the minimum of the curve. A record minus its means of 2ᵏ
-    samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples (Haar's decomposition), so
-    that its variance is half the sum of their Allan variances. It includes filtered noise, lines and quantization. None
-    if the curve lacks an octave, or ends before means of 32 samples.
-    """
-    pairs = zip(curve["m"], curve["adev"], strict=True)
-    adev = {m: float(sigma) for m, sigma in pairs if sigma is not None}
-    if 1 not in adev:
-        return None
-    lowest = max(min(adev, key=lambda m: adev[m]), _SHORTEST_MEANS)
-    octaves = [2**k for k in range(int(lowest).bit_length())]
-    if not all(m in adev for m in octaves) or not octaves[-1] >= _SHORTEST_MEANS:
-        return None
-    last = octaves[-1]
-    means = adev[last] ** 2 / 2  # variance of the means, if their noise is white
-    time = 2 * last * float(curve["tau_s"][0])
-    return Sample(variance=sum(adev[m] ** 2 for m in octaves) / 2 + means, time=time)
-
-
-def _check_rate(value: object) -> None:
-    """Raise `ValueError` for an invalid sampling rate."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise ValueError(f"sample_rate_hz {value!r}, which is not a positive number,")
+    rates = {} if back.rate is None else dict.fromkeys(back.model.channels, back.rate)
+    return Source(model=back.model, rates=rates, findings=back.findings, names=back.names, head=head)
 
 
 def have_several_rates(rates: Mapping[str, float]) -> bool:

@@ -276,7 +276,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     See Also
     --------
     analyze, fit, fit_channel : make it.
-    NoiseModel.from_result : the model for simulations and filters.
+    NoiseFit.to_model : the model for simulations and filters.
 
     Examples
     --------

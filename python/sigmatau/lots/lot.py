@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from sigmatau.analysis import Analysis
+from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.analysis.reading import result_of
 from sigmatau.datasheets.claims import Bias, Sided
 from sigmatau.datasheets.compare import check_options, compare_with
 from sigmatau.datasheets.sheet import Datasheet
@@ -19,7 +21,7 @@ from sigmatau.lots.lot_judging import of_findings, of_verdict
 from sigmatau.lots.lot_others import beside_others, distributions_of
 from sigmatau.lots.lot_remark import CODES, Remark, State
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Settings
-from sigmatau.lots.lot_unit import UnitResult, content_of, reason_without_rest, unit_of, without_result
+from sigmatau.lots.lot_unit import UnitResult, unit_of, without_result
 
 Undecided = Literal["not-judged", "pass", "fail"]
 FailOn = Literal["warning"]
@@ -60,13 +62,13 @@ def examine(
         return Examined(result=without_result(str(result)))
     path = str(result) if isinstance(result, str | Path) else ""
     try:
-        content = content_of(result)
-        unit = unit_of(content)
+        analysis = result_of(result)
+        unit = unit_of(analysis)
         if path and not unit.path:
             unit = replace(unit, path=path)
-        if unit.error or reason_without_rest(unit) or sheet is None:
+        if isinstance(analysis, FailedAnalysis) or unit.reason or sheet is None:
             return Examined(result=unit)
-        verdict = compare_with(content, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias)
+        verdict = compare_with(analysis, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias)
     except OptionError:
         raise
     except DataError as error:

@@ -7,8 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from sigmatau.datasheets.claims import Claim
 from sigmatau.datasheets.verdict import Judged, Verdict
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.wording import words
 from sigmatau.lots.lot_remark import Remark
-from sigmatau.lots.lot_unit import UnitFinding, UnitResult, reason_without_rest
+from sigmatau.lots.lot_unit import UnitResult
 from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
 
 DEFECTS = ("spikes", "saturation", "dropout", "stuck_samples", "implausible_unit")
@@ -154,9 +156,9 @@ def _ratios(judged: Judged) -> Iterator[Remark]:
 
 def of_findings(unit: UnitResult) -> list[Remark]:
     """The warnings about a record, and the defects that the analysis could leave out; others as notes."""
-    reason = reason_without_rest(unit)
+    reason = unit.reason
     remarks = [Remark(code=unit.rest, kind="judging", text=reason)] if reason else []
-    kinds: dict[tuple[str, str], list[UnitFinding]] = {}
+    kinds: dict[tuple[str, str], list[Finding]] = {}
     for one in unit.findings:
         if one.code == unit.rest and reason:
             continue
@@ -164,7 +166,9 @@ def of_findings(unit: UnitResult) -> list[Remark]:
     for (code, severity), alike in kinds.items():
         channels = tuple(dict.fromkeys(channel for one in alike for channel in one.channels))
         grave = (severity != "info" and code not in ALLOWED_FOR) or code in DEFECTS
-        remarks.append(Remark(code=code, kind="data" if grave else "note", channels=channels, text=alike[0].told))
+        remarks.append(
+            Remark(code=code, kind="data" if grave else "note", channels=channels, text=words(alike[0]).message)
+        )
     return remarks
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sigmatau.analysis.reading import result_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lots.reading import gather, read_runs
 from sigmatau.lots.runs import Run, RunsBuilder, RunTable, joined
@@ -48,9 +49,11 @@ def table_of(
             )
             tables.append(replace(own, runs=tuple(runs)))
             continue
-        content = one.to_dict() if hasattr(one, "to_dict") else one
         builder = RunsBuilder()
-        builder.add_result(content, name=name, serial=serial)
+        try:
+            builder.add_result(result_of(one), name=name, serial=serial)
+        except DataError as error:
+            builder.add_run(Run(name=name, serial=serial or "", problem=str(error)))
         own = builder.table()
         if names is not None:
             own = replace(own, runs=tuple(replace(run, name=name) for run in own.runs))

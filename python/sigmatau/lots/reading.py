@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 import os
 import re
@@ -11,6 +10,7 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
+from sigmatau.analysis.reading import read_result
 from sigmatau.errors import DataError
 from sigmatau.lots.runs import LIMITED, OBSERVED, SIGNED, WITHOUT_ERROR, Run, RunsBuilder, RunTable, error_of, joined
 from sigmatau.noise.synonyms import unknown_term
@@ -21,11 +21,6 @@ _FEW = 200  # files that one process reads in less time than others take to star
 _LEVEL = 0.95  # of the CSV of analyze, which does not state it
 _CURVES = "-curves.csv"
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
-
-# Where the points of a curve begin and end in the form that analyze writes: most of the file, and not compared. A line break
-# cannot be inside a JSON string, so that the first closing brace with this indentation ends the object.
-_BULKS, _END = (b'\n   "curve": {\n', b'\n   "stability": {\n'), b"\n   }"
-_CURVE_UNIT = re.compile(rb'\n    "unit": ("[^"\\\n]*")')
 
 
 def gather(places: Sequence[Path]) -> list[Path]:
@@ -75,42 +70,11 @@ def _read(files: Sequence[Path]) -> RunTable:
                 with builder.whole():
                     _add_csv(builder, file)
             else:
-                builder.add_result(_content(file), name=file.stem, place=str(file))
+                builder.add_result(read_result(file, curves=False), name=file.stem, place=str(file))
         except DataError as error:
             reason = str(error).removeprefix(str(file)).lstrip(":, ")
             builder.add_run(Run(name=file.stem, serial="", place=str(file), problem=reason))
     return builder.table()
-
-
-def _content(file: Path) -> dict[str, object]:
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise DataError(f"{file}: {error.strerror or error}") from None
-    for text in (_without_bulk(data), data):
-        try:
-            content = json.loads(text.decode("utf-8-sig"))
-        except (ValueError, RecursionError) as error:
-            if text is data:
-                raise DataError(f"{file}: not JSON: {error}") from None
-            continue
-        if isinstance(content, dict):
-            return content
-        raise DataError(f"{file}: not a result of sigmatau analyze: no channels")
-    raise AssertionError
-
-
-def _without_bulk(data: bytes) -> bytes:
-    """The file without the points of its curves; of each curve its unit stays."""
-    for start in _BULKS:
-        parts, at = [], 0
-        while (begin := data.find(start, at)) >= 0 and (end := data.find(_END, begin)) >= 0:
-            unit = _CURVE_UNIT.search(data, begin, end)
-            kept = b"" if unit is None else b'"unit": ' + unit[1]
-            parts += [data[at : begin + len(start)], kept]
-            at = end
-        data = b"".join([*parts, data[at:]])
-    return data
 
 
 def _header(file: Path) -> list[str] | None:

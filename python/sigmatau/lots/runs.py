@@ -6,7 +6,7 @@ import math
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import field
+from dataclasses import field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -14,13 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_quantile
+from sigmatau.analysis import Analysis
+from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.analysis.reading import analysis_of
 from sigmatau.errors import DataError
-from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.lots.group_effects import Floats, Ints
-from sigmatau.model.from_result import results_by_channel
-from sigmatau.noise.terms import TERMS
 from sigmatau.quality.clocks import Mark, marks_of
+from sigmatau.quality.selection.rest import reason_without_fits
 
 MEAN = "mean"
 """The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: bias at turn-on, and what is sensed at rest."""
@@ -148,17 +150,19 @@ class RunsBuilder:
         self._places.extend((run, position, status))
         self._numbers.extend((value, error, limit, delta))
 
-    def add_result(self, content: Mapping[str, Any], *, name: str, place: str = "", serial: str | None = None) -> None:
-        """The JSON form of an analysis; `serial` names its unit, whatever its notes say."""
+    def add_result(
+        self, result: Analysis | FailedAnalysis, *, name: str, place: str = "", serial: str | None = None
+    ) -> None:
+        """A result; `serial` names its unit, whatever its notes say."""
+        run_name, unit = _named(name, result.notes, serial)
+        run = Run(name=run_name, serial=unit, place=place, notes=result.notes)
         try:
-            notes, rows, marks, sha = _of_result(content)
+            analysis = analysis_of(result)
+            rows = _rows(analysis)
         except DataError as error:
-            named = _notes_of(content)
-            run = _named(name, named, serial)
-            self._runs.append(Run(name=run[0], serial=run[1], place=place, notes=named, problem=str(error)))
+            self.add_run(replace(run, problem=str(error)))
             return
-        run_name, of = _named(name, notes, serial)
-        at = self.add_run(Run(name=run_name, serial=of, place=place, notes=notes, sha256=sha, marks=marks))
+        at = self.add_run(replace(run, sha256=analysis.source.sha256, marks=marks_of(analysis.fits)))
         for label, status, value, spread, limit in rows:
             self.add_row(at, label, status, value=value, error=spread, limit=limit)
 
@@ -212,53 +216,40 @@ def joined(tables: Sequence[RunTable]) -> RunTable:
 _Row = tuple[tuple[str, str, str, str, str], int, float, float, float]
 
 
-def _of_result(content: Mapping[str, Any]) -> tuple[dict[str, str], list[_Row], tuple[Mark, ...], str | None]:
-    channels = results_by_channel(content)
+def _rows(analysis: Analysis) -> list[_Row]:
+    """The rows of an analysis; raises `DataError` if no coefficient has an interval or a limit."""
+    if not analysis.fits and (reason := reason_without_fits(analysis.rest)):
+        raise DataError(reason)
     rows: list[_Row] = []
-    fits: dict[str, Mapping[str, Any]] = {}
-    for name, channel in channels.items():
-        try:
-            quantity, fit = channel["quantity"], channel.get("fit") or {}
-            rate_unit = channel["curve"]["unit"] if "curve" in channel else channel["mean"]["unit"]
-            rows += _of_fit(name, quantity, rate_unit, fit)
-            mean = channel.get("mean")
-            if mean is not None:
-                label = (name, quantity, MEAN, mean["unit"], rate_unit)
-                rows.append((label, WITHOUT_ERROR, _real(mean["value"]), math.nan, math.nan))
-            fits[name] = fit
-        except DataError as error:
-            raise DataError(f"channel {name!r}: {error}") from None
-        except (KeyError, TypeError, AttributeError, ValueError) as error:
-            what = f"{error} is missing" if isinstance(error, KeyError) else "a part is of another form"
-            raise DataError(f"channel {name!r}: not a result of sigmatau analyze, or changed: {what}") from None
+    for name in dict.fromkeys([*analysis.curves, *analysis.read_off]):
+        if name in analysis.fits:
+            rows += _rows_of_fit(name, analysis.fits[name])
+        if name in analysis.means:
+            mean, read_off = analysis.means[name], analysis.read_off.get(name)
+            curve = analysis.curves.get(name)
+            if curve is not None:
+                label = (name, curve.quantity, MEAN, mean.unit, curve.unit)
+            elif read_off is not None:
+                label = (name, read_off.quantity, MEAN, mean.unit, read_off.rate_unit)
+            else:
+                continue
+            rows.append((label, WITHOUT_ERROR, mean.value, math.nan, math.nan))
     if not any(row[1] in (OBSERVED, LIMITED) for row in rows):
         raise DataError("no coefficient has an interval: no model fits, or the coefficients were only read off")
-    try:
-        marks = marks_of(fits)
-    except (AttributeError, KeyError, TypeError, ValueError):
-        marks = ()
-    source = content.get("source")
-    sha = source.get("sha256") if isinstance(source, Mapping) else None
-    return _notes_of(content), rows, marks, sha if isinstance(sha, str) else None
+    return rows
 
 
-def _of_fit(name: str, quantity: str, rate_unit: str, fit: Mapping[str, Any]) -> Iterable[_Row]:
-    terms = fit.get("terms") or {}
-    fits = fit.get("verdict") in QUANTIFIED
-    for term in TERMS:
-        one = terms.get(term)
-        if one is None:
+def _rows_of_fit(name: str, fit: NoiseFit) -> Iterable[_Row]:
+    for term, found in fit.terms.items():
+        label = (name, fit.quantity, term, found.unit, fit.rate_unit)
+        if found.value is None:
+            if found.observed is False and found.upper_limit is not None:
+                yield label, LIMITED, math.nan, math.nan, found.upper_limit
             continue
-        label = (name, quantity, term, one["unit"], rate_unit)
-        if one.get("value") is None:
-            if one.get("observed") is False and one.get("upper_limit") is not None:
-                yield label, LIMITED, math.nan, math.nan, _real(one["upper_limit"])
-            continue
-        value, low, high = _real(one["value"]), one.get("low"), one.get("high")
         error = math.nan
-        if fits and low is not None and high is not None:
-            error = error_of(term, value, _real(low), _real(high), level=_real(one.get("level", 0.95)))
-        yield label, WITHOUT_INTERVAL if math.isnan(error) else OBSERVED, value, error, math.nan
+        if fit.quantified and found.low is not None and found.high is not None:
+            error = error_of(term, found.value, found.low, found.high, level=found.level)
+        yield label, WITHOUT_INTERVAL if math.isnan(error) else OBSERVED, found.value, error, math.nan
 
 
 def error_of(term: str, value: float, low: float, high: float, *, level: float) -> float:
@@ -277,22 +268,7 @@ def error_of(term: str, value: float, low: float, high: float, *, level: float) 
 
 @lru_cache
 def _z(level: float) -> float:
-    if not 0 < level < 1:
-        raise DataError(f"level {level!r} is not between 0 and 1")
     return float(normal_quantile((1 + level) / 2))
-
-
-def _real(value: object) -> float:
-    if type(value) is float and -math.inf < value < math.inf:
-        return value
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise DataError(f"{value!r:.40} is not a finite number")
-    return float(value)
-
-
-def _notes_of(content: Mapping[str, Any]) -> dict[str, str]:
-    notes = content.get("notes") if isinstance(content, Mapping) else None
-    return {str(key): str(text) for key, text in notes.items()} if isinstance(notes, Mapping) else {}
 
 
 def _named(name: str, notes: Mapping[str, str], serial: str | None) -> tuple[str, str]:

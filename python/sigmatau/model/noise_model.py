@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast, overload
+from typing import Any, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,12 +17,8 @@ from sigmatau.frozen import frozen
 from sigmatau.io.atomic import atomic
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import channels_of, correlation_of, toml
-from sigmatau.model.from_result import channels_of_result
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed, lines_text
-
-if TYPE_CHECKING:
-    pass
 
 Correlation = Mapping[str, Mapping[tuple[str, str], float]]
 
@@ -104,12 +99,12 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """The model of a TOML file, or that of the JSON that ``sigmatau analyze`` writes.
+        """The model of a model file. The model of a result is ``Analysis.from_json(path).model``.
 
         Parameters
         ----------
         path : str or Path
-            The file; JSON if its name ends in ``.json``.
+            The file, in TOML.
 
         Returns
         -------
@@ -123,21 +118,21 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         import tomllib
 
         path = Path(path)
-        is_json = path.suffix.lower() == ".json"
+        if path.suffix.lower() == ".json":
+            raise DataError(f"{path}: not a model file (.toml). If this is a result: Analysis.from_json(path).model")
         try:
-            text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin a file with a byte order mark
-            content = json.loads(text) if is_json else tomllib.loads(text)
+            content = tomllib.loads(path.read_text(encoding="utf-8-sig"))  # editors of Windows begin a file with a mark
         except OSError as error:
             raise DataError(f"{path}: {error.strerror or error}") from None
-        except (ValueError, RecursionError) as error:  # errors of TOML, JSON and Unicode are kinds of ValueError
-            if is_json or path.suffix.lower() == ".toml":
-                raise DataError(f"{path}: no {'JSON' if is_json else 'TOML file'}: {error}") from None
+        except (ValueError, RecursionError) as error:  # errors of TOML and Unicode are kinds of ValueError
+            if path.suffix.lower() == ".toml":
+                raise DataError(f"{path}: no TOML file: {error}") from None
             raise DataError(
                 f"{path}: not a model file (.toml), result (.json) or, for sigmatau export, YAML (.yaml). If this is a log:"
                 f" first sigmatau analyze {path} --json {path.with_suffix('.json')}"
             ) from None
         try:
-            return cls.from_result(content) if is_json else cls.from_dict(content)
+            return cls.from_dict(content)
         except ValueError as error:
             raise DataError(f"{path}: {error}") from None
 
@@ -165,40 +160,6 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
                 f"unknown key {unknown[0]!r}; a model file has tables [channels.NAME] and [correlation.TERM]"
             )
         return cls(channels=channels_of(content), correlation=correlation_of(content))
-
-    @classmethod
-    def from_result(cls, content: object, *, channels: Iterable[str] | None = None) -> Self:
-        """The model of a result of `analyze`: the analysis, its ``to_dict``, or its JSON.
-
-        The model contains the observed terms, and groups of terms that describe the curve together if the record cannot
-        distinguish them. Limits of the other terms are kept in `ChannelModel.limits`.
-
-        Parameters
-        ----------
-        content : Analysis or mapping
-            The analysis, its ``to_dict()``, or its JSON.
-        channels : iterable of str, optional
-            Which channels. Default: all that have a fit.
-
-        Returns
-        -------
-        NoiseModel
-
-        Raises
-        ------
-        TypeError
-            For a result of another function, such as a fit.
-        DataError
-            If the content is not a result of `analyze`, or a channel has no model.
-        """
-        convert = getattr(content, "to_dict", None)  # of an Analysis, which this package cannot import
-        plain = convert() if callable(convert) and not isinstance(content, type) else content
-        if plain is not content and not (isinstance(plain, Mapping) and "channels" in plain):
-            raise TypeError(
-                f"`content` must be an Analysis, its to_dict() or its JSON, not a {type(content).__name__};"
-                " sigmatau.analyze(record) makes one"
-            )
-        return cls(channels=channels_of_result(cast(Any, plain), channels=channels))
 
     def correlation_matrix(self, term: str) -> NDArray[np.float64]:
         """Correlation of the noise of one term between the channels.

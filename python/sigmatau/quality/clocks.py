@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import ClockOff
+from sigmatau.fitting.noise_fit import Interval, NoiseFit
 from sigmatau.frozen import frozen
 
 _STRONGEST = 8  # lines of a channel that are compared
@@ -58,27 +59,31 @@ class _Shift:
     marks: int
 
 
-def marks_of(fits: Mapping[str, Mapping[str, Any]]) -> tuple[Mark, ...]:
-    """The marks of a record, from its fits by channel as plain values (``fit`` of the JSON of an analysis)."""
+def marks_of(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
+    """The marks of a record, from its fits by channel."""
     found: list[Mark] = []
     for channel, fitted in fits.items():
-        terms = fitted.get("terms") or {}
-        for line in (terms.get("sinusoid") or ())[:_STRONGEST]:
-            found += _mark(channel, "line", line["frequency"], _FOOT)
-        for one in terms.get("resonance") or ():
-            found += _mark(channel, "resonance", one["frequency"], 0.5)
-        at = fitted.get("filter") or {}
-        found += _mark(channel, "corner", {key: at.get(f"{name}_hz") for key, name in _CORNER.items()}, 0.5)
+        for line in fitted.sinusoid[:_STRONGEST]:
+            found += _mark(channel, "line", _ends(line.frequency), _FOOT)
+        for process in fitted.resonance:
+            found += _mark(channel, "resonance", _ends(process.frequency), 0.5)
+        if fitted.response is not None:
+            response = fitted.response
+            found += _mark(channel, "corner", (response.corner, response.low, response.high), 0.5)
     return tuple(found)
 
 
-_CORNER = {"value": "corner", "low": "low", "high": "high"}
+def _ends(frequency: Interval) -> tuple[float | None, float | None, float | None]:
+    return frequency.value, frequency.low, frequency.high
 
 
 def _mark(
-    channel: str, kind: Literal["line", "resonance", "corner"], at: Mapping[str, float | None], part: float
+    channel: str,
+    kind: Literal["line", "resonance", "corner"],
+    at: tuple[float | None, float | None, float | None],
+    part: float,
 ) -> Iterable[Mark]:
-    value, low, high = (at.get(key) for key in ("value", "low", "high"))
+    value, low, high = at
     if value and low is not None and high is not None and 0 < high - low < value:
         yield Mark(channel, kind, value, part * (high - low) / value)
 

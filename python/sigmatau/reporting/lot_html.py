@@ -191,7 +191,7 @@ def _findings(lot: Lot) -> Markup:
 
 def _told(one: JudgedUnit) -> Iterator[str]:
     """Remarks of a unit, with what to do about its findings."""
-    actions = {finding.code: finding.advice for finding in one.result.findings}
+    actions = {finding.code: finding.action for finding in one.result.findings}
     for remark in one.remarks:
         if remark.code != "no_specification":
             yield f"{remark_text(remark)}.{_action(remark, actions)}"

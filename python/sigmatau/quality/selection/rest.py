@@ -26,7 +26,7 @@ from sigmatau.record.streams import Stream
 
 Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest", "too_short_to_tell"]
 
-NO_COEFFICIENTS = {
+_NO_COEFFICIENTS = {
     "not_at_rest": (
         "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
     ),
@@ -35,8 +35,6 @@ NO_COEFFICIENTS = {
         "sigmatau analyze --at-rest"
     ),
 }
-"""Why a result has no coefficients, by its verdict about rest."""
-
 _REASONS = {"not_at_rest": "not at rest", "too_short_to_tell": "too short to tell rest from motion"}
 
 _LEAST_STILL = 20.0  # shortest stretch at rest worth an analysis [s]
@@ -96,6 +94,16 @@ class Rest:
             "motion": plain(self.motion),
             **({"shortest_s": self.shortest} if self.verdict == "too_short_to_tell" else {}),
         }
+
+
+def reason_without_fits(rest: Rest | None, *, has_read_off: bool = False) -> str:
+    """Why a result has no fit: its sensor moved, its record is too short to tell, or coefficients were only read off; else
+    empty.
+    """
+    reason = "" if rest is None else _NO_COEFFICIENTS.get(rest.verdict, "")
+    if has_read_off:
+        return "the coefficients were only read off; a model needs a fit (method likelihood)"
+    return reason
 
 
 def rest(record: Record, *, threads: int | None = None) -> Rest:

@@ -232,9 +232,9 @@ def test_runs_at_a_temperature(lab, capsys):
 
 
 def test_lot_takes_the_latest_even_if_it_failed(lab, capsys):
-    from sigmatau.analysis import failed_result
+    from sigmatau.analysis import FailedAnalysis
 
-    later = failed_result("logs/A1/2026-06-01.csv", "no columns", exit_code=1)
+    later = FailedAnalysis(path="logs/A1/2026-06-01.csv", message="no columns", exit_code=1).to_dict()
     (lab / "later.json").write_text(json.dumps(later))
     argv = ["add", "later.json", "--store", "lab.db", "--unit", "A1", "--date", "2026-06-01"]
     assert run(capsys, *argv)[0] == 0

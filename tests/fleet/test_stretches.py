@@ -178,11 +178,11 @@ def test_a_missing_chunk_is_a_stated_gap(tmp_path, version):
     strides = np.ones_like(curve.m) if curve.stride is None else curve.stride
     np.testing.assert_allclose(curve.avar, next(zip(*pooled(x[:, 0], curve.m, strides), strict=True)), rtol=1e-12)
     result = stretches.result(plan, found, method="likelihood")
-    codes = [one["code"] for one in result["findings"]]
+    codes = [one.code for one in result.findings]
     assert {"missing_chunks", "in_stretches", "pairs_across_gaps"} <= set(codes)
     for name in AXES:
-        term = result["channels"][name]["fit"]["terms"]["random_walk"]
-        assert term["low"] < 1e-4 < term["high"]
+        term = result[name]["random_walk"]
+        assert term.low < 1e-4 < term.high
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -6,7 +6,7 @@ from datetime import datetime
 import pytest
 from store_results import result
 
-from sigmatau.analysis import failed_result
+from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError
 from sigmatau.fleet.logs import Log
 from sigmatau.fleet.stored import Stored
@@ -15,7 +15,7 @@ from sigmatau.store.ingest import Added
 from sigmatau.store.rows import Entry, rows_of
 from sigmatau.store.store import Store
 
-FAILED = failed_result("day1.csv", "day1.csv: is damaged", exit_code=1)
+FAILED = FailedAnalysis(path="day1.csv", message="day1.csv: is damaged", exit_code=1).to_dict()
 
 
 def test_results_with_a_past_failure_are_added_again(place):

@@ -9,7 +9,7 @@ from store_results import result
 
 from known import seed_of
 from sigmatau import Record, analyze
-from sigmatau.analysis import failed_result
+from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
@@ -107,7 +107,7 @@ def test_records_without_a_file_are_runs_of_their_own(place):
 
 def test_failures_are_rows(place):
     with Store(place) as store:
-        failed = failed_result("bad.csv", "bad.csv: no columns", exit_code=1)
+        failed = FailedAnalysis(path="bad.csv", message="bad.csv: no columns", exit_code=1).to_dict()
         store.add([Entry(result=failed, unit="A1"), Entry(result=result(0), unit="A1")])
         runs = store.runs().columns()
         assert sorted(runs["state"]) == ["failed", "fitted"]

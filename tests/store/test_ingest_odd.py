@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from store_results import result
 
-from sigmatau.analysis import failed_result
+from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
@@ -59,9 +59,9 @@ def test_characters_that_databases_refuse(place):
     (Entry(result=result(0), unit=" "), "name of the unit is empty"),
     (Entry(result=result(0), unit="x" * 401), "401 characters, more than 400"),
     (Entry(result=result(0), unit="A", model="m" * 201), "201 characters"),
-    (Entry(result=result(0) | {"channels": {"gyro_x": {}}}, unit="A"), "'(quantity|curve)' is missing"),
-    (Entry(result=result(0) | {"channels": {"gyro_x": 3}}, unit="A"), "damaged"),
-    (Entry(result=result(0) | {"source": 5}, unit="A"), "damaged"),
+    (Entry(result=result(0) | {"channels": {"gyro_x": {}}}, unit="A"), "quantity is missing"),
+    (Entry(result=result(0) | {"channels": {"gyro_x": 3}}, unit="A"), "3 is not an object"),
+    (Entry(result=result(0) | {"source": 5}, unit="A"), "source: 5 is not an object"),
 ])  # fmt: skip
 def test_refused_and_nothing_added(place, entry, told):
     with Store(place) as store:
@@ -144,8 +144,8 @@ def test_times_have_the_zone_of_utc(place, monkeypatch):
 
 
 def test_failure_is_history_once_the_log_has_a_result(place):
-    failed = failed_result("day1.csv", "day1.csv: no rate", exit_code=2)
-    other = failed_result("day2.csv", "day2.csv: is empty", exit_code=1)
+    failed = FailedAnalysis(path="day1.csv", message="day1.csv: no rate", exit_code=2).to_dict()
+    other = FailedAnalysis(path="day2.csv", message="day2.csv: is empty", exit_code=1).to_dict()
     with Store(place) as store:
         store.add([Entry(result=failed, unit="A"), Entry(result=other, unit="A"), Entry(result=failed, unit="B")])
         store.add([Entry(result=result(0, path="day1.csv"), unit="A")])

@@ -1,5 +1,5 @@
 from .entry import analyze, of_curves
-from .json import failed_result
+from .failed import FailedAnalysis
 from .result import Analysis
 
-__all__ = ["Analysis", "analyze", "failed_result", "of_curves"]
+__all__ = ["Analysis", "FailedAnalysis", "analyze", "of_curves"]

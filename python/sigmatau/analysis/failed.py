@@ -25,6 +25,8 @@ class FailedAnalysis:
         Information about the record from the user.
     version : str
         Version of sigmatau.
+    options : mapping
+        Options of the run, as results have them.
     """
 
     path: str
@@ -32,6 +34,7 @@ class FailedAnalysis:
     exit_code: int
     notes: Mapping[str, str] = field(default_factory=dict)
     version: str = __version__
+    options: Mapping[str, Any] | None = None
 
     @property
     def reason(self) -> str:
@@ -54,4 +57,5 @@ class FailedAnalysis:
             "error": {"message": self.message, "exit_code": self.exit_code},
             "findings": [],
             "channels": {},
+            **({} if self.options is None else {"options": dict(self.options)}),
         }

@@ -62,6 +62,11 @@ class ErrorForm:
     message: str = ""
     exit_code: int = 1
 
+    @property
+    def stated_text(self) -> str:
+        """Why, in words."""
+        return self.message
+
 
 @frozen
 class TermForm:
@@ -69,7 +74,7 @@ class TermForm:
 
     observed: bool | None = None
     level: float = 0.95
-    unit: str | None = None
+    unit: str = ""
     value: float | None = None
     low: float | None = None
     high: float | None = None

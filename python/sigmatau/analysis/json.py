@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from sigmatau._version import __version__
 
 if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
@@ -47,21 +43,6 @@ def to_json(self: Analysis) -> str:
     import json
 
     return json.dumps(self.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-
-
-def failed_result(
-    path: str | Path, message: str, *, exit_code: int, notes: Mapping[str, str] | None = None
-) -> dict[str, Any]:
-    """The JSON form of an analysis that failed: why, and no channels."""
-    return {
-        "schema": SCHEMA,
-        "sigmatau": __version__,
-        "source": {"path": str(path)},
-        **({"notes": dict(notes)} if notes else {}),
-        "error": {"message": message, "exit_code": exit_code},
-        "findings": [],
-        "channels": {},
-    }
 
 
 def _options_to_dict(analysis: Analysis) -> dict[str, Any]:

@@ -75,6 +75,18 @@ def _parsed(text: str | bytes) -> object:
 
 def result_of_dict(content: object, *, curves: bool = True) -> Analysis | FailedAnalysis:
     """The result of parsed JSON; raises `DataError`, which names the place of what is wrong."""
+    form = form_of_dict(content, curves=curves)
+    try:
+        return _failed(form, form.error) if form.error is not None else _analysis(form)
+    except WrongValueError as error:
+        raise DataError(f"{_CHANGED}: {error}") from None
+
+
+_CHANGED = "not a result of sigmatau analyze, or changed"
+
+
+def form_of_dict(content: object, *, curves: bool = True) -> forms.ResultForm:
+    """The keys of parsed JSON as types; raises `DataError`, which names the place of what is wrong."""
     if not isinstance(content, Mapping):
         raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}")
     schema, channels = content.get("schema", 1), content.get("channels")
@@ -83,16 +95,16 @@ def result_of_dict(content: object, *, curves: bool = True) -> Analysis | Failed
     if not isinstance(channels, Mapping):
         raise DataError("this is not a result of sigmatau analyze: it has no channels")
     try:
-        form = decode(forms.ResultForm if curves else forms.BriefResultForm, content)
-        if form.error is not None:
-            path = "" if form.source is None else form.source.path or ""
-            error = form.error
-            return FailedAnalysis(
-                path=path, message=error.message, exit_code=error.exit_code, notes=form.notes, version=form.sigmatau
-            )
-        return _analysis(form)
+        return decode(forms.ResultForm if curves else forms.BriefResultForm, content)
     except WrongValueError as error:
-        raise DataError(f"not a result of sigmatau analyze, or changed: {error}") from None
+        raise DataError(f"{_CHANGED}: {error}") from None
+
+
+def _failed(form: forms.ResultForm, error: forms.ErrorForm) -> FailedAnalysis:
+    path = "" if form.source is None else form.source.path or ""
+    return FailedAnalysis(
+        path=path, message=error.stated_text, exit_code=error.exit_code, notes=form.notes, version=form.sigmatau
+    )
 
 
 def result_of(given: object) -> Analysis | FailedAnalysis:

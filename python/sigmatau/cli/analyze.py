@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, cast
 
 from cyclopts import Parameter
 
-from sigmatau.analysis import Analysis, analyze, failed_result
+from sigmatau.analysis import Analysis, FailedAnalysis, analyze
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
@@ -363,7 +363,10 @@ def _many(
             outcomes[outcome.log] = outcome
             if outcome.error and outputs.json is not None:
                 file = outputs.json / f"{names[outcome.log]}.json"
-                write_json(failed_result(outcome.log, outcome.error, exit_code=outcome.code, notes=outputs.notes), file)
+                failure = FailedAnalysis(
+                    path=str(outcome.log), message=outcome.error, exit_code=outcome.code, notes=outputs.notes
+                )
+                write_json(failure.to_dict(), file)
             done(len(outcomes) / len(logs))
     for log in logs:
         for finding in outcomes[log].findings:
@@ -431,5 +434,6 @@ def _failures_written(log: Path, json: Path | None, notes: Mapping[str, str]) ->
         usage = isinstance(error, OptionError)
         if json is not None:
             message = error.for_command_line() if isinstance(error, OptionError) else str(error)
-            write_result("", failed_result(log, message, exit_code=2 if usage else 1, notes=notes), json)
+            failure = FailedAnalysis(path=str(log), message=message, exit_code=2 if usage else 1, notes=notes)
+            write_result("", failure.to_dict(), json)
         raise

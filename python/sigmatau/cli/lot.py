@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from sigmatau.analysis import Analysis, analyze, failed_result
+from sigmatau.analysis import Analysis, FailedAnalysis, analyze
 from sigmatau.cli import batch
 from sigmatau.cli.earlier import expect as expect_files
 from sigmatau.cli.earlier import is_result
@@ -334,7 +334,8 @@ def _analysed(
             _refuse_missing_option(logs, outcomes)
             if outcome.error and results is not None:
                 file = results / f"{names[outcome.log]}.json"
-                write_json(failed_result(outcome.log, outcome.error, exit_code=outcome.code), file)
+                failure = FailedAnalysis(path=str(outcome.log), message=outcome.error, exit_code=outcome.code)
+                write_json(failure.to_dict(), file)
             done(len(outcomes) / len(logs))
     return {names[log]: _examined(outcomes[log]) for log in logs}
 

@@ -31,6 +31,11 @@ class FindingForm:
     topic: str = ""
     details: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def stated_text(self) -> str:
+        """The finding in the words of the version that wrote it."""
+        return self.message
+
 
 def finding_of(form: FindingForm) -> Finding:
     """The finding of its JSON form."""

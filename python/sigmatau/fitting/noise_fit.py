@@ -17,6 +17,7 @@ from sigmatau.findings.kinds.fit import MOST_LINES, CoarseCounts, Reason
 from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
+from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import (
     TablesByChannel,
@@ -429,6 +430,22 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             Degrees of freedom; None for a model without noise.
         """
         return self._curve().degrees_of_freedom(whole_sizes(m))
+
+    def to_model(self) -> ChannelModel:
+        """The model for simulations, filters and exports, with intervals, limits and covariance.
+
+        Returns
+        -------
+        ChannelModel
+
+        Raises
+        ------
+        DataError
+            If the fit has no model.
+        """
+        from sigmatau.fitting.to_model import to_model
+
+        return to_model(self)
 
     @property
     def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:

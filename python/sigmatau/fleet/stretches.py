@@ -28,6 +28,7 @@ from sigmatau.record.record import Provenance
 from sigmatau.record.streams import Stream, grid_text
 
 if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
     from sigmatau.io.read.stretches import Unread
 
 _VALUES = 1 << 25  # of a stretch, over all channels: about a second of a worker
@@ -107,8 +108,8 @@ def sums(place: str, reading: Mapping[str, Any], start: int, stop: int) -> dict[
     return found
 
 
-def result(plan: Plan, found: Mapping[str, GappedSums], *, method: str) -> dict[str, Any]:
-    """The result of the sums of all stretches, as plain values.
+def result(plan: Plan, found: Mapping[str, GappedSums], *, method: str) -> Analysis:
+    """The result of the sums of all stretches.
 
     Raises
     ------
@@ -138,7 +139,7 @@ def result(plan: Plan, found: Mapping[str, GappedSums], *, method: str) -> dict[
                 fitted=0.0 if method == "read-off" else float(fitted[channel].tau.max(initial=0.0)),
             )
             findings.append(Finding(details=told, severity="warning", channels=(channel,)))
-    analysis = of_curves(
+    return of_curves(
         curves,
         source=plan.source,
         findings=findings,
@@ -146,7 +147,6 @@ def result(plan: Plan, found: Mapping[str, GappedSums], *, method: str) -> dict[
         method="read-off" if method == "read-off" else "gls",
         fitted_on=fitted,
     )
-    return analysis.to_dict()
 
 
 def as_complete(curve: DeviationCurve) -> DeviationCurve:

@@ -7,7 +7,7 @@ import functools
 import gc
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,8 @@ from sigmatau.fleet.logs import Log
 from sigmatau.frozen import frozen
 
 if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
+    from sigmatau.analysis.failed import FailedAnalysis
     from sigmatau.fleet.stretches import Plan
     from sigmatau.store.naming import Naming
     from sigmatau.store.rows import Rows
@@ -80,25 +82,26 @@ def divided(log: Log, job: Job, memory: int) -> Plan | None:
 
 def combined(log: Log, plan: Plan, sums: Mapping[str, Any], job: Job) -> Outcome:
     """The outcome of a record whose stretches were summed."""
+    from sigmatau.findings.finding import damaged
     from sigmatau.fleet import stretches
 
-    def result() -> tuple[dict[str, Any], int]:
-        found = stretches.result(plan, sums, method=job.settings.get("method", "likelihood"))
-        lost = any(one["severity"] == "error" and not one["channels"] for one in found["findings"])
-        return found, 4 if lost else 0
+    def result() -> tuple[Analysis, int]:
+        analysis = stretches.result(plan, sums, method=job.settings.get("method", "likelihood"))
+        return analysis, damaged(analysis.findings)
 
     return _outcome(log, job, result)
 
 
 def failed(log: Log, job: Job, message: str, *, code: int = 1) -> Outcome:
     """The outcome of a log that has no result."""
-    from sigmatau.analysis import failed_result
+    from sigmatau.analysis.failed import FailedAnalysis
 
-    return _entered(log, job, failed_result(log.place, message, exit_code=code), code, message)
+    failure = FailedAnalysis(path=log.place, message=message, exit_code=code, options=job.options)
+    return _entered(log, job, failure, code, message)
 
 
 def _analysed(log: Log, job: Job) -> Outcome:
-    def result() -> tuple[dict[str, Any], int]:
+    def result() -> tuple[Analysis, int]:
         from sigmatau.analysis import analyze
         from sigmatau.errors import DataError, OptionError
         from sigmatau.findings.finding import exit_code
@@ -110,19 +113,21 @@ def _analysed(log: Log, job: Job) -> Outcome:
             except (DataError, OptionError) as error:
                 error.source = error.source.replace(str(path), log.place)  # of the copy
                 raise
-            return analysis.to_dict(), exit_code(analysis.findings)
+            source = replace(analysis.source, checksum=analysis.source.sha256)  # while the copy is there
+            return replace(analysis, source=source), exit_code(analysis.findings)
 
     return _outcome(log, job, result)
 
 
-def _outcome(log: Log, job: Job, result: Any) -> Outcome:  # noqa: ANN401  a function
+def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> Outcome:
     """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
     from sigmatau.errors import DataError, OptionError
 
     try:
-        found, code = result()
-        found["source"]["path"] = log.place
-        return _entered(log, job, found, code)
+        analysis, code = result()
+        source = replace(analysis.source, path=log.place, options=job.options.get("reading", {}))
+        analysis = replace(analysis, source=source, options=job.options.get("analysis", {}))
+        return _entered(log, job, analysis, code)
     except OptionError as error:
         return failed(log, job, _about(log, error.for_command_line()), code=2)
     except (DataError, ImportError) as error:
@@ -137,11 +142,10 @@ def _about(log: Log, message: str) -> str:
     return message if log.place in message else f"{log.place}: {message}"
 
 
-def _entered(log: Log, job: Job, result: dict[str, Any], code: int, error: str = "") -> Outcome:
+def _entered(log: Log, job: Job, result: Analysis | FailedAnalysis, code: int, error: str = "") -> Outcome:
     from sigmatau.store.rows import rows_of
 
-    result["options"] = dict(job.options)
-    entry = replace(job.naming.entry(result, Path(log.place)), file_version=log.version)
+    entry = replace(job.naming.entry(result.to_dict(), Path(log.place)), file_version=log.version)
     return Outcome(log=log, code=code, rows=rows_of(entry), error=error)
 
 

@@ -12,16 +12,15 @@ from functools import lru_cache
 from pathlib import PurePath
 from typing import Any, Literal
 
-import numpy as np
-
 from sigmatau._native.distributions import normal_quantile
+from sigmatau.analysis.forms import ChannelForm, ResultForm, SourceForm, TermForm
+from sigmatau.analysis.reading import form_of_dict
 from sigmatau.errors import DataError
 from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.frozen import frozen
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.store.packing import NUMBERS, Packed, pack
 
-_SCHEMAS = (1, 2)
 _MEAN = "mean"
 _LEVEL = 0.95  # of the interval of a mean
 _MOST_SAMPLES = 2**63 - 1
@@ -112,13 +111,11 @@ def rows_of(entry: Entry) -> Rows:
     DataError
         If the result is none, or is damaged.
     """
-    result = entry.result
-    if not isinstance(result, Mapping) or not isinstance(result.get("channels"), Mapping) or "source" not in result:
-        raise DataError("not a result of sigmatau analyze")
-    if result.get("schema", 1) not in _SCHEMAS:
-        raise DataError(f"schema {result['schema']!r:.20} is of a newer version of sigmatau; update sigmatau")
+    form = form_of_dict(entry.result, curves=False)
+    if form.source is None:
+        raise DataError("not a result of sigmatau analyze: it has no source")
     try:
-        return _rows(entry)
+        return _rows(entry, form, form.source)
     except DataError:
         raise
     except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError, struct.error) as error:
@@ -126,46 +123,38 @@ def rows_of(entry: Entry) -> Rows:
         raise DataError(f"not a result of sigmatau analyze, or damaged: {what:.100}") from None
 
 
-def _rows(entry: Entry) -> Rows:
-    result = entry.result
-    source = result["source"]
-    options = result.get("options", {})
+def _rows(entry: Entry, form: ResultForm, source: SourceForm) -> Rows:
+    options = entry.result.get("options", {})
     unit = _name(entry.unit, "unit")
-    packed = pack(result)
-    made_with = _canonical([options, source.get("conversions", [])])
+    packed = pack(entry.result)
+    made_with = _canonical([options, source.conversions])
     # Of a record without a file, each result that differs is a run of its own.
-    path = source.get("path")
-    log = source.get("sha256") or (
-        f"{unit}/{path}" if path else f"{unit}/{entry.name}/{entry.recorded}/{packed.digest}"
+    log = source.sha256 or (
+        f"{unit}/{source.path}" if source.path else f"{unit}/{entry.name}/{entry.recorded}/{packed.digest}"
     )
     channels: list[tuple[Any, ...]] = []
     labels: list[Label] = []
     terms, numbers = [], []
-    for name, channel in result["channels"].items():
-        fitted = channel.get("fit") or {}
-        quantity, of = channel["quantity"], channel["curve"]["unit"]
+    for name, channel in form.channels.items():
+        if channel.curve is None:
+            raise ValueError(f"{name} has no curve")
+        fit, quantity, of = channel.fit, channel.quantity, channel.curve.unit
+        verdict, p_value = ("", None) if fit is None else (fit.verdict, fit.p_value)
         channels.append((
             _name(name, "channel"), _common(quantity, 60), _common(of, 60), *_size(channel),
-            _common(fitted.get("verdict", ""), 20), _common(channel.get("trust", ""), 20), _number(fitted.get("p_value")),
+            verdict, channel.trust or "", p_value,
         ))  # fmt: skip
-        fits = fitted.get("verdict") in QUANTIFIED
-        for term, found, si in _terms(channel, fitted):
-            if found[0] is not None and type(found[0]) is not bool:
-                raise ValueError(f"{name} {term}: observed must be true or false, not {found[0]!r:.20}")
-            if bool in map(type, found[1:]):  # PostgreSQL does not take it, and with it none of the batch
-                raise ValueError(f"{name} {term}: true or false in place of a number")
-            numbers.append(_NUMBERS.pack(len(labels), fits, *[math.nan if x is None else x for x in found[1:]]))
+        for term, row, si in _terms(channel):
+            numbers.append(
+                _NUMBERS.pack(len(labels), verdict in QUANTIFIED, *[math.nan if x is None else x for x in row[1:]])
+            )
             labels.append((name, quantity, term, _common(si, 60), of))
-            terms.append(found)
-    packed_numbers = b"".join(numbers)
-    if np.isinf(np.frombuffer(packed_numbers, dtype=NUMBERS)["value"]).any():
-        raise ValueError("a coefficient is infinite")
+            terms.append(row)
     findings = [
-        (_text(one.get("code", ""))[:60], _text(one.get("severity", ""))[:10], _text(" ".join(one.get("channels") or ())),
-         _text(one.get("message", "")))
-        for one in result.get("findings", ())
-    ]  # fmt: skip
-    run = _run(entry, source, channels) | {"digest": packed.digest, "options_key": options_key(options)}
+        (_text(one.code)[:60], one.severity, _text(" ".join(one.channels)), _text(one.stated_text))
+        for one in form.findings
+    ]
+    run = _run(entry, form, source, channels) | {"digest": packed.digest, "options_key": options_key(options)}
     return Rows(
         unit=unit,
         model=_name(entry.model, "model", needed=False),
@@ -174,7 +163,7 @@ def _rows(entry: Entry) -> Rows:
         channels=tuple(channels),
         labels=_shared(tuple(labels)),
         terms=tuple(terms),
-        numbers=packed_numbers,
+        numbers=b"".join(numbers),
         findings=tuple(findings),
         packed=packed,
     )
@@ -186,38 +175,38 @@ def _shared(labels: tuple[Label, ...]) -> tuple[Label, ...]:
     return labels
 
 
-def _terms(channel: Mapping[str, Any], fitted: Mapping[str, Any]) -> list[tuple[str, Term, str]]:
+def _terms(channel: ChannelForm) -> list[tuple[str, Term, str]]:
     """Term, row and unit of what a channel has."""
-    found: list[tuple[str, Term, str]] = []
-    for name, term in (fitted.get("terms") or {}).items():
-        if name in TERMS:
-            get = term.get
-            row = (term["observed"], get("value"), get("low"), get("high"), get("upper_limit"), term["level"])
-            found.append((name, row, term["unit"]))
-    if mean := channel.get("mean"):
-        value, error = mean["value"], mean.get("error")
+    rows: list[tuple[str, Term, str]] = []
+    unit = "" if channel.curve is None else channel.curve.unit
+    for name in TERMS:
+        term: TermForm | None = None if channel.fit is None else getattr(channel.fit.terms, name)
+        if term is not None:
+            row = (term.observed, term.value, term.low, term.high, term.upper_limit, term.level)
+            rows.append((name, row, term.unit or coefficient_unit(name, channel.quantity, unit)))
+    if channel.mean is not None:
+        value, error = channel.mean.value, channel.mean.error
         half = None if error is None else _QUANTILE * error
         interval = (None, None, None) if half is None else (value - half, value + half, _LEVEL)
-        found.append((_MEAN, (None, value, interval[0], interval[1], None, interval[2]), mean["unit"]))
-    return found
+        rows.append((_MEAN, (None, value, interval[0], interval[1], None, interval[2]), channel.mean.unit))
+    return rows
 
 
 _QUANTILE = float(normal_quantile((1 + _LEVEL) / 2))
 
 
-def _run(entry: Entry, source: Mapping[str, Any], channels: list[tuple[Any, ...]]) -> dict[str, Any]:
-    result = entry.result
-    path = _text(source.get("path") or "")
+def _run(entry: Entry, form: ResultForm, source: SourceForm, channels: list[tuple[Any, ...]]) -> dict[str, Any]:
+    path = _text(source.path or "")
     return {
         "name": _name(entry.name or PurePath(path).name or entry.unit, "run"),
         "path": path,
-        "sha256": _word(source["sha256"], 64) if source.get("sha256") else None,
+        "sha256": _word(source.sha256, 64) if source.sha256 else None,
         "recorded": None if entry.recorded is None else in_utc(entry.recorded),
         "temperature": _number(entry.temperature),
         "duration": max((samples / rate for *_, rate, samples, _, _, _ in channels), default=None),
-        "state": _state(result),
-        "message": _text((result.get("error") or {}).get("message", "")),
-        "version": _text(result.get("sigmatau", ""))[:40],
+        "state": _state(form),
+        "message": "" if form.error is None else _text(form.error.stated_text),
+        "version": _text(form.sigmatau)[:40],
         "file_version": _text(entry.file_version)[:200],
     }
 
@@ -236,12 +225,12 @@ def in_utc(time: datetime) -> datetime:
         raise DataError(f"the time {time.isoformat()} is not in the years 1 to 9999 in UTC") from None
 
 
-def _size(channel: Mapping[str, Any]) -> tuple[float, int]:
+def _size(channel: ChannelForm) -> tuple[float, int]:
     """Rate and number of samples."""
-    rate, samples = float(channel["sample_rate_hz"]), int(channel["samples"])
+    rate, samples = channel.sample_rate_hz or 0.0, channel.samples
     if not (0 < rate < math.inf and 0 <= samples <= _MOST_SAMPLES):
-        raise ValueError(f"{samples:.3g} samples at {rate:g} Hz")
-    return rate, samples
+        raise ValueError(f"{float(samples):.3g} samples at {rate:g} Hz")
+    return float(rate), samples
 
 
 def _word(value: object, most: int) -> str:
@@ -265,13 +254,13 @@ def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
     return found
 
 
-def _state(result: Mapping[str, Any]) -> State:
-    if result.get("error"):
+def _state(form: ResultForm) -> State:
+    if form.error is not None:
         return "failed"
-    fits = [channel["fit"] for channel in result["channels"].values() if "fit" in channel]
-    if any(fit.get("verdict") != "too_short" for fit in fits):
+    fits = [channel.fit for channel in form.channels.values() if channel.fit is not None]
+    if any(fit.verdict != "too_short" for fit in fits):
         return "fitted"
-    verdict = (result.get("rest") or {}).get("verdict")
+    verdict = "" if form.rest is None else form.rest.verdict
     return verdict if not fits and verdict in ("not_at_rest", "too_short_to_tell") else "not_fitted"
 
 

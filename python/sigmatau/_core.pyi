@@ -11,6 +11,7 @@ __all__ = [
     "OUTLIER_ALPHA",
     "Accumulator",
     "ChannelFit",
+    "CurveFit",
     "Estimate",
     "FilterEstimate",
     "FittedModel",
@@ -64,7 +65,6 @@ __all__ = [
     "resonance_psd",
     "scan_dataflash",
     "scan_ulog",
-    "significant_term",
     "sinusoid_avar",
     "stationary_moments",
     "strides",
@@ -360,10 +360,6 @@ class FittedModel:
     def degrees_of_freedom(self, m: _Ints) -> _Floats | None: ...
     def line_ranges(self, terms: Sequence[tuple[str, float]], start: float) -> list[tuple[float, float] | None]: ...
 
-def significant_term(
-    value: float, low: float, high: float, error: float, p_value: float, level: float
-) -> TermEstimate: ...
-
 @final
 class LikelihoodSummary:
     @property
@@ -463,16 +459,58 @@ def distribution_of_shape(name: str, shape: _Floats, x: _Floats) -> _Floats: ...
 def masked_variances(
     column: _Floats, m: _Ints, overlapped: bool, paper: bool, threads: int
 ) -> tuple[_Floats, _Floats, _Ints]: ...
+
+@final
+class CurveFit:
+    def __new__(
+        cls,
+        adequate: bool,
+        first: int,
+        p_value: float | None,
+        no_covariance: bool,
+        terms: list[tuple[str, TermEstimate]],
+        model: list[tuple[str, float]],
+        unclear: list[str],
+        gauss_markov: list[GaussMarkovEstimate],
+        parameters: list[str],
+        covariance: list[list[float]],
+        worst: tuple[int, float] | None,
+    ) -> Self: ...
+    @property
+    def adequate(self) -> bool: ...
+    @property
+    def first(self) -> int: ...
+    @property
+    def p_value(self) -> float | None: ...
+    @property
+    def no_covariance(self) -> bool: ...
+    @property
+    def terms(self) -> list[tuple[str, TermEstimate]]: ...
+    @property
+    def model(self) -> list[tuple[str, float]]: ...
+    @property
+    def unclear(self) -> list[str]: ...
+    @property
+    def gauss_markov(self) -> list[GaussMarkovEstimate]: ...
+    @property
+    def parameters(self) -> list[str]: ...
+    @property
+    def covariance(self) -> list[list[float]]: ...
+    @property
+    def worst(self) -> tuple[int, float] | None: ...
+
 def fit_curve(
     n: int,
     m: _Ints,
     avar: _Floats,
     ramps: _Floats,
-    candidates: list[int],
-    with_ramp: bool,
+    *,
+    tau0: float,
+    scale: float,
+    terms: Sequence[str],
     first: int | None,
     level: float,
-) -> dict[str, Any]: ...
+) -> CurveFit: ...
 def from_sides(x: _Floats, at: _Ints, side: int) -> _Floats: ...
 def neighbour_medians(x: _Floats, side: int, least: int) -> _Floats: ...
 def neighbour_scatter(x: _Floats, at: _Ints, quantile: list[float]) -> _Floats: ...

@@ -11,6 +11,7 @@ mod attempt;
 mod columns;
 mod components;
 mod covariance;
+mod curve_fit;
 mod evidence;
 mod goodness;
 mod kept;
@@ -26,12 +27,11 @@ mod statement;
 mod step;
 mod whitening;
 
-pub use attempt::Data;
 pub use components::{Base, Components, Extra, Shape};
+pub use curve_fit::{Curve, CurveFit};
 pub use evidence::{Evidence, detectable};
 pub use non_negative::non_negative;
 pub use ramp::least_ramp;
-pub use statement::{Described, Found, Outcome, Ramps, fit};
 pub use step::{Gls, Score};
 
 /// Noise terms: quantization, random walk, bias instability, rate random walk. The ramp is not a noise.

@@ -283,19 +283,6 @@ impl FittedModel {
     }
 }
 
-/// A significant term, from its estimate, its interval with all terms free and its standard error.
-#[pyfunction]
-pub fn significant_term(
-    value: f64,
-    low: f64,
-    high: f64,
-    error: f64,
-    p_value: f64,
-    level: f64,
-) -> TermEstimate {
-    core::TermEstimate::significant(value, [low, high], error, p_value, level).into()
-}
-
 /// Index of a term.
 pub fn term(name: &str) -> PyResult<usize> {
     core::TERM_NAMES
@@ -445,10 +432,10 @@ impl From<core::JointFit> for JointChannelFit {
     }
 }
 
-fn named<S, T: From<S>>(values: Vec<(&'static str, S)>) -> Vec<(String, T)> {
+pub fn named<S, T: From<S>>(values: Vec<(&'static str, S)>) -> Vec<(String, T)> {
     values.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
 }
 
-fn converted<S, T: From<S>>(values: Vec<S>) -> Vec<T> {
+pub fn converted<S, T: From<S>>(values: Vec<S>) -> Vec<T> {
     values.into_iter().map(Into::into).collect()
 }

@@ -1,12 +1,14 @@
 //! Least squares on Allan variances: the fit of a curve, and its parts for planning and tests.
 
 use crate::allan::{sizes, value_error};
+use crate::channel_fit::{GaussMarkovEstimate, TermEstimate, converted, named, term};
+use crate::frozen_class::frozen_class;
 use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyFloatingPointError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use sigmatau_core::gls::{self, Base, Data, Described, Failed, Found, Outcome, Shape, Terms, Theta};
+use pyo3::types::{PyTuple, PyType};
+use sigmatau_core::gls::{self, Base, Failed, Shape, Terms, Theta};
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
@@ -211,66 +213,86 @@ pub fn non_negative<'py>(
     Ok(gls::non_negative(&columns, target).map_err(failed)?.into_pyarray(py))
 }
 
-/// The fit of a curve, in samples; θ are squared coefficients.
+frozen_class! {
+    /// The fit of a curve by least squares.
+    CurveFit {
+        /// Whether a model is adequate. If not, the coefficients of `model` describe the curve to a few per cent.
+        adequate: bool,
+        /// Index of the shortest averaging time that was used.
+        first: usize,
+        /// P-value of the goodness of fit; the largest of all models if none is adequate, None if no model could be fitted.
+        p_value: Option<f64>,
+        /// Whether a model was adequate, but its covariance is not positive definite.
+        no_covariance: bool,
+        /// Terms that were fitted, by name; none if no model is adequate. [SI]
+        terms: Vec<(String, TermEstimate)>,
+        /// Coefficients that together describe the curve, by name. [SI]
+        model: Vec<(String, f64)>,
+        /// Terms of which at least one is present, although none is significant beside the others.
+        unclear: Vec<String>,
+        /// A Gauss-Markov process in the place of a term.
+        gauss_markov: Vec<GaussMarkovEstimate>,
+        /// Names of the rows of `covariance`.
+        parameters: Vec<String>,
+        /// Covariance of the coefficients of noise, shape (n, n). [SI]
+        covariance: Vec<Vec<f64>>,
+        /// The averaging time that deviates most, of those left out or if no model is adequate: its index, and the measured
+        /// deviation over that of the model.
+        worst: Option<(usize, f64)>,
+    }
+}
+
+/// The fit of a curve. `scale`: a typical variance.
 #[allow(clippy::too_many_arguments)] // one for each part of the data
 #[pyfunction]
-pub fn fit_curve<'py>(
-    py: Python<'py>,
+#[pyo3(signature = (n, m, avar, ramps, *, tau0, scale, terms, first, level))]
+pub fn fit_curve(
+    py: Python<'_>,
     n: usize,
-    m: PyReadonlyArray1<'py, i64>,
-    avar: PyReadonlyArray1<'py, f64>,
-    ramps: PyReadonlyArray1<'py, f64>,
-    candidates: Vec<usize>,
-    with_ramp: bool,
+    m: PyReadonlyArray1<'_, i64>,
+    avar: PyReadonlyArray1<'_, f64>,
+    ramps: PyReadonlyArray1<'_, f64>,
+    tau0: f64,
+    scale: f64,
+    terms: Vec<String>,
     first: Option<usize>,
     level: f64,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<CurveFit> {
     let (sizes, avar, ramps) = (sizes(&m)?, avar.as_slice()?.to_vec(), ramps.as_slice()?.to_vec());
     if avar.len() != sizes.len() || ramps.len() != sizes.len() || first.unwrap_or(0) >= sizes.len() {
         return Err(PyValueError::new_err("sizes, variances and ramps differ in length"));
     }
-    if candidates.is_empty() || candidates.iter().any(|&term| term >= gls::LINEAR) {
+    let terms = terms.iter().map(|name| term(name)).collect::<PyResult<Vec<usize>>>()?;
+    let noise: Vec<usize> = terms.iter().copied().filter(|&term| term < gls::LINEAR).collect();
+    if noise.is_empty() {
         return Err(PyValueError::new_err("no noise term"));
     }
-    let candidates = Terms::of(&candidates);
+    let (candidates, with_ramp) = (Terms::of(&noise), noise.len() < terms.len());
     let found = detached(py, || {
         let base = Base::new(n, &sizes)?;
-        Ok(gls::fit(&Data { base, avar, ramps, candidates, with_ramp, first }, level))
+        Ok(gls::Curve { base, tau0, avar, scale, ramps, candidates, with_ramp, first }.fit(level))
     });
-    match found.map_err(|error| value_error(&error))?.map_err(failed)? {
-        Outcome::Found(found) => stated(py, &found),
-        Outcome::Described(found) => described(py, &found),
+    Ok(found.map_err(|error| value_error(&error))?.map_err(failed)?.into())
+}
+
+impl From<gls::CurveFit> for CurveFit {
+    fn from(fit: gls::CurveFit) -> Self {
+        let order = fit.parameters.len().max(1);
+        let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
+        Self {
+            adequate: fit.adequate,
+            first: fit.first,
+            p_value: fit.p_value,
+            no_covariance: fit.no_covariance,
+            terms: named(fit.terms),
+            model: named(fit.model),
+            unclear: owned(fit.unclear),
+            gauss_markov: converted(fit.gauss_markov),
+            parameters: owned(fit.parameters),
+            covariance: fit.covariance.chunks_exact(order).map(<[f64]>::to_vec).collect(),
+            worst: fit.worst,
+        }
     }
-}
-
-fn stated<'py>(py: Python<'py>, found: &Found) -> PyResult<Bound<'py, PyDict>> {
-    let result = PyDict::new(py);
-    result.set_item("first", found.first)?;
-    result.set_item("p_value", found.p_value)?;
-    result.set_item("evidence", found.evidence.map(|e| e.map(|e| (e.p_value, e.low, e.high))))?;
-    result.set_item("observed", numbers(found.observed))?;
-    result.set_item("unclear", found.unclear.map(numbers))?;
-    result.set_item("theta", found.theta)?;
-    result.set_item("covariance", found.covariance.clone())?;
-    result.set_item("ramp", found.ramp.map(|r| (r.value, r.half_width, r.p_value, r.undecided)))?;
-    result.set_item("process", found.process)?;
-    result.set_item("left_out", found.left_out)?;
-    Ok(result)
-}
-
-fn described<'py>(py: Python<'py>, found: &Described) -> PyResult<Bound<'py, PyDict>> {
-    let result = PyDict::new(py);
-    result.set_item("first", found.first)?;
-    result.set_item("p_value", found.p_value)?;
-    result.set_item("no_covariance", found.no_covariance)?;
-    result.set_item("theta", found.theta)?;
-    result.set_item("needed", numbers(found.needed))?;
-    result.set_item("worst", found.worst)?;
-    Ok(result)
-}
-
-fn numbers(terms: Terms) -> Vec<usize> {
-    terms.iter().collect()
 }
 
 fn failed(error: Failed) -> PyErr {

@@ -38,7 +38,7 @@ mod _core {
     #[pymodule_export]
     use crate::channel_fit::{
         ChannelFit, Estimate, FilterEstimate, FittedModel, GaussMarkovEstimate, JointChannelFit,
-        LineEstimate, ResonanceEstimate, RunEstimate, TermEstimate, WarmUpEstimate, significant_term,
+        LineEstimate, ResonanceEstimate, RunEstimate, TermEstimate, WarmUpEstimate,
     };
     #[pymodule_export]
     use crate::covariance::covariance_tensors;
@@ -55,7 +55,7 @@ mod _core {
     #[pymodule_export]
     use crate::generate::{Generator, flicker_poles};
     #[pymodule_export]
-    use crate::gls::{Gls, GlsComponents, fit_curve, non_negative};
+    use crate::gls::{CurveFit, Gls, GlsComponents, fit_curve, non_negative};
     #[pymodule_export]
     use crate::likelihood::{LikelihoodPass, LikelihoodSummary, fit_jointly};
     #[pymodule_export]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _core
+from sigmatau._core import CurveFit as CurveFit
+from sigmatau._core import fit_curve as fit_curve
 
 Floats = NDArray[np.float64]
 
@@ -139,38 +140,6 @@ class Gls:
 def non_negative(columns: Floats, target: Floats) -> Floats:
     """Non-negative coefficients x with the smallest ‖columns·x − target‖, for at most six columns."""
     return _core.non_negative(np.ascontiguousarray(columns.T).ravel(), np.ascontiguousarray(target))
-
-
-def fit_curve(
-    *,
-    n: int,
-    m: NDArray[np.int64],
-    avar: Floats,
-    ramps: Floats,
-    candidates: Sequence[int],
-    with_ramp: bool,
-    first: int | None,
-    level: float,
-) -> dict[str, Any]:
-    """Select, fit and test a model of Allan variances near 1.
-
-    Parameters
-    ----------
-    n : int
-        Samples of the record.
-    ramps : ndarray, shape (n_tau,)
-        Ramps per sample from the mean second differences.
-    candidates : sequence of int
-        Noise terms that are fitted; `with_ramp`: whether a ramp is.
-    first : int, optional
-        Index of the shortest averaging time. Default: found from the goodness of fit.
-
-    Returns
-    -------
-    dict
-        The fields of `Found`, or those of `Described` if no model is adequate, see `crates/core/src/gls/statement.rs`.
-    """
-    return _core.fit_curve(n, m, avar, ramps, list(candidates), with_ramp, first, level)
 
 
 def _numbers(theta: ArrayLike) -> list[float]:

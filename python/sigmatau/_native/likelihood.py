@@ -19,7 +19,6 @@ from sigmatau._core import LikelihoodSummary as LikelihoodSummary
 from sigmatau._core import LineEstimate as LineEstimate
 from sigmatau._core import TermEstimate as TermEstimate
 from sigmatau._core import fit_jointly as fit_jointly
-from sigmatau._core import significant_term as significant_term
 
 Floats = NDArray[np.float64]
 

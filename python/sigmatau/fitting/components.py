@@ -5,6 +5,7 @@ Times are in samples: the sample interval is 1, and a squared coefficient θ is 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 # Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise.
@@ -24,6 +25,11 @@ def power_of_interval(name: str) -> int:
 def linear_powers(model: Mapping[str, float], tau0: float) -> list[float]:
     """The squares θ of the coefficients of `LINEAR` in samples; 0 for a term that the model lacks."""
     return [model.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
+
+
+def coefficient(theta: float, name: str, tau0: float) -> float:
+    """A coefficient in SI from its θ in samples."""
+    return float(math.sqrt(max(theta, 0.0)) * tau0 ** (1 - power_of_interval(name) / 2))
 
 
 def half_octaves(smallest: int, largest: int) -> Sequence[int]:

@@ -14,9 +14,9 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.kinds.fit import IncompleteRecord, TooFewTimes, ZeroVariance
 from sigmatau.fitting.arguments import check_level, wanted_terms
-from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, half_octaves
+from sigmatau.fitting.components import LEAST_TIMES, LONGEST_SHARE, half_octaves
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.statement import descriptive, no_fit, stated
+from sigmatau.fitting.statement import no_fit, stated
 from sigmatau.model.processes import real
 
 _PER_OCTAVE = 8  # averaging times, at most
@@ -114,21 +114,19 @@ def fit(
     scale = float(np.median(curve.avar[chosen]))
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
         return no_fit(curve, level, ZeroVariance())
-    candidates = [p for p, name in enumerate(LINEAR) if name in wanted]
-    sizes, ramps = curve.m[chosen], curve.ramp[chosen]
+    sizes = curve.m[chosen]
     found = fit_curve(
-        n=n,
-        m=sizes,
-        avar=curve.avar[chosen] / scale,
-        ramps=ramps * curve.tau0 / math.sqrt(scale),
-        candidates=candidates,
-        with_ramp="rate_ramp" in wanted,
+        n,
+        sizes,
+        curve.avar[chosen],
+        curve.ramp[chosen],
+        tau0=curve.tau0,
+        scale=scale,
+        terms=list(wanted),
         first=first,
         level=level,
     )
-    if "evidence" in found:
-        return stated(curve, found, sizes, candidates, scale, level)
-    return descriptive(curve, found, sizes, wanted, float(ramps[-1]), scale, level)
+    return stated(curve, found, sizes, wanted, level)
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:

@@ -193,7 +193,7 @@ def noise_fit_of(
         tau_min=found.tau_min,
         tau_max=found.tau_max,
         p_value=found.p_value,
-        covariance=(tuple(found.parameters), np.array(found.covariance).reshape(len(found.parameters), -1)),
+        covariance=(tuple(found.parameters), np.array(found.covariance).reshape((len(found.parameters),) * 2)),
         level=level,
         method="likelihood",
     )

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native.gls import Components, Gls
 from sigmatau.errors import OptionError
-from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, half_octaves, power_of_interval
-from sigmatau.fitting.statement import coefficient
+from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, coefficient, half_octaves, power_of_interval
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.synonyms import unknown_term

@@ -76,8 +76,7 @@ impl TermEstimate {
     /// A significant term, from its estimate in the model that describes the record, and its interval with all terms free.
     /// The standard `error` of the estimate is joined to an interval that has the estimate not inside. An interval that does
     /// not exclude 0 leaves an upper limit.
-    #[must_use]
-    pub fn significant(
+    pub(crate) fn significant(
         value: f64,
         [mut low, mut high]: [f64; 2],
         error: f64,
@@ -106,7 +105,7 @@ impl TermEstimate {
     }
 
     /// A term that was not observed.
-    fn limited(limit: Option<f64>, p_value: f64) -> Self {
+    pub(crate) fn limited(limit: Option<f64>, p_value: f64) -> Self {
         Self {
             upper_limit: limit.filter(|limit| limit.is_finite()),
             p_value: Some(p_value),

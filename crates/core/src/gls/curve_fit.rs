@@ -1,0 +1,257 @@
+//! The fit of a curve in SI: coefficients with intervals or limits, their covariance, and what describes the curve.
+
+use crate::gls::attempt::Data;
+use crate::gls::components::Base;
+use crate::gls::statement::{Described, Found, Outcome, Ramps, fit};
+use crate::gls::{Failed, LINEAR, Terms};
+use crate::likelihood::{Estimate, GaussMarkovEstimate, TERM_NAMES, TermEstimate};
+use std::sync::Arc;
+
+const RAMP: usize = LINEAR;
+
+/// A curve to be fitted, in SI.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// The noise terms at the averaging times.
+    pub base: Arc<Base>,
+    /// Sample interval. [s]
+    pub tau0: f64,
+    /// Allan variances, and a typical one. [(rate unit)²]
+    pub avar: Vec<f64>,
+    /// See `avar`.
+    pub scale: f64,
+    /// Ramps from the mean second differences. [rate unit / s]
+    pub ramps: Vec<f64>,
+    /// Noise terms that are fitted.
+    pub candidates: Terms,
+    /// Whether a ramp is fitted.
+    pub with_ramp: bool,
+    /// Index of the shortest averaging time, if that is given.
+    pub first: Option<usize>,
+}
+
+/// The fit of a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveFit {
+    /// Whether a model is adequate. If not, the coefficients of `model` describe the curve to a few per cent.
+    pub adequate: bool,
+    /// Index of the shortest averaging time that was used.
+    pub first: usize,
+    /// P-value of the goodness of fit; the largest of all models if none is adequate, None if no model could be fitted.
+    pub p_value: Option<f64>,
+    /// Whether a model was adequate, but its covariance is not positive definite.
+    pub no_covariance: bool,
+    /// Terms that were fitted, by name; none if no model is adequate. [SI]
+    pub terms: Vec<(&'static str, TermEstimate)>,
+    /// Coefficients that together describe the curve, by name. [SI]
+    pub model: Vec<(&'static str, f64)>,
+    /// Terms of which at least one is present, although none is significant beside the others.
+    pub unclear: Vec<&'static str>,
+    /// A Gauss-Markov process in the place of a term.
+    pub gauss_markov: Vec<GaussMarkovEstimate>,
+    /// Names of the rows of `covariance`.
+    pub parameters: Vec<&'static str>,
+    /// Covariance of the coefficients of noise, row after row. [SI]
+    pub covariance: Vec<f64>,
+    /// The averaging time that deviates most from the model, of those that were left out or if none is adequate: its index,
+    /// and the measured deviation over that of the model.
+    pub worst: Option<(usize, f64)>,
+}
+
+impl Curve {
+    /// Selects a model, fits and tests it.
+    ///
+    /// # Errors
+    ///
+    /// [`Failed`] for variances that are not positive numbers.
+    pub fn fit(&self, level: f64) -> Result<CurveFit, Failed> {
+        let data = Data {
+            base: self.base.clone(),
+            avar: self.avar.iter().map(|avar| avar / self.scale).collect(),
+            ramps: self.ramps.iter().map(|ramp| ramp * self.tau0 / self.scale.sqrt()).collect(),
+            candidates: self.candidates,
+            with_ramp: self.with_ramp,
+            first: self.first,
+        };
+        Ok(match fit(&data, level)? {
+            Outcome::Found(found) => self.stated(&found, level),
+            Outcome::Described(found) => self.described(&found),
+        })
+    }
+
+    /// A coefficient in SI from its square θ in samples.
+    fn coefficient(&self, theta: f64, term: usize) -> f64 {
+        (theta * self.scale).max(0.0).sqrt() * self.tau0.powf(1.0 - 0.5 * term as f64)
+    }
+
+    fn stated(&self, found: &Found, level: f64) -> CurveFit {
+        let positive: Vec<usize> = (0..LINEAR).filter(|&term| found.theta[term] > 0.0).collect();
+        let values: Vec<f64> =
+            positive.iter().map(|&term| self.coefficient(found.theta[term], term)).collect();
+        // The delta method, from θ to √θ.
+        let slopes: Vec<f64> =
+            positive.iter().zip(&values).map(|(&term, value)| value / (2.0 * found.theta[term])).collect();
+        let order = positive.len();
+        let covariance: Vec<f64> = (0..order * order)
+            .map(|at| found.covariance[at] * (slopes[at / order] * slopes[at % order]))
+            .collect();
+        let mut terms: Vec<(&str, TermEstimate)> = Vec::new();
+        for term in self.candidates.iter().filter(|&term| term < LINEAR) {
+            let at = positive.iter().position(|&present| present == term);
+            let estimate = found.evidence[term].map_or_else(TermEstimate::default, |evidence| {
+                let [low, high] = [evidence.low, evidence.high].map(|end| self.coefficient(end, term));
+                if found.observed.contains(term) {
+                    let error = at.map_or(0.0, |at| covariance[at * (order + 1)].max(0.0).sqrt());
+                    let value = at.map_or(0.0, |at| values[at]);
+                    TermEstimate::significant(value, [low, high], error, evidence.p_value, level)
+                } else {
+                    TermEstimate::limited(Some(high), evidence.p_value)
+                }
+            });
+            terms.push((TERM_NAMES[term], estimate));
+        }
+        let parameters: Vec<&str> = positive.iter().map(|&term| TERM_NAMES[term]).collect();
+        let mut model: Vec<(&str, f64)> = parameters.iter().copied().zip(values).collect();
+        let mut unclear: Vec<&str> =
+            found.unclear.into_iter().flat_map(Terms::iter).map(|term| TERM_NAMES[term]).collect();
+        if let Some(ramp) = found.ramp {
+            let estimate = self.ramp(ramp, level);
+            terms.push((TERM_NAMES[RAMP], estimate));
+            model.extend(estimate.value.map(|value| (TERM_NAMES[RAMP], value)));
+            if ramp.undecided && found.unclear.is_some() {
+                unclear.push(TERM_NAMES[RAMP]);
+            }
+        }
+        let gauss_markov = found.process.map(|(size, time)| GaussMarkovEstimate {
+            sigma: interval(size.map(|x| self.scale.sqrt() * x)),
+            time: interval(time.map(|x| self.tau0 * x)),
+        });
+        CurveFit {
+            adequate: true,
+            first: found.first,
+            p_value: Some(found.p_value),
+            no_covariance: false,
+            terms,
+            model,
+            unclear,
+            gauss_markov: gauss_markov.into_iter().collect(),
+            parameters,
+            covariance,
+            worst: found.left_out,
+        }
+    }
+
+    fn ramp(&self, ramp: Ramps, level: f64) -> TermEstimate {
+        let factor = self.scale.sqrt() / self.tau0;
+        let [low, high] =
+            [ramp.value - ramp.half_width, ramp.value + ramp.half_width].map(|end| end * factor);
+        if ramp.p_value >= 1.0 - level {
+            return TermEstimate {
+                upper_limit: Some(low.abs().max(high.abs())),
+                p_value: Some(ramp.p_value),
+                ..TermEstimate::default()
+            };
+        }
+        TermEstimate {
+            observed: true,
+            value: Some(ramp.value * factor),
+            low: Some(low),
+            high: Some(high),
+            p_value: Some(ramp.p_value),
+            ..TermEstimate::default()
+        }
+    }
+
+    /// The sign of a ramp is that of the longest averaging time.
+    fn described(&self, found: &Described) -> CurveFit {
+        let sign = self.ramps.last().map_or(1.0, |ramp| ramp.signum());
+        let model = found
+            .needed
+            .iter()
+            .map(|term| {
+                let value = self.coefficient(found.theta[term], term);
+                (TERM_NAMES[term], if term == RAMP { value.copysign(sign) } else { value })
+            })
+            .collect();
+        CurveFit {
+            adequate: false,
+            first: found.first,
+            p_value: found.p_value,
+            no_covariance: found.no_covariance,
+            terms: Vec::new(),
+            model,
+            unclear: Vec::new(),
+            gauss_markov: Vec::new(),
+            parameters: Vec::new(),
+            covariance: Vec::new(),
+            worst: Some(found.worst),
+        }
+    }
+}
+
+fn interval([value, low, high]: [f64; 3]) -> Estimate {
+    Estimate { value, low: Some(low), high: Some(high) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terms;
+
+    const TAU0: f64 = 0.01;
+
+    fn curve(n: usize, avar: impl Fn(usize) -> f64, with_ramp: bool) -> Curve {
+        let sizes: Vec<usize> = (0..14)
+            .flat_map(|j| [1 << j, 3 << j])
+            .filter(|&m: &usize| 3 * m <= n)
+            .collect::<std::collections::BTreeSet<_>>()
+            .into_iter()
+            .collect();
+        let avar: Vec<f64> = sizes.iter().map(|&m| avar(m)).collect();
+        Curve {
+            base: Base::new(n, &sizes).unwrap(),
+            tau0: TAU0,
+            scale: avar[avar.len() / 2],
+            ramps: vec![-1e-9; avar.len()],
+            avar,
+            candidates: Terms::first(LINEAR),
+            with_ramp,
+            first: None,
+        }
+    }
+
+    #[test]
+    fn coefficients_are_in_si() {
+        let (walk, slow) = (1e-4, 3e-6);
+        let avar = |m: usize| {
+            terms::random_walk_avar(walk, m as f64 * TAU0)
+                + terms::rate_random_walk_avar_sampled(slow, TAU0, m)
+        };
+        let found = curve(1 << 16, avar, true).fit(0.95).unwrap();
+        assert!(found.adequate && found.worst.is_none());
+        assert_eq!(found.parameters, ["random_walk", "rate_random_walk"]);
+        for (name, expected) in [("random_walk", walk), ("rate_random_walk", slow)] {
+            let term = found.terms.iter().find(|(term, _)| *term == name).unwrap().1;
+            assert!((term.value.unwrap() / expected - 1.0).abs() < 1e-3);
+            assert!(term.low.unwrap() < expected && expected < term.high.unwrap());
+        }
+        // The interval, with all terms free, is at least that by the standard error in the model.
+        let width = found.terms[1].1.high.unwrap() - found.terms[1].1.low.unwrap();
+        let ratio = width / (2.0 * 1.96 * found.covariance[0].sqrt());
+        assert!((0.95..3.0).contains(&ratio), "{ratio}");
+        let ramp = found.terms[4];
+        assert_eq!((ramp.0, ramp.1.observed, ramp.1.value), ("rate_ramp", false, None));
+    }
+
+    /// A variance that no term has: the model describes it, with the sign of the last ramp.
+    #[test]
+    fn curve_that_no_model_fits_is_described() {
+        let avar = |m: usize| {
+            1e-8 / (m as f64 * TAU0) * (1.0 + 0.8 * (m as f64).ln().sin()) + 1e-12 * (m as f64).powi(2)
+        };
+        let found = curve(1 << 16, avar, true).fit(0.95).unwrap();
+        assert!(!found.adequate && found.terms.is_empty() && found.worst.is_some());
+        let ramp = found.model.iter().find(|(name, _)| *name == "rate_ramp").unwrap().1;
+        assert!((ramp / -(2e-12_f64.sqrt() / TAU0) - 1.0).abs() < 0.3, "{ramp}");
+    }
+}

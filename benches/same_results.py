@@ -242,6 +242,8 @@ def differences(a: Any, b: Any, place: str = "") -> Iterator[str]:
     if isinstance(a, dict) and isinstance(b, dict):
         if not place:
             a, b = ({key: value for key, value in one.items() if key != "sigmatau"} for one in (a, b))
+        if place == ".source":
+            a, b = ({key: value for key, value in one.items() if key != "path"} for one in (a, b))
         for key in dict.fromkeys([*a, *b]):
             if key in a and key in b:
                 yield from differences(a[key], b[key], f"{place}.{key}")

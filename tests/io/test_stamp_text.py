@@ -6,6 +6,7 @@ from stamping import codes
 
 from sigmatau.errors import DataError
 from sigmatau.io.read import read
+from sigmatau.record.sampling import RateSource
 
 
 def log(tmp_path, header, times):
@@ -29,7 +30,7 @@ class TestText:
         assert read(path, rate=50.04).findings == ()
         record = read(path, rate=54)
         assert record.streams[0].grid.rate == 54
-        assert record.streams[0].grid.source == "given"
+        assert record.streams[0].grid.source == RateSource(kind="given")
         (finding,) = record.findings
         assert finding.code == "rate_mismatch"
         assert (finding.details.used, finding.details.other) == pytest.approx((54.0, 50.0))
@@ -39,7 +40,7 @@ class TestText:
         record = read(path, rate=50)
         assert record.findings == ()
         assert "time stamps in s by the given rate" in record.provenance.conversions
-        assert record.streams[0].grid.source == "given, and time stamps in column 't' agree"
+        assert str(record.streams[0].grid.source) == "given, and time stamps in column 't' agree"
         path = log(tmp_path, "t", np.delete(np.arange(100), [40, 41]))
         record = read(path, rate=100)
         assert any("checked for order and gaps only" in c for c in record.provenance.conversions)

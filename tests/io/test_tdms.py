@@ -39,7 +39,7 @@ def test_exact_with_the_rate_of_the_waveform(tmp_path, pieces):
     np.testing.assert_array_equal(sensor(record, "gyro"), GYRO * (np.pi / 180))
     np.testing.assert_array_equal(sensor(record, "accel"), ACCEL * 9.80665)
     assert record.streams[0].grid.rate == 200.0
-    assert "wf_increment" in record.streams[0].grid.source
+    assert "wf_increment" in record.streams[0].grid.source.place
     assert record.provenance.topics == ("IMU",)
     assert record.findings == ()
 

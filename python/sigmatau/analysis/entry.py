@@ -19,6 +19,7 @@ from sigmatau.options import keywords_of
 from sigmatau.quality import curve_checks
 from sigmatau.quality.fit_findings import fit_findings
 from sigmatau.record.record import Provenance, Record
+from sigmatau.record.sampling import Sampling
 
 
 @keywords_of(AnalysisOptions)
@@ -71,7 +72,7 @@ def of_curves(
     *,
     source: Provenance = Provenance(),  # noqa: B008  frozen
     findings: Sequence[Finding] = (),
-    grids: Mapping[str, str] | None = None,
+    grids: Mapping[str, Sampling] | None = None,
     method: Method = "gls",
     fitted_on: Mapping[str, DeviationCurve] | None = None,
 ) -> Analysis:

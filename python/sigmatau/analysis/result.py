@@ -26,6 +26,7 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.rest import Rest, reason_without_fits
 from sigmatau.record.record import Provenance
+from sigmatau.record.sampling import Sampling
 from sigmatau.results import TablesByChannel, Tabular
 
 if TYPE_CHECKING:
@@ -59,14 +60,12 @@ class Analysis(Tabular):
         ``analysis["gyro_x"]`` is ``analysis.fits["gyro_x"]``; its `trust` is that of the findings.
     read_off : mapping of str to ReadOff
         Coefficients by the paper's method, by channel.
-    grids : mapping of str to str
-        Samples, rate and length by stream, in words.
+    grids : mapping of str to Sampling
+        Samples, rate, its source and missing samples by stream; empty for a result that was read.
     stability : mapping of str to DynamicAllan
         Dynamic Allan deviation by channel; empty if it was not requested.
     mean_stability : mapping of str to tuple of MeanStability
         Standard deviations of 10 s and 100 s means by channel, where the record has ten means or more.
-    rate_source : str
-        Where the sampling rate comes from: ``"given"``, ``"time stamps"`` …
     rest : Rest or None
         Whether the sensor is at rest. If it is not, there are curves but no coefficients. None for curves alone.
     used : mapping of str to ndarray, shape (n_spans, 2)
@@ -103,11 +102,10 @@ class Analysis(Tabular):
     curves: Curves
     fits: Fits
     read_off: Mapping[str, ReadOff]
-    grids: Mapping[str, str]
+    grids: Mapping[str, Sampling]
     stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
     mean_stability: Mapping[str, tuple[MeanStability, ...]] = field(default_factory=dict)
     rest: Rest | None = None
-    rate_source: str = ""
     used: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     means: Mapping[str, ChannelMean] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -136,7 +134,7 @@ class Analysis(Tabular):
     def from_json(cls, source: str | bytes | Path) -> Self:
         """Read the JSON of an analysis, whatever version of sigmatau wrote it.
 
-        The words of `grids` and `rate_source`, and the stretches of `used`, are not in the JSON.
+        `grids` and the stretches of `used`, are not in the JSON.
 
         Parameters
         ----------

@@ -34,7 +34,7 @@ from sigmatau.quality.selection.window import choose as choose_window
 from sigmatau.record import memory
 from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Record
-from sigmatau.record.streams import Stream, grid_text
+from sigmatau.record.streams import Stream, sampling_of
 from sigmatau.record.used import used_spans
 from sigmatau.results import ByChannel
 
@@ -190,11 +190,10 @@ def assemble(state: State) -> Analysis:
         curves=Curves(state.curves),
         fits=Fits(state.fits),
         read_off=ByChannel(state.read_off),
-        grids={stream.name: grid_text(stream) for stream in record.streams},
+        grids={stream.name: sampling_of(stream) for stream in record.streams},
         stability=ByChannel(state.stability),
         mean_stability=state.mean_stability,
         rest=state.rest,
-        rate_source=record.streams[0].grid.source,
         used={channel: used_spans(record, channel) for channel in state.curves},
         means=state.means,
         options=stated(state.options),

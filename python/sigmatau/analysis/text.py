@@ -12,6 +12,7 @@ from sigmatau.fitting.overview import overview as fit_overview
 from sigmatau.fitting.overview import overview_rows
 from sigmatau.fitting.tables import fit_legend, fit_table, read_off_legend, read_off_table
 from sigmatau.record.record import stream_name
+from sigmatau.record.sampling import sampling_text
 from sigmatau.results import duration_text, html_table, printable, wrapped
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def headline(self: Analysis, *, name: bool = True, rest: bool = True) -> str:
     """
     curves = list(self.curves.values())
     rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
-    source = f" ({self.rate_source.partition(' in ')[0].partition(',')[0]})" if self.rate_source else ""
+    source = next((f" ({sampling.source.short})" for sampling in self.grids.values()), "")
     words = [
         f"{len(curves)} {'axis' if len(curves) == 1 else 'axes'} at {' and '.join(rates)} Hz{source}",
         duration_text(max(curve.n * curve.tau0 for curve in curves)),
@@ -96,7 +97,7 @@ def sections(self: Analysis) -> dict[str, str]:
     parts = {}
     for sensor in sensors:
         own = [channel for channel in self.curves if stream_name(channel) == sensor]
-        grid = wrapped([self.grids.get(sensor, "")])
+        grid = wrapped([f"{sensor}: {sampling_text(self.grids[sensor])}"] if sensor in self.grids else [])
         parts[sensor] = "\n".join(filter(None, [*grid, _table(self, own)]))
     return {sensor: text for sensor, text in parts.items() if text}
 

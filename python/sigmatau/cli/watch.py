@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +29,8 @@ from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.quality.selection.live import LiveStretches
 from sigmatau.quality.selection.time_text import seconds_of
-from sigmatau.record.record import MIN_SAMPLES, Provenance
+from sigmatau.record.record import MIN_SAMPLES, Provenance, stream_name
+from sigmatau.record.sampling import Sampling, sampling_text
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -180,11 +182,13 @@ class _Watched:
             )
         resting = self.stretches.rest()
         moving = not resting.is_usable and not self.at_rest
+        channels = list(self.live.channels)
+        streams = dict.fromkeys(map(stream_name, channels))
         found = of_curves(
             self._with_rate(self.stretches.sums).snapshot(),
             source=Provenance(path=self.name, format="live", rows=n),
             findings=self.findings(),
-            grids={"": self.heading()},
+            grids={name: self._sampling([c for c in channels if stream_name(c) == name]) for name in streams},
             method="read-off" if moving else "gls",
         )
         return replace(found, read_off={} if moving else found.read_off, rest=resting)
@@ -192,12 +196,12 @@ class _Watched:
     def heading(self) -> str:
         if self.stretches is None:
             return f"{self.name}: waiting for the first lines"
-        seconds = self.stretches.n / self.live.rate
-        length = f"{seconds / 3600:.4g} h" if seconds >= 3600 else f"{seconds:.4g} s"
-        return (
-            f"{self.name}: {len(self.live.channels)} channels, {self.stretches.n} samples at {self.live.rate:.6g} Hz"
-            f" ({self.live.source_of_rate}), {length}{', moving now' if self.stretches.moving else ''}"
-        )
+        moving = ", moving now" if self.stretches.moving else ""
+        return f"{self.name}: {sampling_text(self._sampling(self.live.channels))}{moving}"
+
+    def _sampling(self, channels: Sequence[str]) -> Sampling:
+        n = 0 if self.stretches is None else self.stretches.n
+        return Sampling(channels=tuple(channels), n=n, rate=self.live.rate, source=self.live.source_of_rate)
 
     def findings(self) -> list[Finding]:
         found = [] if self.stretches is None else self.stretches.findings()

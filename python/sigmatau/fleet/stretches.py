@@ -25,7 +25,8 @@ from sigmatau.frozen import frozen
 from sigmatau.options import options_that_differ
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.record import Provenance
-from sigmatau.record.streams import Stream, grid_text
+from sigmatau.record.sampling import Sampling
+from sigmatau.record.streams import Stream, sampling_of
 
 if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
@@ -47,7 +48,7 @@ class Plan:
     stretches: tuple[tuple[int, int], ...]  # first sample, and the one after the last
     source: Provenance
     findings: tuple[Finding, ...]
-    grids: Mapping[str, str]
+    grids: Mapping[str, Sampling]
 
 
 def too_large(place: str, reading: Mapping[str, Any], memory: int) -> bool:
@@ -90,7 +91,7 @@ def plan(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) ->
         stretches=tuple((at, min(at + length, n)) for at in range(0, n, length)),
         source=found.source,
         findings=found.findings,
-        grids={stream.name: grid_text(stream) for stream in found.streams},
+        grids={stream.name: sampling_of(stream) for stream in found.streams},
     )
 
 

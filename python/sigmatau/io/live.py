@@ -47,6 +47,7 @@ from sigmatau.io.read.time.clock_line import rate_change
 from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.stamps import rate_changed
 from sigmatau.record.record import stream_name
+from sigmatau.record.sampling import GIVEN, RateSource
 
 _PIECE = 1 << 18  # read at a time [bytes]
 _PAUSE = 0.05  # before a file that has ended is looked at again [s]
@@ -126,7 +127,7 @@ class Live:
     options: Options  # What the user said of the columns
     skip: int = 0  # Lines to skip at the beginning
     rate: float = 0.0  # Sampling rate; 0 until the layout is known. [Hz]
-    source_of_rate: str = ""  # How it was found, in words
+    source_of_rate: RateSource = GIVEN
     unit: dict[str, str] = field(default_factory=dict)  # Unit by channel, as spelled
     lost: int = 0  # Lines that could not be read
     lost_example: str = ""  # What was wrong with the last of them

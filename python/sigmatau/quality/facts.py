@@ -127,7 +127,7 @@ def _channel_key(stream: Stream, channel: str) -> Hashable:
         (transform.scale, transform.offset, transform.factor, transform.kind),
         stream.quantity,
         stream.unit,
-        (grid.n, grid.tau0, grid.start, grid.source, grid.jitter, grid.lead),
+        (grid.n, grid.tau0, grid.start, grid.source.kind, grid.source.confirmed, grid.jitter, grid.lead),
         None if missing is None else _address(missing[:, k]),
         None if stream.mask is None else _address(stream.mask[:, k]),
     )

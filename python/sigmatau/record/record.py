@@ -21,6 +21,7 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.record.missing import mask_of, missing_values
+from sigmatau.record.sampling import GIVEN, RateSource
 from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform, check_kind, check_rate, check_rates
 from sigmatau.record.thermometers import CELSIUS, TO_CELSIUS, thermometers
 from sigmatau.results import Printed
@@ -364,7 +365,7 @@ def make_stream(
     kind: InputKind = "rate",
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
-    grid_source: str = "given",
+    grid_source: RateSource = GIVEN,
     start: float = 0.0,
     jitter: float | None = None,
     finite: bool = False,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
-from sigmatau.results import two_digits
+from sigmatau.record.sampling import GIVEN, RateSource, Sampling
 
 InputKind = Literal["rate", "increments", "accumulated"]
 
@@ -79,8 +79,8 @@ class Grid:
         Sample interval. [s]
     start : float
         Time of the first sample in the log's own clock, after whole-second epochs have been taken off. [s]
-    source : str
-        How `tau0` was found, as text for a report.
+    source : RateSource
+        Where `tau0` comes from.
     lead : float
         Time of the first sample from the beginning of the whole record; 0 for the whole record. [s]
     jitter : float or None
@@ -90,7 +90,7 @@ class Grid:
     n: int
     tau0: float
     start: float = 0.0
-    source: str = "given"
+    source: RateSource = GIVEN
     jitter: float | None = None
     lead: float = 0.0
 
@@ -434,22 +434,8 @@ class Stream:
         return self.cut(int(edges[k]) + 1, int(edges[k + 1]))
 
 
-def grid_text(stream: Stream) -> str:
-    """Number of samples, rate, length and missing samples of a stream, as text."""
+def sampling_of(stream: Stream) -> Sampling:
+    """How a stream was sampled, and what is missing."""
+    missing = () if stream.mask is None else tuple(float(share) for share in stream.mask.mean(axis=0))
     grid = stream.grid
-    length = f"{grid.duration / 3600:.4g} h" if grid.duration >= 3600 else f"{grid.duration:.4g} s"
-    missing = "" if stream.mask is None else f", {_missing_text(stream)} of samples missing"
-    return (
-        f"{stream.name}: {len(stream.channels)} channel{'s' if len(stream.channels) > 1 else ''},"
-        f" {grid.n} samples at {grid.rate:.6g} Hz ({grid.source}), {length}{missing}"
-    )
-
-
-def _missing_text(stream: Stream) -> str:
-    """The share of all samples that is missing; by channel where it differs."""
-    if stream.mask is None:
-        return "none"
-    texts = [f"{two_digits(100 * share)} %" if share else "none" for share in stream.mask.mean(axis=0)]
-    if len(set(texts)) == 1:
-        return texts[0]
-    return ", ".join(f"{text} ({channel})" for channel, text in zip(stream.channels, texts, strict=True))
+    return Sampling(channels=stream.channels, n=grid.n, rate=grid.rate, source=grid.source, missing=missing)

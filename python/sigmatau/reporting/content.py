@@ -23,6 +23,7 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.record import QUANTITIES, Record
+from sigmatau.record.sampling import sampling_text
 from sigmatau.record.used import only_used
 from sigmatau.reporting.charts import LONGEST, charts_of
 from sigmatau.results import duration_text, printable, seconds, two_digits
@@ -231,7 +232,7 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
         ("Topics", ", ".join(source.topics)),
         ("Conversions", "; ".join(source.conversions)),
         ("Columns not used", ", ".join(source.ignored)),
-        *((f"Samples, {name}", text.partition(": ")[2]) for name, text in analysis.grids.items()),
+        *((f"Samples, {name}", sampling_text(sampling)) for name, sampling in analysis.grids.items()),
         *(_analysed(analysis)),
         ("Curves", _curves_text(analysis)),
         ("Densities, stability", _cut_text(analysis)),

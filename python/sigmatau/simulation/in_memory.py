@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import Provenance, Record, make_stream, stream_name
+from sigmatau.record.sampling import RateSource
 from sigmatau.record.streams import CHUNK, InputKind, Stream
 from sigmatau.record.thermometers import CELSIUS
 from sigmatau.simulation.imperfections import Imperfections
@@ -90,7 +91,7 @@ def simulate(
             rate=rate,
             unit={name: unit},
             kind=kind,
-            grid_source="simulated",
+            grid_source=RateSource(kind="simulated"),
             jitter=wrong.jitter or None,
             finite=there is None,
         )

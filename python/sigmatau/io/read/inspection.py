@@ -260,7 +260,12 @@ def _looked_into(
         return _unusable(info, error), None
     grid = made.streams[0].grid
     read = replace(
-        info, rows=made.rows, rate=grid.rate, rate_source=grid.source, notes=made.conversions, findings=made.findings
+        info,
+        rows=made.rows,
+        rate=grid.rate,
+        rate_source=str(grid.source),
+        notes=made.conversions,
+        findings=made.findings,
     )
     return _by_gravity(read, made.findings), made
 

@@ -35,6 +35,7 @@ from sigmatau.io.read.time.timing import (
     with_missing,
 )
 from sigmatau.record.record import MIN_SAMPLES, make_stream, stream_name
+from sigmatau.record.sampling import RateSource
 from sigmatau.record.streams import RATES, Stream
 from sigmatau.record.thermometers import CELSIUS, PLAUSIBLE, TO_CELSIUS, typical
 
@@ -277,7 +278,7 @@ def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
 
 def find_rate(
     table: Table, choice: Choice, stamps_raw: NDArray[np.float64], spelled: str | None, options: Options
-) -> tuple[float, str, bool]:
+) -> tuple[float, RateSource, bool]:
     """Sampling rate from the option or the first stamps, how it was found, and whether lost samples were counted."""
     raw = {} if choice.time is None else {choice.time: stamps_raw}
     options = options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))

@@ -69,7 +69,7 @@ def copies(stream: Stream) -> list[Found]:
             longest=int(lengths.max()) + 1,
             log_rate=rate,
             sensor_rate=rate * (1 - share),
-            rate_given=stream.grid.source == "given",
+            rate_given=stream.grid.source.given_alone,
             sigma_one_sample=1.0,
             right_from=1,
             walk_at_log_rate=1.0,

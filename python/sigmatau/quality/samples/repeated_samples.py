@@ -257,7 +257,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
     found = repeats(stream)
     if found is None:
         return []
-    k, rate, given = found.times, stream.grid.rate, stream.grid.source == "given"
+    k, rate, given = found.times, stream.grid.rate, stream.grid.source.given_alone
     # Some samples count more often: N² of the rows is Σw²/n of that of a sensor at their rate, Σw²/(n·k) of a slower one.
     at_log_rate, at_sensor_rate = math.sqrt(found.squares), math.sqrt(found.squares / k)
     factors: tuple[tuple[str, float], ...] = ()

@@ -114,7 +114,7 @@ def implausible_unit(stream: Stream) -> list[Finding]:
         return []
     if by_step := _by_step(stream):
         return by_step
-    if implausible_rate or hides_noise(stream) or stream.grid.source == "simulated":
+    if implausible_rate or hides_noise(stream) or stream.grid.source.kind == "simulated":
         return []  # a noise density is as wrong as the rate that it was computed with; rounding says nothing of noise
     return _by_noise(stream)
 
@@ -125,7 +125,7 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
     An info for biases and scale errors within `tolerance`, and where gravity has been removed; a warning for other values
     that no mistaken unit explains.
     """
-    if stream.quantity != "acceleration" or len(stream.channels) != 3 or stream.grid.source == "simulated":
+    if stream.quantity != "acceleration" or len(stream.channels) != 3 or stream.grid.source.kind == "simulated":
         return []
     if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return []

@@ -30,6 +30,7 @@ from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows
 from sigmatau.io.read.time.stated_rate import RateContradiction
+from sigmatau.record.sampling import GIVEN, RateSource
 from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
 
 _PRESENT_TIMES = (6e8, 4e9)  # years 1989 to 2096, counted from 1970. [s]
@@ -69,7 +70,7 @@ class Timing:
     second: float | None = None  # One unit of the stamps; None without stamps, or if their unit is not known. [s]
     # Time of the first sample; without whole seconds if the stamps count from an epoch. [s]
     start: float = 0.0
-    source: str = "given"  # How the rate was found, in words
+    source: RateSource = GIVEN
     rows: NDArray[np.int64] | None = None  # Rows of the table in use, in order; None for all
     places: NDArray[np.int64] | None = None  # Places of the rows on the grid; None if no place is empty
     n: int | None = None  # Places; None without stamps
@@ -129,7 +130,7 @@ def fit(
 
     start, notes = _start(stamps[found.start], second)
     lost = found.n - (found.stop - found.start)
-    source = f"time stamps in column {name}" + (f", {lost} lost samples left empty" if lost else "")
+    source = RateSource(kind="time stamps", place=name, lost=lost)
     rows = used.rows
     if found.start > 0 or found.stop < len(stamps):
         rows = (np.arange(len(stamps)) if rows is None else rows)[found.start : found.stop]

@@ -34,6 +34,7 @@ from sigmatau.io.read.time.stated_rate import (
 )
 from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
+from sigmatau.record.sampling import GIVEN, RateSource
 from sigmatau.record.streams import CHUNK, Stream
 
 
@@ -53,7 +54,7 @@ def timed(
                 "has no time column: give --rate HZ, or name the column with --channels time=…", option="rate"
             )
         if options.rate is None and table.rate is not None:
-            source = table.rate_source or "the file"
+            source = RateSource(kind="file", place=table.rate_source)
             return Timing(
                 rate=table.rate,
                 measured=table.rate,
@@ -113,7 +114,7 @@ def timed(
     source, given = found.source, options.rate
     if given is not None:  # "given" alone: the log does not confirm it
         confirmed = second is not None and not stamps.mismatch(given, found.rate)
-        source = f"given, and {source} agree" if confirmed else "given"
+        source = replace(source, kind="given", confirmed=True) if confirmed else GIVEN
     start = 0.0 if second is None else found.start
     measured = None if second is None else found.rate
     return replace(

@@ -1,0 +1,93 @@
+"""How a stream was sampled: samples, rate and where it comes from, as data; `sampling_text` words it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from sigmatau.frozen import frozen
+from sigmatau.results import two_digits
+
+RateKind = Literal["given", "time stamps", "file", "simulated"]
+
+
+@frozen
+class RateSource:
+    """Where a sampling rate comes from.
+
+    Attributes
+    ----------
+    kind : {"given", "time stamps", "file", "simulated"}
+    place : str
+        Column of the time stamps, or what states the rate in the file, as messages name it.
+    lost : int
+        Lost samples that the time stamps show, which are left empty.
+    confirmed : bool
+        Whether the time stamps agree with a rate that was given.
+    """
+
+    kind: RateKind = "given"
+    place: str = ""
+    lost: int = 0
+    confirmed: bool = False
+
+    @property
+    def given_alone(self) -> bool:
+        """Whether the rate was given, and the log does not confirm it."""
+        return self.kind == "given" and not self.confirmed
+
+    @property
+    def short(self) -> str:
+        """The source in two words."""
+        return self.place or "the file" if self.kind == "file" else self.kind
+
+    def __str__(self) -> str:
+        stamps = f"time stamps in column {self.place}" + (f", {self.lost} lost samples left empty" if self.lost else "")
+        if self.kind == "time stamps":
+            return stamps
+        return f"given, and {stamps} agree" if self.kind == "given" and self.confirmed else self.short
+
+
+GIVEN = RateSource()
+"""A rate that was given, and that the log does not confirm."""
+
+
+@frozen
+class Sampling:
+    """Samples, rate and length of a stream.
+
+    Attributes
+    ----------
+    channels : tuple of str
+    n : int
+        Number of samples.
+    rate : float
+        Sampling rate. [Hz]
+    source : RateSource
+    missing : tuple of float
+        Share of the samples that is missing, by channel; empty if none is.
+    """
+
+    channels: tuple[str, ...]
+    n: int
+    rate: float
+    source: RateSource
+    missing: tuple[float, ...] = ()
+
+
+def sampling_text(sampling: Sampling) -> str:
+    """Number of channels and samples, rate, length and missing samples, as text."""
+    count, duration = len(sampling.channels), sampling.n / sampling.rate
+    length = f"{duration / 3600:.4g} h" if duration >= 3600 else f"{duration:.4g} s"
+    missing = f", {_missing_text(sampling)} of samples missing" if sampling.missing else ""
+    return (
+        f"{count} channel{'s' if count > 1 else ''}, {sampling.n} samples at {sampling.rate:.6g} Hz ({sampling.source}),"
+        f" {length}{missing}"
+    )
+
+
+def _missing_text(sampling: Sampling) -> str:
+    """The share of all samples that is missing; by channel where it differs."""
+    texts = [f"{two_digits(100 * share)} %" if share else "none" for share in sampling.missing]
+    if len(set(texts)) == 1:
+        return texts[0]
+    return ", ".join(f"{text} ({channel})" for channel, text in zip(sampling.channels, texts, strict=True))

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import fields
 
+import numpy as np
 import pytest
 
 import sigmatau
@@ -85,6 +86,10 @@ def test_what_a_result_states():
     assert "threads" in dict(options_that_differ(options))
     reading = ReadOptions(rate={"gyro": 100, "accel": 50}, unit={}, scale={"gyro": 2}, skip=0, max_expansion=5)
     assert stated(reading) == {"rate": {"gyro": 100.0, "accel": 50.0}, "scale": {"gyro": 2.0}}
+    numbers = ReadOptions(rate=np.int64(100), skip=np.int32(0), interleaved=np.int64(2))
+    assert json.dumps(stated(numbers)) == '{"rate": 100.0, "interleaved": 2}'
+    arrays = AnalysisOptions(taus=np.array([1, 2]), method="gls", tau_min=np.float32(0.5))
+    assert json.dumps(stated(arrays)) == '{"taus": [1.0, 2.0], "method": "gls", "tau_min": 0.5}'
     assert json.dumps(stated(ReadOptions(input="increments", skip=3))) == '{"input": "increments", "skip": 3}'
 
 

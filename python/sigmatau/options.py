@@ -147,9 +147,14 @@ def options_that_differ(options: Any) -> list[tuple[str, Any]]:  # noqa: ANN401 
 
 
 def _differs(value: Any, default: object) -> bool:  # noqa: ANN401  of any option
-    if value is None or isinstance(value, str | bool | int | float):
+    if _is_single(value):
         return value is not None and bool(value != default)
     return len(value) > 0
+
+
+def _is_single(value: object) -> bool:
+    """Whether a value is a word or a number, of NumPy too, and not several."""
+    return isinstance(value, str) or not hasattr(value, "__len__") or getattr(value, "shape", None) == ()
 
 
 def _as_numbers(value: Any) -> Any:  # noqa: ANN401  a number, or several
@@ -157,7 +162,7 @@ def _as_numbers(value: Any) -> Any:  # noqa: ANN401  a number, or several
         return value
     if isinstance(value, Mapping):
         return {key: float(number) for key, number in value.items()}
-    return float(value) if not hasattr(value, "__len__") else [float(number) for number in value]
+    return float(value) if _is_single(value) else [float(number) for number in value]
 
 
 def keywords_of(

@@ -7,7 +7,6 @@ import pytest
 
 import sigmatau as st
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError, StampError, argument
-from sigmatau.exporting.choices import NoPlaceError, NotChosenError
 
 
 def test_an_option_is_named_as_it_is_given():
@@ -52,8 +51,6 @@ def test_what_an_error_is_about(message, words):
         StampError("have two values only"),
         RecordTooShortError("has 3 rows", need=4, got=3),
         NonFiniteError("is infinite", channel="gyro_x", index=7),
-        NoPlaceError("has no place", choice="names", key="topic"),
-        NotChosenError("was not observed", sensor="gyro", choice="walk"),
     ],
 )
 def test_errors_cross_processes(error):

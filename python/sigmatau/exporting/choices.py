@@ -30,7 +30,8 @@ _TERMS = {"walk": "rate_random_walk", "noise": "random_walk"}
 _OPTIONS = {**_TERMS, "names": "name"}
 
 
-class NoPlaceError(OptionError):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unplaced:
     """A choice that does not apply to a target.
 
     Attributes
@@ -39,29 +40,22 @@ class NoPlaceError(OptionError):
         The attribute of `Choices`.
     key : str or None
         For ``names``, the key.
+    why : str
+        Message of the error.
     """
 
-    def __init__(self, message: str, *, choice: str, key: str | None = None) -> None:
-        super().__init__(message, option=_OPTIONS.get(choice, choice))
-        self.choice = choice
-        self.key = key
+    choice: str
+    key: str | None = None
+    why: str
 
+    @property
+    def option(self) -> str:
+        """The option of an `OptionError`."""
+        return _OPTIONS.get(self.choice, self.choice)
 
-class NotChosenError(OptionError):
-    """A coefficient that was not observed and has no chosen value.
-
-    Attributes
-    ----------
-    sensor : str
-        ``"gyro"`` or ``"accel"``.
-    choice : str
-        The attribute of `Choices`, ``"walk"`` or ``"noise"``.
-    """
-
-    def __init__(self, message: str, *, sensor: str, choice: str) -> None:
-        super().__init__(message, option=_TERMS[choice])
-        self.sensor = sensor
-        self.choice = choice
+    def error(self) -> OptionError:
+        """The refusal."""
+        return OptionError(self.why, option=self.option)
 
 
 def given(choice: str, value: object, sensor: str | None = None) -> str:

@@ -5,14 +5,14 @@ The files of one or several targets are prepared completely before any is writte
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Protocol
 
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.choices import KINDS, Choices, NoPlaceError, NotChosenError, given
+from sigmatau.exporting.choices import KINDS, Choices, Unplaced, given
 from sigmatau.exporting.source import Source, have_several_rates, one_rate, sensor_rates, source_of
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
@@ -89,8 +89,6 @@ def export(
     return prepared.content
 
 
-Failure = TypeVar("Failure", OptionError, DataError, OptionError | DataError)
-
 _SAME_RATE = 1e-3  # relative difference
 # Extensions of binary formats.
 _BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
@@ -142,16 +140,45 @@ def prepare_all(
     prepared.
     """
     source, chosen = source_of(model), _chosen(choices)
+    made: list[Prepared] = []
+    unplaced: list[list[Unplaced]] = []
+    for to, path in files.items():
+        try:
+            prepared, without = _prepared(target(to), source, chosen, path, alone=len(files) == 1)
+        except (OptionError, DataError) as error:
+            wrong = error.about(to) if named else error
+            if failures is None:
+                raise wrong from None
+            failures.append(wrong)
+            continue
+        made.append(replace(prepared, to=to))
+        unplaced.append(without)
+    _refuse_everywhere(unplaced, next(iter(files)) if named else "")
+    return made
 
-    def one(to: str, used: Choices) -> Prepared:
-        wanted, path = target(to), files[to]
-        check_choices(wanted, used)
-        if path is not None:
-            check_path(wanted, path)
-        content, findings = _written(wanted, source, used, path)
-        return Prepared(to=to, path=path, content=content, findings=findings)
 
-    return _placed(list(files), chosen, one, named=named, failures=failures)
+def _refuse_everywhere(unplaced: Sequence[Sequence[Unplaced]], about: str = "") -> None:
+    """Raise the first error of a choice that none of the targets has a place for."""
+    for one in unplaced[0] if unplaced else ():
+        if all(any((one.choice, one.key) == (other.choice, other.key) for other in others) for others in unplaced):
+            raise one.error().about(about) if about else one.error()
+
+
+def _prepared(
+    wanted: Target, source: Source, choices: Choices, path: Path | None, *, alone: bool
+) -> tuple[Prepared, list[Unplaced]]:
+    """The file of a target with the choices that it has a place for, and the others; `alone` refuses these."""
+    unplaced = find_unplaced(wanted, choices, source)
+    if alone and unplaced:
+        raise unplaced[0].error()
+    for one in unplaced:
+        choices = choices.without(one.choice, one.key)
+    if path is not None:
+        check_path(wanted, path)
+    content, findings = _written(wanted, source, choices, path)
+    omitted = (ChoiceWithoutPlace(target=wanted.name, option=one.option, key=one.key or "") for one in unplaced)
+    more = (Finding(severity="info", details=details) for details in omitted)
+    return Prepared(to=wanted.name, path=path, content=content, findings=(*findings, *more)), unplaced
 
 
 _CHECKED = {"random_walk": 1e-3, "bias_instability": 1e-4, "rate_random_walk": 1e-5}  # any: the numbers are not used
@@ -187,31 +214,45 @@ def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str
 
 def check_all(names: Iterable[str], choices: Choices) -> None:
     """Raise `OptionError` for choices that apply to none of the targets; needs no model."""
-
-    def one(name: str, used: Choices) -> Prepared:
-        check_choices(target(name), used)
-        return Prepared(to=name, path=None, content="", findings=())
-
-    _placed(list(names), choices, one, named=False)
+    _refuse_everywhere([find_unplaced(target(name), choices) for name in names])
 
 
 def check_choices(target: Target, choices: Choices) -> None:
     """Raise `OptionError` for choices that do not apply to a target; needs no model."""
-    for key in sorted(set(choices.names) - set(target.names)):
-        listed = ", ".join(target.names) or "none"
-        raise NoPlaceError(f"{target.name} has no name {key!r}; names: {listed}", choice="names", key=key)
+    _refuse_everywhere([find_unplaced(target, choices)])
+
+
+def find_unplaced(target: Target, choices: Choices, source: Source | None = None) -> list[Unplaced]:
+    """The choices that a target has no place for, by its declaration; without a source, those that depend on none."""
+    name, default = target.name, Choices()
+    listed = ", ".join(target.names) or "none"
+    unplaced = [
+        Unplaced(choice="names", key=key, why=f"{name} has no name {key!r}; names: {listed}")
+        for key in sorted(set(choices.names) - set(target.names))
+    ]
     if choices.step is not None and not target.has_step:
-        raise NoPlaceError(
-            f"{{@step}} does not apply to {target.name}, whose file does not depend on a step", choice="step"
-        )
+        why = f"{{@step}} does not apply to {name}, whose file does not depend on a step"
+        unplaced.append(Unplaced(choice="step", why=why))
     if choices.horizon is not None and not target.has_horizon and "horizon" not in choices.walk.values():
-        raise NoPlaceError(
-            f"{{@horizon}} does not apply to {target.name} without {given('walk', 'horizon', 'gyro')}", choice="horizon"
-        )
+        why = f"{{@horizon}} does not apply to {name} without {given('walk', 'horizon', 'gyro')}"
+        unplaced.append(Unplaced(choice="horizon", why=why))
     if choices.axes == "each" and not (target.per_axis or target.every_axis):
-        raise NoPlaceError(f"{target.name} has one number for all axes: choose worst or mean, not each", choice="axes")
+        why = f"{name} has one number for all axes: choose worst or mean, not each"
+        unplaced.append(Unplaced(choice="axes", why=why))
     if choices.axes == "mean" and target.every_axis:
-        raise NoPlaceError(f"{target.name} has every axis separately, and no mean: omit {{@axes}}", choice="axes")
+        why = f"{name} has every axis separately, and no mean: omit {{@axes}}"
+        unplaced.append(Unplaced(choice="axes", why=why))
+    for rule in target.unused:
+        chosen = [one for one in rule.choices if getattr(choices, one) != getattr(default, one)]
+        if chosen and (rule.when is None or (source is not None and _applies(rule.when, target, source, choices))):
+            why = f"does not apply to {name}: {rule.why}"
+            unplaced += [Unplaced(choice=one, why=f"{{@{one}}} {why}") for one in chosen]
+    return unplaced
+
+
+def _applies(when: Callable[[Numbers], bool], target: Target, source: Source, choices: Choices) -> bool:
+    fastest = _fastest_rate(target, source, choices)
+    return when(Numbers(source, choices if fastest is None else replace(choices, filter_rate=fastest.rate)))
 
 
 def check_path(target: Target, path: str | Path) -> None:
@@ -236,56 +277,6 @@ def _chosen(choices: object) -> Choices:
     return choices
 
 
-def _placed(
-    names: list[str],
-    choices: Choices,
-    attempt: Callable[[str, Choices], Prepared],
-    *,
-    named: bool,
-    failures: list[OptionError | DataError] | None = None,
-) -> list[Prepared]:
-    """Apply `attempt` to each target, with the choices that apply to it."""
-
-    def of(name: str, error: Failure) -> Failure:
-        return error.about(name) if named else error
-
-    made: list[Prepared] = []
-    found: Prepared | None
-    dropped: list[dict[tuple[str, str | None], NoPlaceError]] = []
-    for name in names:
-        used, without = choices, dict[tuple[str, str | None], NoPlaceError]()
-        while True:
-            try:
-                found = attempt(name, used)
-                break
-            except NoPlaceError as error:
-                without[error.choice, error.key] = error
-                used = used.without(error.choice, error.key)
-            except (OptionError, DataError) as error:
-                # Of one target, the refused choice is the first error.
-                first = next(iter(without.values())) if without and len(names) == 1 else error
-                if failures is None:
-                    raise of(name, first) from None
-                failures.append(of(name, first))
-                found = None
-                break
-        if found is None:
-            continue
-        omitted = tuple(
-            Finding(
-                severity="info",
-                details=ChoiceWithoutPlace(target=name, option=error.option or error.choice, key=error.key or ""),
-            )
-            for error in without.values()
-        )
-        made.append(replace(found, findings=(*found.findings, *omitted)))
-        dropped.append(without)
-    for key, refused in dropped[0].items() if dropped else ():
-        if all(key in without for without in dropped):
-            raise of(names[0], refused)
-    return made
-
-
 def _written(
     wanted: Target, source: Source, choices: Choices, path: Path | None
 ) -> tuple[str | bytes, tuple[Finding, ...]]:
@@ -298,8 +289,12 @@ def _written(
         numbers.rate()
     try:
         content = write(numbers)
-    except NotChosenError as error:
-        raise _not_chosen(write, source, choices, error) from None
+    except ValueError:
+        if not numbers.missing:  # the next attempt reports it
+            raise
+    if numbers.missing:
+        (_, term), *_ = numbers.missing
+        raise OptionError("; ".join(numbers.missing.values()), option=term)
     findings = [*_doubts(wanted, source), *numbers.limits_written(), *numbers.findings, *numbers.not_used()]
     rate = _other_rate(source, choices) if fastest is None else Finding(severity="info", details=fastest)
     if isinstance(content, str):
@@ -307,29 +302,6 @@ def _written(
         first = f"Noise parameters for {wanted.name}, written by sigmatau {__version__}"
         content = with_head(content, wanted.ending, [first, *source.head, *of_rate])
     return content, (*findings, *([rate] if rate else []))
-
-
-def _not_chosen(
-    write: Callable[[Numbers], str | bytes], source: Source, choices: Choices, first: NotChosenError
-) -> OptionError:
-    """One error for all missing choices of all sensors."""
-    found = [first]
-    while True:
-        last = found[-1]
-        more: Any = {
-            last.choice: {**getattr(choices, last.choice), last.sensor: 1.0}
-        }  # to find further missing choices
-        choices = replace(choices, **more)
-        try:
-            write(Numbers(source, choices))
-        except NotChosenError as error:
-            found.append(error)
-            continue
-        except ValueError:  # the next attempt reports it
-            pass
-        if len(found) == 1:
-            return first
-        return OptionError("; ".join(error.message for error in found), option=first.option)
 
 
 def _doubts(wanted: Target, source: Source) -> list[Finding]:

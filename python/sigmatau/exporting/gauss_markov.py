@@ -16,7 +16,7 @@ import numpy as np
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import given
-from sigmatau.exporting.values import Number, Numbers, by_axis, noises, of_channel, refuse, slow_avar
+from sigmatau.exporting.values import Number, Numbers, Unused, by_axis, noises, of_channel, slow_avar
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.model.channel import ChannelModel
@@ -147,14 +147,23 @@ def _mean(found: Mapping[str, Process]) -> Process:
 
 
 def noises_and_processes(
-    numbers: Numbers, target: str
+    numbers: Numbers,
 ) -> dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]:
-    """N and process of x, y and z by sensor; raises `OptionError` for a horizon that affects no number."""
-    found = {s: (noises(numbers, s), by_axis(numbers, s, partial(process, sensor=s))) for s in ("gyro", "accel")}
-    own = all(one.own for _, axes in found.values() for one in axes)
-    if own and "horizon" not in numbers.choices.walk.values():
-        refuse(numbers, target, "it writes the Gauss-Markov processes of the model itself", "horizon")
-    return found
+    """N and process of x, y and z by sensor."""
+    return {s: (noises(numbers, s), by_axis(numbers, s, partial(process, sensor=s))) for s in ("gyro", "accel")}
+
+
+def _are_own_processes(numbers: Numbers) -> bool:
+    """Whether all processes are those of the model, so that a horizon affects no number."""
+    if "horizon" in numbers.choices.walk.values():
+        return False
+    axes = (by_axis(numbers, s, partial(process, sensor=s)) for s in ("gyro", "accel"))
+    return all(one.own for three in axes for one in three)
+
+
+OWN_PROCESSES = Unused(
+    choices=("horizon",), why="it writes the Gauss-Markov processes of the model itself", when=_are_own_processes
+)
 
 
 def bottom(model: Mapping[str, float]) -> float | None:

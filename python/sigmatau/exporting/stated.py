@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from sigmatau.exporting.choices import KINDS, Choices, NoPlaceError
-from sigmatau.exporting.export import Prepared, prepare
+from sigmatau.exporting.choices import KINDS, Choices
+from sigmatau.exporting.export import Prepared, find_unplaced, prepare
 from sigmatau.exporting.source import Source
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.values import Numbers
@@ -65,12 +65,10 @@ def prepare_stated(
         )
     source = replace(Source.of_model(model), head=tuple(reasons))
     chosen = replace(choices, walk=walks, horizon=horizon)
-    try:
-        return prepare(source, to=to, path=path, choices=chosen)
-    except NoPlaceError as error:
-        if error.choice != "horizon" or (choices.horizon is not None and not matched):
-            raise
-        return prepare(source, to=to, path=path, choices=chosen.without("horizon"))
+    unplaced = {one.choice for one in find_unplaced(wanted, chosen, source)}
+    if "horizon" in unplaced and (choices.horizon is None or matched):
+        chosen = chosen.without("horizon")
+    return prepare(source, to=to, path=path, choices=chosen)
 
 
 def _minimum(model: NoiseModel) -> float | None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.choices import KINDS, RANGES, Choices, NoPlaceError, NotChosenError, given
+from sigmatau.exporting.choices import KINDS, RANGES, Choices, given
 from sigmatau.exporting.source import Source, one_rate
 from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.finding import Finding
@@ -46,6 +46,7 @@ class Numbers:
         self.whole: NoiseModel = self.source.model  # of all channels; `model` may have one of them
         self.findings: list[Finding] = []  # about the written file; targets add to it
         self.limits: dict[str, dict[str, None]] = {}  # channels by term whose upper limit is written, unasked
+        self.missing: dict[tuple[str, str], str] = {}  # by sensor and term, why a coefficient must be chosen
 
     @property
     def model(self) -> NoiseModel:
@@ -54,7 +55,7 @@ class Numbers:
     def of(self, channel: str) -> Numbers:
         """The same for one channel."""
         one = Numbers(self.source.of([channel]), self.choices)
-        one.whole, one.findings, one.limits = self.whole, self.findings, self.limits
+        one.whole, one.findings, one.limits, one.missing = self.whole, self.findings, self.limits, self.missing
         return one
 
     def add_finding(self, finding: Finding) -> None:
@@ -202,7 +203,7 @@ class Numbers:
         known = [name for name in names if term in self.model.channels[name] or self._limit(name, term) is not None]
         missing = [name for name in names if name not in known]
         if missing and self.choices.strict:
-            raise self._not_chosen(sensor, term)
+            return self._missing(sensor, term)
         number = self._one({name: self._of(name, term) for name in known or names})
         more = f"; not observed for {', '.join(missing)}" if missing else ""
         return replace(number, words=number.words + more)
@@ -243,10 +244,10 @@ class Numbers:
             return replace(_number(model.limits[term], words, factor), limits=(channel,) * unasked)
         if wanted is not None:
             return _number(float(wanted), f"{channel}: not observed; chosen value", factor)
-        raise self._not_chosen(sensor, term)
+        return self._missing(sensor, term)
 
-    def _not_chosen(self, sensor: str, term: str) -> NotChosenError:
-        """The error for all axes of a sensor that lack a coefficient."""
+    def _missing(self, sensor: str, term: str) -> Number:
+        """Note a coefficient that must be chosen for all axes of a sensor that lack it; any number stands for it."""
         every = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
         lacking = {name: model for name, model in every.items() if term not in model}
         model = next(iter(lacking.values()))
@@ -257,12 +258,12 @@ class Numbers:
         who = ", ".join(lacking) if some else KINDS[sensor]
         more = self._choices_of(sensor, term, limit=bool(known))
         more += [f"{given('axes', 'worst')} (the value of the others for all)"] * (some and not self.choices.strict)
-        return NotChosenError(
+        why = (
             f"{who}: no {TERMS[term].label(model.quantity)} observed{known}, this target needs one: choose"
-            f" {' or '.join(more)}",
-            sensor=sensor,
-            choice="noise" if term == "random_walk" else "walk",
+            f" {' or '.join(more)}"
         )
+        self.missing.setdefault((sensor, term), why)
+        return Number(value=1.0, words="")
 
     def _choices_of(self, sensor: str, term: str, *, limit: bool, horizon: bool = True) -> list[str]:
         """The valid choices for a coefficient that was not observed."""
@@ -402,12 +403,13 @@ def noises(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number]:
     return by_axis(numbers, sensor, lambda one: one.noise(sensor))
 
 
-def refuse(numbers: Numbers, target: str, why: str, *choices: str) -> None:
-    """Raise `NoPlaceError` for a choice that differs from the default and does not apply to a target."""
-    default = Choices()
-    for name in choices:
-        if getattr(numbers.choices, name) != getattr(default, name):
-            raise NoPlaceError(f"{{@{name}}} does not apply to {target}: {why}", choice=name)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unused:
+    """Choices that a target has no place for."""
+
+    choices: tuple[str, ...]  # attributes of `Choices`
+    why: str
+    when: Callable[[Numbers], bool] | None = None  # for which models and other choices; None: for all
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -424,6 +426,7 @@ class Target:
     has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
     has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
     has_horizon: bool = False  # Whether the file depends on ``horizon`` without ``walk="horizon"`` too
+    unused: tuple[Unused, ...] = ()  # Choices beside these without a place, and why
     per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen
     every_axis: bool = False  # Whether the file always has each axis separately
     # Writers of other forms of the file, by extension, from `Numbers` to bytes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sigmatau.exporting.text import comment, measured
-from sigmatau.exporting.values import Numbers, Target, refuse
+from sigmatau.exporting.values import Numbers, Target, Unused
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import doubt_text
 from sigmatau.noise.terms import TERMS
@@ -42,7 +42,6 @@ _FOOT = {
 
 def write(numbers: Numbers) -> str:
     """The text of the table: a block per channel, a row per term."""
-    refuse(numbers, "ieee952", "the table has what was found", "walk", "noise", "walk_factor", "noise_factor")
     blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is in SI."]
     for name, model in numbers.model.channels.items():
         rows = [row for term in TERMS for row in _rows(model, term)] + _others(model)
@@ -140,4 +139,5 @@ TARGET = Target(
     ending=".txt",
     write=write,
     every_axis=True,
+    unused=(Unused(choices=("walk", "noise", "walk_factor", "noise_factor"), why="the table has what was found"),),
 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
+from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.text import digits, joined, measured, number, remark, vector
 from sigmatau.exporting.values import Numbers, Target
 from sigmatau.results import seconds
@@ -17,7 +17,7 @@ from sigmatau.units import find
 
 def write(numbers: Numbers) -> str:
     """The text of the block; vectors are forward, right, down."""
-    found = noises_and_processes(numbers, "kf-gins")
+    found = noises_and_processes(numbers)
     time = _time(numbers, [p for _, axes in found.values() for p in axes])
     lines = [
         "# KF-GINS converts these units itself. Axes forward, right, down, as in the IMU file.",
@@ -66,6 +66,7 @@ TARGET = Target(
     write=write,
     has_process=True,
     has_horizon=True,
+    unused=(OWN_PROCESSES,),
     per_axis=True,
     names={"gsstd": "300", "asstd": "300", "corrtime": ""},
 )

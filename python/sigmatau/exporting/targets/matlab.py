@@ -15,7 +15,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.gauss_markov import exact_at
 from sigmatau.exporting.text import comment, joined, vector
-from sigmatau.exporting.values import Number, Numbers, Target, by_axis, noises, refuse
+from sigmatau.exporting.values import Number, Numbers, Target, Unused, by_axis, noises
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds, two_digits
 
@@ -29,11 +29,6 @@ def write(numbers: Numbers) -> str:
     present = [row for row in _SENSORS if numbers.has(row[0])]
     if not present:
         raise DataError("the model has neither gyros nor accelerometers; imuSensor needs one of them")
-    flicker = any(_has_flicker(numbers, sensor) for sensor, _, _ in present)
-    if not flicker and "horizon" not in numbers.choices.walk.values():
-        refuse(numbers, "matlab", "the model has no bias instability", "horizon")
-    if not flicker and not any(_has_walk(numbers, sensor) for sensor, _, _ in present):
-        refuse(numbers, "matlab", "the model has neither K nor B", "walk_factor")
     lines = ["% Row vectors are x, y, z. NoiseType and fractalcoef are of R2023b and later."]
     for sensor, kind, unit in present:
         lines += [
@@ -159,6 +154,19 @@ def _row(key: str, values: tuple[Number, Number, Number], unit: str) -> str:
     return f"{key} = {vector(value.value for value in values)};  % {unit}; {about}"
 
 
+def _is_without_flicker(numbers: Numbers) -> bool:
+    return not any(_has_flicker(numbers, sensor) for sensor, _, _ in _SENSORS if numbers.has(sensor))
+
+
+def _is_without_horizon(numbers: Numbers) -> bool:
+    return _is_without_flicker(numbers) and "horizon" not in numbers.choices.walk.values()
+
+
+def _is_without_slow_noise(numbers: Numbers) -> bool:
+    walks = (_has_walk(numbers, sensor) for sensor, _, _ in _SENSORS if numbers.has(sensor))
+    return _is_without_flicker(numbers) and not any(walks)
+
+
 TARGET = Target(
     name="matlab",
     summary="MATLAB gyroparams, accelparams: N, B, K, type of the densities, a filter that makes B, by axis",
@@ -166,4 +174,8 @@ TARGET = Target(
     write=write,
     has_horizon=True,
     per_axis=True,
+    unused=(
+        Unused(choices=("horizon",), why="the model has no bias instability", when=_is_without_horizon),
+        Unused(choices=("walk_factor",), why="the model has neither K nor B", when=_is_without_slow_noise),
+    ),
 )

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from sigmatau.exporting.values import Numbers, Target, refuse
+from sigmatau.exporting.values import Numbers, Target, Unused
 
 
 def write(numbers: Numbers) -> str:
-    """The text of the file; raises `OptionError` for factors and replacements, because a model file has estimates only."""
-    why = "a model file has what was found, without factors and replacements"
-    refuse(numbers, "model", why, "walk", "noise", "walk_factor", "noise_factor")
+    """The text of the file."""
     return numbers.model.to_toml()
 
 
@@ -18,4 +16,10 @@ TARGET = Target(
     ending=".toml",
     write=write,
     per_axis=True,
+    unused=(
+        Unused(
+            choices=("walk", "noise", "walk_factor", "noise_factor"),
+            why="a model file has what was found, without factors and replacements",
+        ),
+    ),
 )

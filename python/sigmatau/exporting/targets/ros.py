@@ -13,7 +13,7 @@ import numpy as np
 
 from sigmatau.errors import DataError
 from sigmatau.exporting.text import joined, vector
-from sigmatau.exporting.values import Number, Numbers, Target, by_axis, refuse
+from sigmatau.exporting.values import Number, Numbers, Target, Unused, by_axis
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import CorrelatedSamples
 from sigmatau.model.channel import ChannelModel
@@ -33,7 +33,6 @@ _INDEPENDENT_RATIO = 1.2  # variance over N²·rate, or its inverse, up to which
 
 def write(numbers: Numbers) -> str:
     """The text of the file, with the keys of the message."""
-    refuse(numbers, "ros", "the message has the noise of a sample only, no bias", "walk", "walk_factor")
     if not any(numbers.has(sensor) for sensor, _, _ in _FIELDS):
         raise DataError("the model has neither gyros nor accelerometers; sensor_msgs/Imu needs one of them")
     lines = [
@@ -181,4 +180,5 @@ TARGET = Target(
     write=write,
     needs_rate=True,
     per_axis=True,
+    unused=(Unused(choices=("walk", "walk_factor"), why="the message has the noise of a sample only, no bias"),),
 )

@@ -15,7 +15,7 @@ import math
 import re
 from xml.sax.saxutils import quoteattr
 
-from sigmatau.exporting.gauss_markov import Process, noises_and_processes, replaced_noise
+from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.text import comment, digits, joined, measured, number, plain_name, remark, vector
 from sigmatau.exporting.values import Number, Numbers, Target
 from sigmatau.results import seconds
@@ -29,7 +29,7 @@ _SENSORS = (
 
 def _write_gazebo(numbers: Numbers) -> str:
     """The text of the file."""
-    found = noises_and_processes(numbers, "gazebo")
+    found = noises_and_processes(numbers)
     link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
@@ -119,6 +119,7 @@ GAZEBO = Target(
     needs_rate=True,
     has_process=True,
     has_horizon=True,
+    unused=(OWN_PROCESSES,),
     per_axis=True,
     names={
         "link": "imu_link",
@@ -131,7 +132,7 @@ GAZEBO = Target(
 
 def _write_gnss_ins_sim(numbers: Numbers) -> str:
     """The text of a Python file with ``imu_err``."""
-    found = noises_and_processes(numbers, "gnss-ins-sim")
+    found = noises_and_processes(numbers)
     lines = [
         "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
         *map(remark, replaced_noise(numbers)),
@@ -172,5 +173,6 @@ GNSS_INS_SIM = Target(
     write=_write_gnss_ins_sim,
     has_process=True,
     has_horizon=True,
+    unused=(OWN_PROCESSES,),
     per_axis=True,
 )

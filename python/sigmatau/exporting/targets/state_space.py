@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.values import Numbers, Target, refuse
+from sigmatau.exporting.values import Numbers, Target, Unused
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
 from sigmatau.record.record import stream_name
@@ -103,16 +103,6 @@ def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
 def _systems(numbers: Numbers) -> dict[str, StateSpace]:
     choices = numbers.choices
     dt = choices.step if choices.step is not None else 1 / _rate(numbers)
-    models = numbers.model.channels.values()
-    if (
-        not any(
-            set(model) - {"quantization", "random_walk"} or model.gauss_markov or model.resonance for model in models
-        )
-        and not choices.walk
-    ):
-        refuse(numbers, "state-space", "the model has no slow noise", "walk_factor")
-    if not any("bias_instability" in model for model in numbers.model.channels.values()):
-        refuse(numbers, "state-space", "the model has no flicker noise", "horizon")
     output = numbers.name("output", "rate")
     if output not in get_args(Output):
         raise OptionError(f"{{option}} output={output!r}: want rate, increments or integrated", option="name")
@@ -248,6 +238,17 @@ def _diagonal(blocks: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
     return result
 
 
+def _is_without_slow_noise(numbers: Numbers) -> bool:
+    models = numbers.model.channels.values()
+    return not numbers.choices.walk and not any(
+        set(model) - {"quantization", "random_walk"} or model.gauss_markov or model.resonance for model in models
+    )
+
+
+def _is_without_flicker(numbers: Numbers) -> bool:
+    return not any("bias_instability" in model for model in numbers.model.channels.values())
+
+
 TARGET = Target(
     name="state-space",
     summary="F, G, H, Qd, R, P0 of every channel for any filter: JSON, .npz or .mat by the ending",
@@ -256,6 +257,10 @@ TARGET = Target(
     has_step=True,
     has_horizon=True,
     every_axis=True,
+    unused=(
+        Unused(choices=("walk_factor",), why="the model has no slow noise", when=_is_without_slow_noise),
+        Unused(choices=("horizon",), why="the model has no flicker noise", when=_is_without_flicker),
+    ),
     binary={".npz": write_npz, ".mat": write_mat},
     names={"output": "rate", "form": "channels"},
 )

@@ -91,12 +91,12 @@ mod tests {
     /// σ²(τ) = 4 ∫ S sin⁴(πfmτ₀)/(m sin πfτ₀)² df up to half the rate, on a grid 50 times finer.
     #[test]
     fn unfolded_variance_is_the_integral_of_the_density() {
-        for one in
+        for band in
             [WIDE, Resonance { frequency: 9.2, width: 0.3, ..WIDE }, Resonance { frequency: 2.5, ..SLOW }]
         {
-            let found = one.avar_unfolded(TAU0, &[1, 4, 12, 96]);
-            let expected = avar_of_density(|f| one.psd(f), 400_000, TAU0, &[1, 4, 12, 96]);
-            for (a, b) in found.iter().zip(expected) {
+            let variances = band.avar_unfolded(TAU0, &[1, 4, 12, 96]);
+            let expected = avar_of_density(|f| band.psd(f), 400_000, TAU0, &[1, 4, 12, 96]);
+            for (a, b) in variances.iter().zip(expected) {
                 assert!((a / b - 1.0).abs() < 1e-3, "{a} instead of {b}");
             }
         }

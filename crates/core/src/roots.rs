@@ -50,7 +50,7 @@ mod tests {
     #[test]
     fn root_of_a_cubic() {
         let f = |x: f64| Ok::<f64, Infallible>(x.powi(3) - 2.0);
-        let found = root(f, (0.0, -2.0), (2.0, 6.0), 1e-12, 0.0).unwrap();
-        assert!((found - 2.0_f64.cbrt()).abs() < 1e-12);
+        let x = root(f, (0.0, -2.0), (2.0, 6.0), 1e-12, 0.0).unwrap();
+        assert!((x - 2.0_f64.cbrt()).abs() < 1e-12);
     }
 }

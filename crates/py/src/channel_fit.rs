@@ -255,9 +255,9 @@ impl FittedModel {
         m: PyReadonlyArray1<'py, i64>,
     ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
         let sizes = sizes(&m)?;
-        let found =
+        let freedom =
             detached(py, || self.0.degrees_of_freedom(&sizes)).map_err(|error| value_error(&error))?;
-        Ok(found.map(|found| found.into_pyarray(py)))
+        Ok(freedom.map(|freedom| freedom.into_pyarray(py)))
     }
 
     /// Averaging times at which each term makes half of the variance or more, by its name and coefficient. [s]
@@ -350,8 +350,8 @@ impl From<core::GaussMarkovEstimate> for GaussMarkovEstimate {
 }
 
 impl From<core::ResonanceEstimate> for ResonanceEstimate {
-    fn from(one: core::ResonanceEstimate) -> Self {
-        Self { sigma: one.sigma.into(), frequency: one.frequency.into(), width: one.width.into() }
+    fn from(band: core::ResonanceEstimate) -> Self {
+        Self { sigma: band.sigma.into(), frequency: band.frequency.into(), width: band.width.into() }
     }
 }
 
@@ -385,7 +385,7 @@ impl From<core::ChannelFit> for ChannelFit {
             response: fit.filter.map(Into::into),
             warm_up: fit
                 .warm_up
-                .map(|one| WarmUpEstimate { amplitude: one.amplitude.into(), time: one.time }),
+                .map(|drift| WarmUpEstimate { amplitude: drift.amplitude.into(), time: drift.time }),
             regressors: converted(fit.regressors),
             highest: fit.highest,
             alike_from: fit.alike_from.map(|(time, _)| time),
@@ -403,7 +403,7 @@ impl From<core::ChannelFit> for ChannelFit {
             resonances: fit
                 .resonances
                 .into_iter()
-                .map(|one| (one.sigma.powi(2), one.frequency, one.width))
+                .map(|band| (band.sigma.powi(2), band.frequency, band.width))
                 .collect(),
         }
     }

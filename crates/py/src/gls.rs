@@ -268,11 +268,11 @@ pub fn fit_curve(
         return Err(PyValueError::new_err("no noise term"));
     }
     let (candidates, with_ramp) = (Terms::of(&noise), noise.len() < terms.len());
-    let found = detached(py, || {
+    let fit = detached(py, || {
         let base = Base::new(n, &sizes)?;
         Ok(gls::Curve { base, tau0, avar, scale, ramps, candidates, with_ramp, first }.fit(level))
     });
-    Ok(found.map_err(|error| value_error(&error))?.map_err(failed)?.into())
+    Ok(fit.map_err(|error| value_error(&error))?.map_err(failed)?.into())
 }
 
 impl From<gls::CurveFit> for CurveFit {

@@ -171,11 +171,11 @@ pub fn resonance_avar<'py>(
     tau0: f64,
     folded: bool,
 ) -> Floats<'py> {
-    let (one, sizes) = (Resonance { sigma, frequency, width }, sizes(&m)?);
+    let (band, sizes) = (Resonance { sigma, frequency, width }, sizes(&m)?);
     let avar = if folded {
-        sizes.into_iter().map(|m| one.avar_sampled(tau0, m)).collect()
+        sizes.into_iter().map(|m| band.avar_sampled(tau0, m)).collect()
     } else {
-        py.detach(|| one.avar_unfolded(tau0, &sizes))
+        py.detach(|| band.avar_unfolded(tau0, &sizes))
     };
     Ok(avar.into_pyarray(py))
 }
@@ -188,8 +188,8 @@ pub fn resonance_psd<'py>(
     width: f64,
     f: PyReadonlyArray1<'py, f64>,
 ) -> Floats<'py> {
-    let one = Resonance { sigma, frequency, width };
-    Ok(f.as_slice()?.iter().map(|&f| one.psd(f)).collect::<Vec<_>>().into_pyarray(py))
+    let band = Resonance { sigma, frequency, width };
+    Ok(f.as_slice()?.iter().map(|&f| band.psd(f)).collect::<Vec<_>>().into_pyarray(py))
 }
 
 /// Whether sampling a resonance adds to the white noise at low frequencies.

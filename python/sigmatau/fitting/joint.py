@@ -245,7 +245,7 @@ def join(
     """The joint fit of runs of one channel."""
     _refuse(runs, channel)
     given = wanted_terms(terms)
-    found = native.fit_jointly(
+    joint = native.fit_jointly(
         [(run.summary, run.curves, run.stream.grid.n, _lines(run.fit)) for run in runs],
         terms=[name for name in LINEAR if name in given],
         common=list(common),
@@ -255,26 +255,26 @@ def join(
         level=level,
     )
     longest = max(runs, key=lambda run: run.summary.duration)
-    fitted = likelihood.noise_fit_of(longest.stream, channel, found.fit, level=level)
+    fitted = likelihood.noise_fit_of(longest.stream, channel, joint.fit, level=level)
     fitted = replace(fitted, runs=tuple(run.stream.grid.duration for run in runs))
     fitted = _beside_vibration(fitted, runs, longest)
-    spreads = () if fitted.verdict == "disturbed" else found.spreads
+    spreads = () if fitted.verdict == "disturbed" else joint.spreads
     return JointChannel(
         fit=fitted,
-        common=tuple(found.common),
+        common=tuple(joint.common),
         spreads={name: Spread(relative=relative, p_value=p_value) for name, (relative, p_value) in spreads},
-        homogeneity={name: p_value for name, p_value in found.homogeneity if fitted[name].observed},
+        homogeneity={name: p_value for name, p_value in joint.homogeneity if fitted[name].observed},
         runs=tuple(
             RunOfJoint(
                 name=run.name,
                 fit=run.fit,
-                values=_intervals(one.values, fitted),
-                own=_intervals(one.own, fitted),
-                p_value=one.p_value,
-                cause=one.cause,
-                factor=one.factor,
+                values=_intervals(estimate.values, fitted),
+                own=_intervals(estimate.own, fitted),
+                p_value=estimate.p_value,
+                cause=estimate.cause,
+                factor=estimate.factor,
             )
-            for run, one in zip(runs, found.runs, strict=True)
+            for run, estimate in zip(runs, joint.runs, strict=True)
         ),
     )
 
@@ -310,15 +310,15 @@ def _beside_vibration(fitted: NoiseFit, runs: Sequence[Run], longest: Run) -> No
 def _lines(fit: NoiseFit) -> list[LineEstimate]:
     """The lines of a fit as the compiled core takes them."""
 
-    def estimate(one: Interval) -> Estimate:
-        return Estimate(one.value, one.low, one.high)
+    def estimate(interval: Interval) -> Estimate:
+        return Estimate(interval.value, interval.low, interval.high)
 
     return [LineEstimate(estimate(line.amplitude), estimate(line.frequency)) for line in fit.sinusoid]
 
 
 def _intervals(estimates: Iterable[tuple[str, Estimate]], fit: NoiseFit) -> dict[str, Interval]:
     """Coefficients by name, with the units of a fit."""
-    return {name: likelihood.interval(one, fit[name].unit) for name, one in estimates}
+    return {name: likelihood.interval(estimate, fit[name].unit) for name, estimate in estimates}
 
 
 def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tuple[str, str]) -> None:

@@ -92,13 +92,13 @@ def fit_samples(
             level=level,
         )
 
-    found = fitted_with(lines=True)
-    fitted = noise_fit_of(stream, channel, found, regressors=tuple(regressors or ()), level=level)
-    spread, unsteady = found.unsteadiness
+    channel_fit = fitted_with(lines=True)
+    fitted = noise_fit_of(stream, channel, channel_fit, regressors=tuple(regressors or ()), level=level)
+    spread, unsteady = channel_fit.unsteadiness
     if is_disturbed(fitted, stream, unsteady=unsteady):
         return with_limits(fitted, stream, vibration_of(fitted, stream))
-    highest = found.highest or 0.5 / stream.grid.tau0
-    if share := crowded_share(found.left_out, spacing=summary.spacing, highest=highest):
+    highest = channel_fit.highest or 0.5 / stream.grid.tau0
+    if share := crowded_share(channel_fit.left_out, spacing=summary.spacing, highest=highest):
         fitted = with_lines_as_noise(fitted, fitted_with(lines=False), share, highest=highest)
     return allowing_for_changes(fitted, (spread, unsteady))
 
@@ -145,15 +145,15 @@ def at_blocks(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
 
 
 def noise_fit_of(
-    stream: Stream, channel: str, found: ChannelFit, *, regressors: tuple[str, ...] = (), level: float
+    stream: Stream, channel: str, fit: ChannelFit, *, regressors: tuple[str, ...] = (), level: float
 ) -> NoiseFit:
     """The fit of a channel, with names and units."""
     unit = stream.unit
-    reasons: tuple[Reason, ...] = () if found.highest is None else (BandLeftOut(highest=found.highest),)
-    if found.worst_band is not None:
-        frequency, ratio = found.worst_band
+    reasons: tuple[Reason, ...] = () if fit.highest is None else (BandLeftOut(highest=fit.highest),)
+    if fit.worst_band is not None:
+        frequency, ratio = fit.worst_band
         reasons = (*reasons, BandsOff(frequency=frequency, ratio=ratio))
-    warm_up = found.warm_up
+    warm_up = fit.warm_up
     return NoiseFit(
         channel=channel,
         quantity=stream.quantity,
@@ -162,38 +162,41 @@ def noise_fit_of(
         tau0=stream.grid.tau0,
         terms={
             name: fitted_term(name, coefficient_unit(name, stream.quantity, unit), term, level=level)
-            for name, term in found.terms
+            for name, term in fit.terms
         },
         gauss_markov=tuple(
-            GaussMarkov(sigma=interval(one.sigma, unit), time=interval(one.time, "s")) for one in found.gauss_markov
+            GaussMarkov(sigma=interval(process.sigma, unit), time=interval(process.time, "s"))
+            for process in fit.gauss_markov
         ),
         resonance=tuple(
             Resonance(
-                sigma=interval(one.sigma, unit),
-                frequency=interval(one.frequency, "Hz"),
-                width=interval(one.width, "Hz"),
+                sigma=interval(band.sigma, unit),
+                frequency=interval(band.frequency, "Hz"),
+                width=interval(band.width, "Hz"),
             )
-            for one in found.resonance
+            for band in fit.resonance
         ),
         sinusoid=tuple(
             Sinusoid(amplitude=interval(line.amplitude, unit), frequency=interval(line.frequency, "Hz"))
-            for line in found.sinusoid
+            for line in fit.sinusoid
         ),
-        response=None if found.response is None else _response(found.response),
+        response=None if fit.response is None else _response(fit.response),
         warm_up=None if warm_up is None else WarmUp(amplitude=interval(warm_up.amplitude, unit), time=warm_up.time),
-        regressors={name: interval(one, unit) for name, one in zip(regressors, found.regressors, strict=True)},
-        highest=found.highest,
-        alike_from=found.alike_from,
-        alike_sigma=found.alike_sigma,
-        discrepancy=tuple(found.discrepancy) if found.verdict == "widened" else (),
-        model=dict(found.model),
-        unclear=tuple(found.unclear),
-        verdict=found.verdict,
+        regressors={
+            name: interval(coefficient, unit) for name, coefficient in zip(regressors, fit.regressors, strict=True)
+        },
+        highest=fit.highest,
+        alike_from=fit.alike_from,
+        alike_sigma=fit.alike_sigma,
+        discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
+        model=dict(fit.model),
+        unclear=tuple(fit.unclear),
+        verdict=fit.verdict,
         reasons=reasons,
-        tau_min=found.tau_min,
-        tau_max=found.tau_max,
-        p_value=found.p_value,
-        covariance=(tuple(found.parameters), np.array(found.covariance).reshape((len(found.parameters),) * 2)),
+        tau_min=fit.tau_min,
+        tau_max=fit.tau_max,
+        p_value=fit.p_value,
+        covariance=(tuple(fit.parameters), np.array(fit.covariance).reshape((len(fit.parameters),) * 2)),
         level=level,
         method="likelihood",
     )
@@ -204,21 +207,21 @@ def interval(estimate: Estimate, unit: str) -> Interval:
     return Interval(value=estimate.value, low=estimate.low, high=estimate.high, unit=unit)
 
 
-def _response(found: FilterEstimate) -> FittedFilter:
+def _response(fitted: FilterEstimate) -> FittedFilter:
     """The filter, whose stand-in acts on samples of the record's rate."""
     low_pass = None
-    if found.low_pass is not None:
-        order, before = found.low_pass
-        low_pass = LowPass(order=order, corner=before, rate=1 / found.tau0)
+    if fitted.low_pass is not None:
+        order, before = fitted.low_pass
+        low_pass = LowPass(order=order, corner=before, rate=1 / fitted.tau0)
     return FittedFilter(
-        coefficients=tuple(found.coefficients),
-        tau0=found.tau0,
-        interval=found.interval,
-        shape=found.shape,
-        order=found.order,
-        corner=found.corner,
-        low=found.low,
-        high=found.high,
+        coefficients=tuple(fitted.coefficients),
+        tau0=fitted.tau0,
+        interval=fitted.interval,
+        shape=fitted.shape,
+        order=fitted.order,
+        corner=fitted.corner,
+        low=fitted.low,
+        high=fitted.high,
         low_pass=low_pass,
-        known_to=found.known_to,
+        known_to=fitted.known_to,
     )

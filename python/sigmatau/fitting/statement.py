@@ -18,17 +18,17 @@ _FITTED = (*LINEAR, "rate_ramp")  # order of a descriptive fit
 
 
 def stated(
-    curve: DeviationCurve, found: CurveFit, m: NDArray[np.int64], terms: Collection[str], level: float
+    curve: DeviationCurve, fit: CurveFit, m: NDArray[np.int64], terms: Collection[str], level: float
 ) -> NoiseFit:
     """The result of a fit: intervals of the observed terms and upper limits of the others, or coefficients that describe the
     curve. `terms`: that were fitted.
     """
-    tau_min = int(m[found.first]) * curve.tau0
+    tau_min = int(m[fit.first]) * curve.tau0
 
     def unit(name: str) -> str:
         return coefficient_unit(name, curve.quantity, curve.unit)
 
-    values = dict(found.model)
+    values = dict(fit.model)
     described = {
         name: FittedTerm(term=name, unit=unit(name), observed=None, level=level, value=values.get(name))
         for name in _FITTED
@@ -40,36 +40,38 @@ def stated(
         rate_unit=curve.unit,
         n=curve.n,
         tau0=curve.tau0,
-        terms={name: fitted_term(name, unit(name), term, level=level) for name, term in found.terms} or described,
+        terms={name: fitted_term(name, unit(name), term, level=level) for name, term in fit.terms} or described,
         gauss_markov=tuple(
             GaussMarkov(
-                sigma=Interval(value=one.sigma.value, low=one.sigma.low, high=one.sigma.high, unit=curve.unit),
-                time=Interval(value=one.time.value, low=one.time.low, high=one.time.high, unit="s"),
+                sigma=Interval(
+                    value=process.sigma.value, low=process.sigma.low, high=process.sigma.high, unit=curve.unit
+                ),
+                time=Interval(value=process.time.value, low=process.time.low, high=process.time.high, unit="s"),
             )
-            for one in found.gauss_markov
+            for process in fit.gauss_markov
         ),
         model=values,
-        verdict="adequate" if found.adequate else "descriptive",
-        reasons=_reasons(curve, found, m, tau_min),
-        unclear=tuple(found.unclear),
+        verdict="adequate" if fit.adequate else "descriptive",
+        reasons=_reasons(curve, fit, m, tau_min),
+        unclear=tuple(fit.unclear),
         tau_min=tau_min,
         tau_max=int(m[-1]) * curve.tau0,
-        p_value=found.p_value if found.adequate else None,
-        covariance=(tuple(found.parameters), np.array(found.covariance).reshape((len(found.parameters),) * 2)),
+        p_value=fit.p_value if fit.adequate else None,
+        covariance=(tuple(fit.parameters), np.array(fit.covariance).reshape((len(fit.parameters),) * 2)),
         level=level,
     )
 
 
-def _reasons(curve: DeviationCurve, found: CurveFit, m: NDArray[np.int64], tau_min: float) -> tuple[Reason, ...]:
+def _reasons(curve: DeviationCurve, fit: CurveFit, m: NDArray[np.int64], tau_min: float) -> tuple[Reason, ...]:
     """Why short averaging times were left out, or why no model is adequate."""
-    if found.no_covariance:
+    if fit.no_covariance:
         return (NoCovariance(),)
-    if found.worst is None:
+    if fit.worst is None:
         return ()
-    k, ratio = found.worst
-    if found.adequate:
+    k, ratio = fit.worst
+    if fit.adequate:
         return (ShortTimesDeviate(cluster_size=int(m[k]), ratio=ratio),)
-    return (Misfit(p_value=found.p_value, tau_min=tau_min, tau=float(m[k]) * curve.tau0, ratio=ratio),)
+    return (Misfit(p_value=fit.p_value, tau_min=tau_min, tau=float(m[k]) * curve.tau0, ratio=ratio),)
 
 
 def no_fit(curve: DeviationCurve, level: float, reason: Reason) -> NoiseFit:

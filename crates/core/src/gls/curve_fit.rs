@@ -74,8 +74,8 @@ impl Curve {
             first: self.first,
         };
         Ok(match fit(&data, level)? {
-            Outcome::Found(found) => self.stated(&found, level),
-            Outcome::Described(found) => self.described(&found),
+            Outcome::Found(result) => self.stated(&result, level),
+            Outcome::Described(result) => self.described(&result),
         })
     }
 
@@ -84,25 +84,25 @@ impl Curve {
         (theta * self.scale).max(0.0).sqrt() * self.tau0.powf(1.0 - 0.5 * term as f64)
     }
 
-    fn stated(&self, found: &Found, level: f64) -> CurveFit {
-        let positive: Vec<usize> = (0..LINEAR).filter(|&term| found.theta[term] > 0.0).collect();
+    fn stated(&self, result: &Found, level: f64) -> CurveFit {
+        let positive: Vec<usize> = (0..LINEAR).filter(|&term| result.theta[term] > 0.0).collect();
         let values: Vec<f64> =
-            positive.iter().map(|&term| self.coefficient(found.theta[term], term)).collect();
+            positive.iter().map(|&term| self.coefficient(result.theta[term], term)).collect();
         // The delta method, from θ to √θ.
         let slopes: Vec<f64> =
-            positive.iter().zip(&values).map(|(&term, value)| value / (2.0 * found.theta[term])).collect();
+            positive.iter().zip(&values).map(|(&term, value)| value / (2.0 * result.theta[term])).collect();
         let order = positive.len();
         let covariance: Vec<f64> = (0..order * order)
-            .map(|at| found.covariance[at] * (slopes[at / order] * slopes[at % order]))
+            .map(|k| result.covariance[k] * (slopes[k / order] * slopes[k % order]))
             .collect();
         let mut terms: Vec<(&str, TermEstimate)> = Vec::new();
         for term in self.candidates.iter().filter(|&term| term < LINEAR) {
-            let at = positive.iter().position(|&present| present == term);
-            let estimate = found.evidence[term].map_or_else(TermEstimate::default, |evidence| {
+            let row = positive.iter().position(|&present| present == term);
+            let estimate = result.evidence[term].map_or_else(TermEstimate::default, |evidence| {
                 let [low, high] = [evidence.low, evidence.high].map(|end| self.coefficient(end, term));
-                if found.observed.contains(term) {
-                    let error = at.map_or(0.0, |at| covariance[at * (order + 1)].max(0.0).sqrt());
-                    let value = at.map_or(0.0, |at| values[at]);
+                if result.observed.contains(term) {
+                    let error = row.map_or(0.0, |row| covariance[row * (order + 1)].max(0.0).sqrt());
+                    let value = row.map_or(0.0, |row| values[row]);
                     TermEstimate::significant(value, [low, high], error, evidence.p_value, level)
                 } else {
                     TermEstimate::limited(Some(high), evidence.p_value)
@@ -113,23 +113,23 @@ impl Curve {
         let parameters: Vec<&str> = positive.iter().map(|&term| TERM_NAMES[term]).collect();
         let mut model: Vec<(&str, f64)> = parameters.iter().copied().zip(values).collect();
         let mut unclear: Vec<&str> =
-            found.unclear.into_iter().flat_map(Terms::iter).map(|term| TERM_NAMES[term]).collect();
-        if let Some(ramp) = found.ramp {
+            result.unclear.into_iter().flat_map(Terms::iter).map(|term| TERM_NAMES[term]).collect();
+        if let Some(ramp) = result.ramp {
             let estimate = self.ramp(ramp, level);
             terms.push((TERM_NAMES[RAMP], estimate));
             model.extend(estimate.value.map(|value| (TERM_NAMES[RAMP], value)));
-            if ramp.undecided && found.unclear.is_some() {
+            if ramp.undecided && result.unclear.is_some() {
                 unclear.push(TERM_NAMES[RAMP]);
             }
         }
-        let gauss_markov = found.process.map(|(size, time)| GaussMarkovEstimate {
+        let gauss_markov = result.process.map(|(size, time)| GaussMarkovEstimate {
             sigma: interval(size.map(|x| self.scale.sqrt() * x)),
             time: interval(time.map(|x| self.tau0 * x)),
         });
         CurveFit {
             adequate: true,
-            first: found.first,
-            p_value: Some(found.p_value),
+            first: result.first,
+            p_value: Some(result.p_value),
             no_covariance: false,
             terms,
             model,
@@ -137,7 +137,7 @@ impl Curve {
             gauss_markov: gauss_markov.into_iter().collect(),
             parameters,
             covariance,
-            worst: found.left_out,
+            worst: result.left_out,
         }
     }
 
@@ -163,28 +163,28 @@ impl Curve {
     }
 
     /// The sign of a ramp is that of the longest averaging time.
-    fn described(&self, found: &Described) -> CurveFit {
+    fn described(&self, result: &Described) -> CurveFit {
         let sign = self.ramps.last().map_or(1.0, |ramp| ramp.signum());
-        let model = found
+        let model = result
             .needed
             .iter()
             .map(|term| {
-                let value = self.coefficient(found.theta[term], term);
+                let value = self.coefficient(result.theta[term], term);
                 (TERM_NAMES[term], if term == RAMP { value.copysign(sign) } else { value })
             })
             .collect();
         CurveFit {
             adequate: false,
-            first: found.first,
-            p_value: found.p_value,
-            no_covariance: found.no_covariance,
+            first: result.first,
+            p_value: result.p_value,
+            no_covariance: result.no_covariance,
             terms: Vec::new(),
             model,
             unclear: Vec::new(),
             gauss_markov: Vec::new(),
             parameters: Vec::new(),
             covariance: Vec::new(),
-            worst: Some(found.worst),
+            worst: Some(result.worst),
         }
     }
 }
@@ -227,19 +227,19 @@ mod tests {
             terms::random_walk_avar(walk, m as f64 * TAU0)
                 + terms::rate_random_walk_avar_sampled(slow, TAU0, m)
         };
-        let found = curve(1 << 16, avar, true).fit(0.95).unwrap();
-        assert!(found.adequate && found.worst.is_none());
-        assert_eq!(found.parameters, ["random_walk", "rate_random_walk"]);
+        let fit = curve(1 << 16, avar, true).fit(0.95).unwrap();
+        assert!(fit.adequate && fit.worst.is_none());
+        assert_eq!(fit.parameters, ["random_walk", "rate_random_walk"]);
         for (name, expected) in [("random_walk", walk), ("rate_random_walk", slow)] {
-            let term = found.terms.iter().find(|(term, _)| *term == name).unwrap().1;
+            let term = fit.terms.iter().find(|(term, _)| *term == name).unwrap().1;
             assert!((term.value.unwrap() / expected - 1.0).abs() < 1e-3);
             assert!(term.low.unwrap() < expected && expected < term.high.unwrap());
         }
         // The interval, with all terms free, is at least that by the standard error in the model.
-        let width = found.terms[1].1.high.unwrap() - found.terms[1].1.low.unwrap();
-        let ratio = width / (2.0 * 1.96 * found.covariance[0].sqrt());
+        let width = fit.terms[1].1.high.unwrap() - fit.terms[1].1.low.unwrap();
+        let ratio = width / (2.0 * 1.96 * fit.covariance[0].sqrt());
         assert!((0.95..3.0).contains(&ratio), "{ratio}");
-        let ramp = found.terms[4];
+        let ramp = fit.terms[4];
         assert_eq!((ramp.0, ramp.1.observed, ramp.1.value), ("rate_ramp", false, None));
     }
 
@@ -249,9 +249,9 @@ mod tests {
         let avar = |m: usize| {
             1e-8 / (m as f64 * TAU0) * (1.0 + 0.8 * (m as f64).ln().sin()) + 1e-12 * (m as f64).powi(2)
         };
-        let found = curve(1 << 16, avar, true).fit(0.95).unwrap();
-        assert!(!found.adequate && found.terms.is_empty() && found.worst.is_some());
-        let ramp = found.model.iter().find(|(name, _)| *name == "rate_ramp").unwrap().1;
+        let fit = curve(1 << 16, avar, true).fit(0.95).unwrap();
+        assert!(!fit.adequate && fit.terms.is_empty() && fit.worst.is_some());
+        let ramp = fit.model.iter().find(|(name, _)| *name == "rate_ramp").unwrap().1;
         assert!((ramp / -(2e-12_f64.sqrt() / TAU0) - 1.0).abs() < 0.3, "{ramp}");
     }
 }

@@ -143,33 +143,33 @@ fn pairwise_sum(x: &[f64]) -> f64 {
 
 impl ChannelFit {
     /// The fit that an outcome states.
-    pub(crate) fn of(found: &Outcome, options: &Options, span: Span) -> Self {
+    pub(crate) fn of(outcome: &Outcome, options: &Options, span: Span) -> Self {
         let level = options.level;
         let mut coefficients = [0.0; 5];
-        coefficients[..4].copy_from_slice(&found.reduced.map(|theta| theta.max(0.0).sqrt()));
+        coefficients[..4].copy_from_slice(&outcome.reduced.map(|theta| theta.max(0.0).sqrt()));
         let noise: [f64; 4] = std::array::from_fn(|k| coefficients[k]);
-        let (parameters, covariance) = covariance(found, &noise);
-        let mut terms = terms(found, options, &noise, |name| {
-            let at = parameters.iter().position(|parameter| parameter == name);
-            at.map_or(0.0, |at| covariance[at * (parameters.len() + 1)].max(0.0).sqrt())
+        let (parameters, covariance) = covariance(outcome, &noise);
+        let mut terms = terms(outcome, options, &noise, |name| {
+            let row = parameters.iter().position(|parameter| parameter == name);
+            row.map_or(0.0, |row| covariance[row * (parameters.len() + 1)].max(0.0).sqrt())
         });
-        let ramp = TermEstimate::of_ramp(found.ramp, found.ramp_observed, level);
+        let ramp = TermEstimate::of_ramp(outcome.ramp, outcome.ramp_observed, level);
         terms.push((TERM_NAMES[4], ramp));
         coefficients[4] = ramp.value.unwrap_or(0.0);
         let model: Vec<(&str, f64)> =
             TERM_NAMES.into_iter().zip(coefficients).filter(|&(_, value)| value != 0.0).collect();
         let observed = |name| terms.iter().any(|&(term, estimate)| term == name && estimate.observed);
         let unclear = model.iter().map(|&(name, _)| name).filter(|&name| !observed(name)).collect();
-        let filter = filter(found, span.tau0, level);
-        let Parts { gauss_markov, resonance, sinusoid } = Parts::of(found, filter.as_ref(), level);
-        let warm_up = found.warm_up.map(|(time, drift, _)| WarmUpEstimate {
+        let filter = filter(outcome, span.tau0, level);
+        let Parts { gauss_markov, resonance, sinusoid } = Parts::of(outcome, filter.as_ref(), level);
+        let warm_up = outcome.warm_up.map(|(time, drift, _)| WarmUpEstimate {
             amplitude: Estimate::around(drift.value, quantile(level) * drift.error),
             time,
         });
-        let more = filter.is_some()
+        let has_parts = filter.is_some()
             || !(gauss_markov.is_empty() && resonance.is_empty() && sinusoid.is_empty())
             || warm_up.is_some()
-            || found.highest.is_some();
+            || outcome.highest.is_some();
         let mut fit = Self {
             terms,
             model,
@@ -179,30 +179,30 @@ impl ChannelFit {
             sinusoid,
             filter,
             warm_up,
-            regressors: found
+            regressors: outcome
                 .regressors
                 .iter()
                 .map(|drift| Estimate::around(drift.value, quantile(level) * drift.error))
                 .collect(),
-            highest: found.highest,
-            alike_from: found
+            highest: outcome.highest,
+            alike_from: outcome
                 .alike_from
                 .map(|(time, variance)| (time, alike_sigma(time, variance, noise[3]))),
-            discrepancy: found.discrepancy.clone(),
-            verdict: match (found.widened, more) {
+            discrepancy: outcome.discrepancy.clone(),
+            verdict: match (outcome.widened, has_parts) {
                 (true, _) => Verdict::Widened,
                 (false, true) => Verdict::AdequateWith,
                 (false, false) => Verdict::Adequate,
             },
-            worst_band: found.widened.then(|| worst_band(found)),
+            worst_band: outcome.widened.then(|| worst_band(outcome)),
             tau_min: span.tau0,
             tau_max: (span.samples / LONGEST_SHARE) as f64 * span.tau0,
-            p_value: found.p_value,
+            p_value: outcome.p_value,
             parameters,
             covariance,
-            unsteadiness: found.unsteadiness,
-            left_out: found.lines.iter().map(|line| (line.from, line.to)).collect(),
-            resonances: resonances(found),
+            unsteadiness: outcome.unsteadiness,
+            left_out: outcome.lines.iter().map(|line| (line.from, line.to)).collect(),
+            resonances: resonances(outcome),
         };
         let (first, low_pass) = described_from(&fit.described(coefficients, span));
         fit.tau_min = first.min(fit.tau_max);
@@ -218,27 +218,31 @@ impl ChannelFit {
             tau0: span.tau0,
             samples: span.samples,
             terms,
-            gauss_markov: self.gauss_markov.iter().map(|one| (one.sigma.value, one.time.value)).collect(),
+            gauss_markov: self
+                .gauss_markov
+                .iter()
+                .map(|process| (process.sigma.value, process.time.value))
+                .collect(),
             resonance: self
                 .resonance
                 .iter()
-                .map(|one| Resonance {
-                    sigma: one.sigma.value,
-                    frequency: one.frequency.value,
-                    width: one.width.value,
+                .map(|band| Resonance {
+                    sigma: band.sigma.value,
+                    frequency: band.frequency.value,
+                    width: band.width.value,
                 })
                 .collect(),
-            sinusoid: self.sinusoid.iter().map(|one| (one.amplitude.value, one.frequency.value)).collect(),
+            sinusoid: self.sinusoid.iter().map(|line| (line.amplitude.value, line.frequency.value)).collect(),
             filter: self.filter.clone(),
             highest: self.highest,
-            warm_up: self.warm_up.map(|one| (one.amplitude.value, one.time)),
+            warm_up: self.warm_up.map(|drift| (drift.amplitude.value, drift.time)),
         }
     }
 }
 
 /// The noise terms that were asked for. A filter may have taken the place of one: then it was not tested.
 fn terms(
-    found: &Outcome,
+    outcome: &Outcome,
     options: &Options,
     model: &[f64; 4],
     error: impl Fn(&str) -> f64,
@@ -246,7 +250,7 @@ fn terms(
     (0..4)
         .filter(|&k| options.terms[k])
         .map(|k| {
-            let estimate = found.terms[k].as_ref().map_or_else(TermEstimate::default, |bounds| {
+            let estimate = outcome.terms[k].as_ref().map_or_else(TermEstimate::default, |bounds| {
                 let value = if model[k] > 0.0 { model[k] } else { bounds.value.sqrt() };
                 TermEstimate::of_square(bounds, value, error(TERM_NAMES[k]), options.level)
             });
@@ -256,27 +260,27 @@ fn terms(
 }
 
 /// Every resonance, lines among them.
-fn resonances(found: &Outcome) -> Vec<Resonance> {
+fn resonances(outcome: &Outcome) -> Vec<Resonance> {
     let resonance = |process: &Process| match process.part {
         Part::Resonance { frequency, width } => {
             Some(Resonance { sigma: process.variance.value.max(0.0).sqrt(), frequency, width })
         }
         _ => None,
     };
-    found.processes.iter().filter_map(resonance).collect()
+    outcome.processes.iter().filter_map(resonance).collect()
 }
 
 /// The filter with its name. The fit used all frequencies if the filter left power to the last one.
-fn filter(found: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
-    if found.filter.is_empty() {
+fn filter(outcome: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
+    if outcome.filter.is_empty() {
         return None;
     }
-    let (order, first) = (found.covariance.len().isqrt(), found.parameters.len());
-    let covariance = |i: usize, j: usize| found.covariance[(first + i) * order + first + j];
+    let (order, first) = (outcome.covariance.len().isqrt(), outcome.parameters.len());
+    let covariance = |i: usize, j: usize| outcome.covariance[(first + i) * order + first + j];
     let mut filter =
-        FittedFilter::named(&found.filter, covariance, tau0, found.filter_interval, quantile(level));
-    let last = found.bins.iter().map(|bin| bin[0]).fold(0.0, f64::max);
-    if found.highest.is_none() || filter.power(last) < UNUSED_POWER {
+        FittedFilter::named(&outcome.filter, covariance, tau0, outcome.filter_interval, quantile(level));
+    let last = outcome.bins.iter().map(|bin| bin[0]).fold(0.0, f64::max);
+    if outcome.highest.is_none() || filter.power(last) < UNUSED_POWER {
         filter.known_to = Some(last);
     }
     Some(filter)
@@ -290,13 +294,13 @@ fn alike_sigma(time: f64, variance: f64, walk: f64) -> Option<f64> {
 }
 
 /// The band whose record deviates most from the model: its frequency, and the density over that of the model.
-fn worst_band(found: &Outcome) -> (f64, f64) {
+fn worst_band(outcome: &Outcome) -> (f64, f64) {
     let farther = |a: (f64, f64), b: (f64, f64)| if b.1.abs() > a.1.abs() { b } else { a };
-    let worst = found.bands.iter().copied().reduce(farther);
-    let frequency = worst.map_or(found.bins[0][0], |(frequency, _)| frequency);
+    let worst = outcome.bands.iter().copied().reduce(farther);
+    let frequency = worst.map_or(outcome.bins[0][0], |(frequency, _)| frequency);
     let off = |bin: &[f64; 4]| (bin[0] - frequency).abs();
-    let nearest = found.bins.iter().map(off).fold(f64::INFINITY, f64::min);
-    let band: Vec<&[f64; 4]> = found
+    let nearest = outcome.bins.iter().map(off).fold(f64::INFINITY, f64::min);
+    let band: Vec<&[f64; 4]> = outcome
         .bins
         .iter()
         .filter(|bin| (bin[0] / frequency).ln().abs() < BAND || off(bin) <= nearest)

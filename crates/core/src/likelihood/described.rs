@@ -26,7 +26,7 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
     let mut filtered = noise.avar_before_filter(&sizes);
     let [_, random_walk, ..] = fit.terms;
     let walk = if random_walk > 0.0 { random_walk } else { f64::INFINITY };
-    let resonance = fit.resonance.iter().copied().filter(|one| !one.folds(tau0, walk)).collect();
+    let resonance = fit.resonance.iter().copied().filter(|band| !band.folds(tau0, walk)).collect();
     // What a model carries.
     let bare = FittedModel { resonance, ..noise }.avar_before_filter(&sizes);
     if let Some(filter) = &fit.filter {
@@ -34,10 +34,10 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
         filtered.iter_mut().zip(lost).for_each(|(all, lost)| *all -= lost);
     }
     // White noise of a band that was left out has this share of the variance; what is there instead is not known.
-    let known = fit.filter.as_ref().is_some_and(|filter| filter.known_to.is_some());
+    let reaches_top = fit.filter.as_ref().is_some_and(|filter| filter.known_to.is_some());
     let unknown = |m: usize| {
         let share = |highest: f64| 4.0 * MEAN_OF_SINE_4 / (PI * PI * highest * m as f64 * tau0);
-        fit.highest.filter(|_| !known).map_or(0.0, share)
+        fit.highest.filter(|_| !reaches_top).map_or(0.0, share)
     };
     let beginning = |avar: &[f64]| {
         let beyond = (0..sizes.len()).rev().find(|&k| {
@@ -53,10 +53,10 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
         let inflation = band_limited_sampled(1.0, order, corner, tau0, 0.0).sqrt();
         let behind =
             band_limited_avar(random_walk / inflation, Filter::Butterworth(order), corner, tau0, &sizes);
-        let with_it: Vec<f64> = (0..sizes.len())
+        let behind_filter: Vec<f64> = (0..sizes.len())
             .map(|k| bare[k] - terms::random_walk_avar(random_walk, sizes[k] as f64 * tau0) + behind[k])
             .collect();
-        let sooner = beginning(&with_it);
+        let sooner = beginning(&behind_filter);
         if sooner < first {
             return (sooner, low_pass);
         }
@@ -113,8 +113,8 @@ mod tests {
         assert!((4.0..9.0).contains(&corner), "{corner}");
         // Without it the lost variance is 2 % of N²/τ from some fifty correlation times of three samples on.
         assert!(first < 0.2, "{first}");
-        let other = FittedFilter { shape: FilterShape::LowPass, ..fit.filter.clone().unwrap() };
-        let (without, none) = described_from(&FittedModel { filter: Some(other), ..fit });
+        let unnamed = FittedFilter { shape: FilterShape::LowPass, ..fit.filter.clone().unwrap() };
+        let (without, none) = described_from(&FittedModel { filter: Some(unnamed), ..fit });
         assert!(none.is_none() && without > 5.0 * first, "{without}");
     }
 

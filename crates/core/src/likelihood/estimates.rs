@@ -169,14 +169,14 @@ mod tests {
 
     #[test]
     fn terms_are_roots() {
-        let found =
+        let estimate =
             TermEstimate::of_square(&bounds(4.0, 1.0, 9.0, true, 3.841_458_820_694_124), 2.1, 0.3, LEVEL);
         assert_eq!(
-            (found.observed, found.value, found.low, found.high),
+            (estimate.observed, estimate.value, estimate.low, estimate.high),
             (true, Some(2.1), Some(1.0), Some(3.0))
         );
         // One side of the normal distribution at 1.96.
-        assert!((found.p_value.unwrap() - 0.025).abs() < 1e-12);
+        assert!((estimate.p_value.unwrap() - 0.025).abs() < 1e-12);
         let absent = TermEstimate::of_square(&bounds(0.0, 0.0, 9.0, false, 0.0), 0.0, 0.0, LEVEL);
         assert_eq!((absent.observed, absent.upper_limit, absent.p_value), (false, Some(3.0), Some(0.5)));
         assert_eq!(absent.profile, Some(Estimate::new(0.0, 0.0, 3.0)));
@@ -186,10 +186,10 @@ mod tests {
 
     #[test]
     fn value_outside_of_its_interval_extends_it() {
-        let found = TermEstimate::significant(2.0, [3.0, 4.0], 0.2, 0.001, LEVEL);
+        let estimate = TermEstimate::significant(2.0, [3.0, 4.0], 0.2, 0.001, LEVEL);
         let ratio = (1.959_963_984_540_054 * 0.1_f64).exp();
-        assert!((found.low.unwrap() - 2.0 / ratio).abs() < 1e-12);
-        assert_eq!(found.high, Some(4.0));
+        assert!((estimate.low.unwrap() - 2.0 / ratio).abs() < 1e-12);
+        assert_eq!(estimate.high, Some(4.0));
         // Nothing is known of a value whose error is a thousand times its size.
         let unknown = TermEstimate::significant(2.0, [3.0, 4.0], 2000.0, 0.001, LEVEL);
         assert_eq!((unknown.observed, unknown.value, unknown.upper_limit), (false, None, None));
@@ -197,18 +197,18 @@ mod tests {
 
     #[test]
     fn interval_that_holds_zero_is_a_limit() {
-        let found = TermEstimate::significant(2.0, [0.0, 4.0], 0.2, 0.001, LEVEL);
-        assert_eq!((found.observed, found.value, found.low), (false, None, None));
-        assert_eq!(found.upper_limit, Some(4.0));
-        assert!((found.p_value.unwrap() - 0.05).abs() < 1e-12);
+        let estimate = TermEstimate::significant(2.0, [0.0, 4.0], 0.2, 0.001, LEVEL);
+        assert_eq!((estimate.observed, estimate.value, estimate.low), (false, None, None));
+        assert_eq!(estimate.upper_limit, Some(4.0));
+        assert!((estimate.p_value.unwrap() - 0.05).abs() < 1e-12);
     }
 
     #[test]
     fn ramps_have_a_sign() {
         let ramp = Drift { value: -5.0, error: 1.0 };
-        let found = TermEstimate::of_ramp(ramp, true, LEVEL);
-        assert!(found.observed && found.low.unwrap() < -6.9 && found.high.unwrap() > -3.1);
-        assert!((found.p_value.unwrap() / (2.0 * normal_below(-5.0)) - 1.0).abs() < 1e-12);
+        let estimate = TermEstimate::of_ramp(ramp, true, LEVEL);
+        assert!(estimate.observed && estimate.low.unwrap() < -6.9 && estimate.high.unwrap() > -3.1);
+        assert!((estimate.p_value.unwrap() / (2.0 * normal_below(-5.0)) - 1.0).abs() < 1e-12);
         let weak = TermEstimate::of_ramp(ramp, false, LEVEL);
         assert!((weak.upper_limit.unwrap() - 6.959_963_984_540_054).abs() < 1e-12);
         assert!((weak.p_value.unwrap() - 0.05).abs() < 1e-12);

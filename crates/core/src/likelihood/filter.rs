@@ -70,7 +70,7 @@ impl FittedFilter {
         interval: f64,
         quantile: f64,
     ) -> Self {
-        let mut found = Self {
+        let mut filter = Self {
             coefficients: coefficients.to_vec(),
             tau0,
             interval,
@@ -83,7 +83,7 @@ impl FittedFilter {
         let times = (interval / tau0).round_ties_even();
         let x: Vec<f64> = (0..GRID).map(|k| (k as f64 + 0.5) / (2.0 * GRID as f64 * times)).collect();
         let log_power: Vec<f64> = x.iter().map(|x| logarithm(coefficients, x * times)).collect();
-        let Some(k) = log_power.iter().position(|&y| y < -LN_2).filter(|&k| k > 0) else { return found };
+        let Some(k) = log_power.iter().position(|&y| y < -LN_2).filter(|&k| k > 0) else { return filter };
         let slope = (log_power[k] - log_power[k - 1]) / (x[k] - x[k - 1]);
         let share = (-LN_2 - log_power[k - 1]) / (log_power[k] - log_power[k - 1]);
         let corner = x[k - 1] + share * (x[k] - x[k - 1]);
@@ -97,10 +97,10 @@ impl FittedFilter {
             .sum();
         let half = quantile * variance.max(0.0).sqrt() / slope.abs();
         // Frequencies that are compared: those with power, up to the first without beyond the corner.
-        let least = LEAST_POWER.ln();
-        let end = log_power.iter().skip(k).position(|&y| y <= least).map_or(GRID, |more| k + more);
+        let lowest = LEAST_POWER.ln();
+        let end = log_power.iter().skip(k).position(|&y| y <= lowest).map_or(GRID, |count| k + count);
         let (x, log_power): (Vec<f64>, Vec<f64>) =
-            x[..end].iter().zip(&log_power).filter(|&(_, &y)| y > least).unzip();
+            x[..end].iter().zip(&log_power).filter(|&(_, &y)| y > lowest).unzip();
         let misfit = |shape: Shape| {
             let off = x.iter().zip(&log_power).map(|(&x, y)| (shape.log_power(x) - y).abs());
             off.fold(0.0, f64::max)
@@ -112,15 +112,16 @@ impl FittedFilter {
         // The series ends early and ripples: the interval holds the corner of the shape too, which has no ripple.
         let mut ends = [corner, corner];
         if let Some((off, shape)) = nearest {
-            (found.shape, found.order) =
+            (filter.shape, filter.order) =
                 if off > ALIKE { (FilterShape::LowPass, None) } else { (shape.into(), shape.order()) };
             let thinned = |of: &[f64]| of.iter().copied().step_by(EVERY).collect::<Vec<f64>>();
             if let Some(alike) = shape.nearest_corner(&thinned(&x), &thinned(&log_power)) {
                 ends = [corner.min(alike), corner.max(alike)];
             }
         }
-        found.corner = Some([corner, (ends[0] - half).max(0.0), ends[1] + half].map(|at| at / tau0));
-        found
+        filter.corner =
+            Some([corner, (ends[0] - half).max(0.0), ends[1] + half].map(|frequency| frequency / tau0));
+        filter
     }
 
     /// |H|² at a frequency; beyond those that the fit used, that of the shape that it is like, or falling.
@@ -177,14 +178,14 @@ impl FittedFilter {
         if at_low * at_high > 0.0 {
             return None;
         }
-        let found = root(
+        let corner = root(
             |x| Ok::<_, Infallible>(off(x)),
             (low, at_low),
             (high, at_high),
             SAME_CORNER * half_power,
             0.0,
         );
-        found.ok().map(|corner| (order, corner))
+        corner.ok().map(|corner| (order, corner))
     }
 }
 
@@ -233,11 +234,11 @@ mod tests {
         assert_eq!((smoothing.shape, smoothing.order), (FilterShape::Smoothing, None));
         let second = fitted(Shape::Folded { order: 2, corner: 0.2 }, 12);
         assert_eq!((second.shape, second.order), (FilterShape::Butterworth, Some(2)));
-        for (found, corner) in [(smoothing, 8.0), (second, 20.0)] {
-            let [value, low, high] = found.corner.unwrap();
+        for (filter, corner) in [(smoothing, 8.0), (second, 20.0)] {
+            let [value, low, high] = filter.corner.unwrap();
             assert!(low < value && value < high);
             assert!((value / corner - 1.0).abs() < 0.05, "{value}");
-            assert!((found.power(value) - 0.5).abs() < 1e-6);
+            assert!((filter.power(value) - 0.5).abs() < 1e-6);
         }
         let hump = FittedFilter::named(&[-0.1], |_, _| 0.0, TAU0, TAU0, 1.96);
         assert_eq!((hump.shape, hump.corner), (FilterShape::Uneven, None));
@@ -245,10 +246,10 @@ mod tests {
 
     #[test]
     fn stand_in_has_half_the_power_at_the_corner() {
-        let found = fitted(Shape::Folded { order: 2, corner: 0.2 }, 12);
-        let (order, corner) = found.before_sampling().unwrap();
+        let filter = fitted(Shape::Folded { order: 2, corner: 0.2 }, 12);
+        let (order, corner) = filter.before_sampling().unwrap();
         let density = |f: f64| band_limited_sampled(1.0, order, corner, TAU0, f);
-        let [half_power, ..] = found.corner.unwrap();
+        let [half_power, ..] = filter.corner.unwrap();
         assert!((density(half_power) / density(0.0) - 0.5).abs() < 1e-8);
         assert_eq!(fitted(Shape::RunningMean { length: 8 }, 12).before_sampling(), None);
     }
@@ -256,26 +257,26 @@ mod tests {
     /// White noise of density 1 behind no filter loses nothing; behind one that takes all, everything: 1/τ.
     #[test]
     fn what_is_taken_off() {
-        let mut found = fitted(Shape::Smoothing { corner: 0.08 }, 12);
-        found.coefficients = vec![0.0];
-        assert_eq!(found.taken_off(|_| 1.0, &[1, 10], None), [0.0, 0.0]);
+        let mut filter = fitted(Shape::Smoothing { corner: 0.08 }, 12);
+        filter.coefficients = vec![0.0];
+        assert_eq!(filter.taken_off(|_| 1.0, &[1, 10], None), [0.0, 0.0]);
         // Beyond the last frequency of the fit the power falls on; here from the lowest one on.
-        (found.shape, found.known_to) = (FilterShape::LowPass, Some(1e-9));
-        for (lost, m) in found.taken_off(|_| 1.0, &[1, 8], None).into_iter().zip([1.0, 8.0]) {
+        (filter.shape, filter.known_to) = (FilterShape::LowPass, Some(1e-9));
+        for (lost, m) in filter.taken_off(|_| 1.0, &[1, 8], None).into_iter().zip([1.0, 8.0]) {
             assert!((lost * m * TAU0 - 1.0).abs() < 1e-9);
         }
-        (found.coefficients, found.known_to) = (vec![3.0], None);
-        assert_eq!(found.taken_off(|_| 1.0, &[1], Some(0.0)), [0.0]);
+        (filter.coefficients, filter.known_to) = (vec![3.0], None);
+        assert_eq!(filter.taken_off(|_| 1.0, &[1], Some(0.0)), [0.0]);
     }
 
     #[test]
     fn beyond_the_fit_the_shape_goes_on() {
-        let mut found = fitted(Shape::Digital { order: 3, corner: 0.1 }, 10);
-        found.known_to = Some(15.0);
-        let [corner, ..] = found.corner.unwrap();
+        let mut filter = fitted(Shape::Digital { order: 3, corner: 0.1 }, 10);
+        filter.known_to = Some(15.0);
+        let [corner, ..] = filter.corner.unwrap();
         let expected = Shape::Digital { order: 3, corner: corner * TAU0 }.log_power(0.2).exp();
-        assert!((found.power(20.0) / expected - 1.0).abs() < 1e-12);
-        found.shape = FilterShape::LowPass;
-        assert!((found.power(30.0) - UNUSED_POWER / 4.0).abs() < 1e-12);
+        assert!((filter.power(20.0) / expected - 1.0).abs() < 1e-12);
+        filter.shape = FilterShape::LowPass;
+        assert!((filter.power(30.0) - UNUSED_POWER / 4.0).abs() < 1e-12);
     }
 }

@@ -38,17 +38,17 @@ pub(crate) enum Shape {
 impl Shape {
     /// The shapes with a corner.
     pub(crate) fn all(corner: f64) -> Vec<Self> {
-        let mut found: Vec<Self> = (1..=HIGHEST_ORDER)
+        let mut shapes: Vec<Self> = (1..=HIGHEST_ORDER)
             .flat_map(|order| [Self::Digital { order, corner }, Self::Folded { order, corner }])
             .collect();
         if corner < FASTEST_SMOOTHING {
-            found.push(Self::Smoothing { corner });
+            shapes.push(Self::Smoothing { corner });
         }
         let length = (CORNER_OF_MEAN / corner).round_ties_even();
         if (2.0..=f64::from(LONGEST_MEAN)).contains(&length) {
-            found.push(Self::RunningMean { length: length as u32 });
+            shapes.push(Self::RunningMean { length: length as u32 });
         }
-        found
+        shapes
     }
 
     /// Order of a Butterworth filter; samples of a running mean.
@@ -88,7 +88,7 @@ impl Shape {
     /// The corner near its own at which the shape is nearest, but for a constant, to ln |H|² at frequencies x; None for a
     /// running mean, which has a length instead.
     pub(crate) fn nearest_corner(self, x: &[f64], log_power: &[f64]) -> Option<f64> {
-        let (corner, at): (f64, Box<dyn Fn(f64) -> Self>) = match self {
+        let (corner, moved): (f64, Box<dyn Fn(f64) -> Self>) = match self {
             Self::Digital { order, corner } => {
                 (corner, Box::new(move |corner| Self::Digital { order, corner }))
             }
@@ -107,7 +107,7 @@ impl Shape {
         (0..CORNERS)
             .map(|k| corner * (k as f64 * step - FARTHEST_CORNER).exp())
             .filter(|&tried| tried < 0.5)
-            .min_by(|&a, &b| misfit(at(a)).total_cmp(&misfit(at(b))))
+            .min_by(|&a, &b| misfit(moved(a)).total_cmp(&misfit(moved(b))))
     }
 }
 

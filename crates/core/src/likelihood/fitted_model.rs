@@ -83,8 +83,8 @@ impl FittedModel {
                 })
             })
             .collect();
-        for one in &self.resonance {
-            total.iter_mut().zip(one.avar_unfolded(tau0, sizes)).for_each(|(all, more)| *all += more);
+        for band in &self.resonance {
+            total.iter_mut().zip(band.avar_unfolded(tau0, sizes)).for_each(|(all, part)| *all += part);
         }
         total
     }
@@ -103,7 +103,7 @@ impl FittedModel {
         for &(sigma, time) in &self.gauss_markov {
             total += psd::gauss_markov_sampled(sigma, time, tau0, f);
         }
-        self.resonance.iter().fold(total, |sum, one| sum + one.psd(f))
+        self.resonance.iter().fold(total, |sum, band| sum + band.psd(f))
     }
 
     /// Two-sided density behind the filter; lines, ramp and warm-up have none. [(rate unit)²/Hz]
@@ -158,9 +158,9 @@ pub(crate) mod tests {
         };
         let sizes = [1, 3, 10];
         let expected = psd::avar_of_density(|f| model.psd(f), 200_000, 0.01, &sizes);
-        for (found, expected) in model.avar(&sizes).iter().zip(expected) {
+        for (avar, expected) in model.avar(&sizes).iter().zip(expected) {
             // The density of the rate random walk is integrated from half a step on.
-            assert!((found / expected - 1.0).abs() < 1e-3, "{found} instead of {expected}");
+            assert!((avar / expected - 1.0).abs() < 1e-3, "{avar} instead of {expected}");
         }
     }
 
@@ -181,9 +181,9 @@ pub(crate) mod tests {
             })
             .collect();
         let sizes = [100, 1000, 10_000];
-        let found = allan_variances(&[&rate], &sizes, Overlap::Full, Counting::Standard, None).unwrap();
-        for (expected, found) in model.avar(&sizes).iter().zip(&found[0]) {
-            assert!((found.avar / expected - 1.0).abs() < 0.1, "{} instead of {expected}", found.avar);
+        let measured = allan_variances(&[&rate], &sizes, Overlap::Full, Counting::Standard, None).unwrap();
+        for (expected, measured) in model.avar(&sizes).iter().zip(&measured[0]) {
+            assert!((measured.avar / expected - 1.0).abs() < 0.1, "{} instead of {expected}", measured.avar);
         }
     }
 }

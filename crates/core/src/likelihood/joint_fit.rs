@@ -95,44 +95,44 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
         analyse_jointly(&records, &regressors, options, common)
     };
     let all: Vec<usize> = (0..runs.len()).collect();
-    let found = jointly(&all);
-    let fit = fit_of_all(&found, runs, options);
+    let joint = jointly(&all);
+    let fit = fit_of_all(&joint, runs, options);
     let observed = |k: usize| fit.terms.iter().any(|(name, term)| *name == TERM_NAMES[k] && term.observed);
     let homogeneity = (0..4)
         .filter(|&k| observed(k))
         .filter_map(|k| {
-            found.homogeneity[k].map(|(fall, freedom)| (TERM_NAMES[k], chi2_above(fall, freedom as f64)))
+            joint.homogeneity[k].map(|(fall, freedom)| (TERM_NAMES[k], chi2_above(fall, freedom as f64)))
         })
         .collect();
     JointFit {
         common: (0..4)
-            .filter(|&k| options.terms[k] && found.levels.iter().all(|level| level.term != k))
+            .filter(|&k| options.terms[k] && joint.levels.iter().all(|level| level.term != k))
             .map(|k| TERM_NAMES[k])
             .collect(),
-        spreads: found
+        spreads: joint
             .levels
             .iter()
-            .filter(|level| shows(&found, level.term))
+            .filter(|level| shows(&joint, level.term))
             .map(|level| {
                 (TERM_NAMES[level.term], Spread { relative: 0.5 * level.spread, p_value: level.p_value })
             })
             .collect(),
         homogeneity,
-        runs: judged(found, all, jointly, options.level),
+        runs: judged(joint, all, jointly, options.level),
         fit,
     }
 }
 
 /// The model of all runs: that of the longest one's times, with the lines and the mean ramp of the runs.
-fn fit_of_all(found: &Joint, runs: &[Contribution], options: &Options) -> ChannelFit {
+fn fit_of_all(joint: &Joint, runs: &[Contribution], options: &Options) -> ChannelFit {
     let mut longest = 0;
     for (k, run) in runs.iter().enumerate() {
         if run.record.duration() > runs[longest].record.duration() {
             longest = k;
         }
     }
-    let mut outcome = found.outcome.clone();
-    outcome.bins.truncate(found.bins[longest]); // the longest run's come first
+    let mut outcome = joint.outcome.clone();
+    outcome.bins.truncate(joint.bins[longest]); // the longest run's come first
     let span = Span { tau0: runs[longest].record.tau0, samples: runs[longest].samples };
     let mut fit = ChannelFit::of(&outcome, options, span);
     let lines: Vec<&[LineEstimate]> = runs.iter().map(|run| run.lines.as_slice()).collect();
@@ -142,7 +142,7 @@ fn fit_of_all(found: &Joint, runs: &[Contribution], options: &Options) -> Channe
     }
     lines.append(&mut fit.sinusoid);
     fit.sinusoid = lines;
-    let ramp = ramp_of_runs(&found.ramps_of, options.level);
+    let ramp = ramp_of_runs(&joint.ramps_of, options.level);
     for (name, term) in &mut fit.terms {
         if *name == TERM_NAMES[4] {
             *term = ramp;
@@ -153,20 +153,20 @@ fn fit_of_all(found: &Joint, runs: &[Contribution], options: &Options) -> Channe
 }
 
 /// Whether all runs together show a term.
-fn shows(found: &Joint, term: usize) -> bool {
-    found.outcome.terms[term].is_some_and(|bounds| bounds.observed)
+fn shows(joint: &Joint, term: usize) -> bool {
+    joint.outcome.terms[term].is_some_and(|bounds| bounds.observed)
 }
 
 /// What is said of each run: the one that belongs least is judged first, and the others without it.
 fn judged(
-    mut found: Joint,
+    mut joint: Joint,
     mut members: Vec<usize>,
     jointly: impl Fn(&[usize]) -> Joint,
     level: f64,
 ) -> Vec<RunEstimate> {
     let mut judged: Vec<(usize, RunEstimate)> = Vec::new();
     loop {
-        let mut runs: Vec<RunEstimate> = (0..members.len()).map(|k| of_run(&found, k, level)).collect();
+        let mut runs: Vec<RunEstimate> = (0..members.len()).map(|k| of_run(&joint, k, level)).collect();
         let worst = (0..runs.len()).min_by(|&a, &b| runs[a].p_value.total_cmp(&runs[b].p_value));
         let outlier = worst.filter(|&k| !runs[k].belongs() && members.len() > LEAST_JUDGED);
         let Some(k) = outlier else {
@@ -175,7 +175,7 @@ fn judged(
             return judged.into_iter().map(|(_, run)| run).collect();
         };
         judged.push((members.remove(k), runs.swap_remove(k)));
-        found = jointly(&members);
+        joint = jointly(&members);
     }
 }
 
@@ -183,50 +183,50 @@ fn judged(
 ///
 /// Every test asks whether the data have a value of this run for itself: of each common term, of all that is common together,
 /// and of each level among those of the other runs. The p-value is the smallest, times the number of tests of all runs.
-fn of_run(found: &Joint, k: usize, level: f64) -> RunEstimate {
-    let at = quantile(level);
+fn of_run(joint: &Joint, k: usize, level: f64) -> RunEstimate {
+    let z = quantile(level);
     let (mut values, mut own) = (Vec::new(), Vec::new());
     let mut tests: Vec<(&str, f64)> = Vec::new();
-    for one in &found.levels {
-        let (theta, error) = one.runs[k];
-        if !shows(found, one.term) || !error.is_finite() {
+    for level_of_term in &joint.levels {
+        let (theta, error) = level_of_term.runs[k];
+        if !shows(joint, level_of_term.term) || !error.is_finite() {
             continue;
         }
-        let (name, value, factor) = (TERM_NAMES[one.term], theta.sqrt(), (0.5 * at * error).exp());
+        let (name, value, factor) = (TERM_NAMES[level_of_term.term], theta.sqrt(), (0.5 * z * error).exp());
         values.push((name, Estimate { value, low: Some(value / factor), high: Some(value * factor) }));
-        if one.runs.len() >= LEAST_RUNS {
-            tests.push((name, among_others(one, k)));
+        if level_of_term.runs.len() >= LEAST_RUNS {
+            tests.push((name, among_others(level_of_term, k)));
         }
     }
-    let other = &found.others[k];
+    let alone = &joint.others[k];
     let mut falls: Vec<(&str, f64)> = Vec::new();
-    for (name, term) in TERM_NAMES.into_iter().zip(&other.terms) {
+    for (name, term) in TERM_NAMES.into_iter().zip(&alone.terms) {
         let Some([theta, error, _, fall]) = *term else { continue };
         falls.push((name, fall));
         tests.push((name, chi2_above(fall, 1.0)));
-        let ends = [theta - at * error, theta + at * error].map(|end| end.max(0.0).sqrt());
+        let ends = [theta - z * error, theta + z * error].map(|end| end.max(0.0).sqrt());
         own.push((name, Estimate { value: theta.sqrt(), low: Some(ends[0]), high: Some(ends[1]) }));
     }
-    let (fall, count) = other.all;
+    let (fall, count) = alone.all;
     if count > 0 {
         tests.push(("all", chi2_above(fall, count as f64)));
     }
     let smallest = tests.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
     let (mut cause, p_value) = smallest.unwrap_or(("all", 1.0));
-    let count = (tests.len().max(1) * found.others.len()) as f64;
+    let count = (tests.len().max(1) * joint.others.len()) as f64;
     if cause == "all" {
         let largest = falls.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
         cause = largest.filter(|&(_, own)| own > EXPLAINS * fall).map_or(cause, |(name, _)| name);
     }
-    RunEstimate { values, own, p_value: (count * p_value).min(1.0), cause, factor: factor(found, k, cause) }
+    RunEstimate { values, own, p_value: (count * p_value).min(1.0), cause, factor: factor(joint, k, cause) }
 }
 
 /// The coefficient of a run over that of the others.
-fn factor(found: &Joint, k: usize, cause: &str) -> Option<f64> {
+fn factor(joint: &Joint, k: usize, cause: &str) -> Option<f64> {
     let term = TERM_NAMES[..4].iter().position(|&name| name == cause)?;
-    let level = found.levels.iter().find(|level| level.term == term);
-    let (own, others) = match (level, found.others[k].terms[term]) {
-        (Some(level), _) => (level.runs[k].0, found.outcome.reduced[term]),
+    let level = joint.levels.iter().find(|level| level.term == term);
+    let (own, others) = match (level, joint.others[k].terms[term]) {
+        (Some(level), _) => (level.runs[k].0, joint.outcome.reduced[term]),
         (None, Some([own, _, others, _])) => (own, others),
         (None, None) => return None,
     };
@@ -318,22 +318,22 @@ fn ramp_of_runs(ramps: &[Drift], level: f64) -> TermEstimate {
 /// Lines that at least half of the runs show: the median amplitude, with the range of the runs.
 fn lines_of_runs(runs: &[&[LineEstimate]]) -> Vec<LineEstimate> {
     let reference = runs.iter().copied().reduce(|a, b| if b.len() > a.len() { b } else { a });
-    let mut found = Vec::new();
+    let mut lines = Vec::new();
     for line in reference.unwrap_or_default() {
         let mut alike: Vec<&LineEstimate> = runs.iter().filter_map(|lines| nearest(line, lines)).collect();
         if 2 * alike.len() < runs.len() {
             continue;
         }
         alike.sort_by(|a, b| a.amplitude.value.total_cmp(&b.amplitude.value));
-        let ends = || alike.iter().flat_map(|one| [one.amplitude.low, one.amplitude.high]).flatten();
+        let ends = || alike.iter().flat_map(|line| [line.amplitude.low, line.amplitude.high]).flatten();
         let amplitude = Estimate {
             value: alike[alike.len() / 2].amplitude.value,
             low: ends().reduce(f64::min),
             high: ends().reduce(f64::max),
         };
-        found.push(LineEstimate { amplitude, frequency: line.frequency });
+        lines.push(LineEstimate { amplitude, frequency: line.frequency });
     }
-    found
+    lines
 }
 
 /// The line of a run at the frequency of another one.
@@ -345,10 +345,10 @@ fn nearest<'a>(line: &LineEstimate, lines: &'a [LineEstimate]) -> Option<&'a Lin
         (low - (high - low), high + (high - low))
     };
     let (low, high) = band(line);
-    let off = |one: &LineEstimate| (one.frequency.value - line.frequency.value).abs();
+    let off = |candidate: &LineEstimate| (candidate.frequency.value - line.frequency.value).abs();
     lines
         .iter()
-        .filter(|one| band(one).0 <= high && low <= band(one).1)
+        .filter(|candidate| band(candidate).0 <= high && low <= band(candidate).1)
         .min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
@@ -382,25 +382,27 @@ mod tests {
     #[test]
     fn lines_of_half_of_the_runs() {
         let (a, b, c) = ([line(1.0, 5.0), line(3.0, 8.0)], [line(2.0, 5.005)], [line(4.0, 5.01)]);
-        let found = lines_of_runs(&[&a, &b, &c]);
-        assert_eq!(found.len(), 1);
-        assert_eq!(found[0].frequency, a[0].frequency);
-        assert_eq!(found[0].amplitude, Estimate { value: 2.0, low: Some(0.9), high: Some(4.1) });
+        let lines = lines_of_runs(&[&a, &b, &c]);
+        assert_eq!(lines.len(), 1);
+        assert_eq!(lines[0].frequency, a[0].frequency);
+        assert_eq!(lines[0].amplitude, Estimate { value: 2.0, low: Some(0.9), high: Some(4.1) });
         assert_eq!(lines_of_runs(&[&[], &[]]), []);
     }
 
     #[test]
     fn mean_ramp() {
         let ramps = |size: f64| [0.9, 1.0, 1.1].map(|x| Drift { value: size * x, error: 0.01 });
-        let found = ramp_of_runs(&ramps(1.0), 0.95);
-        assert!(found.observed && (found.value.unwrap() - 1.0).abs() < 1e-9);
+        let estimate = ramp_of_runs(&ramps(1.0), 0.95);
+        assert!(estimate.observed && (estimate.value.unwrap() - 1.0).abs() < 1e-9);
         // Student's t with 2 degrees of freedom at 95 %: 4.303 times 0.1/√3.
-        assert!((found.high.unwrap() - 1.0 - 4.302_652_7 * 0.1 / 3.0_f64.sqrt()).abs() < 1e-3);
+        assert!((estimate.high.unwrap() - 1.0 - 4.302_652_7 * 0.1 / 3.0_f64.sqrt()).abs() < 1e-3);
         let unknown = [Drift { value: f64::NAN, error: f64::NAN }, Drift { value: 1.0, error: 0.1 }];
-        let found = ramp_of_runs(&unknown, 0.95);
-        assert_eq!((found.observed, found.upper_limit, found.p_value), (false, None, Some(1.0)));
+        let estimate = ramp_of_runs(&unknown, 0.95);
+        assert_eq!((estimate.observed, estimate.upper_limit, estimate.p_value), (false, None, Some(1.0)));
         let mixed = [Drift { value: 1.0, error: 0.1 }, Drift { value: -1.0, error: 0.1 }];
-        let found = ramp_of_runs(&mixed, 0.95);
-        assert!(!found.observed && found.upper_limit.unwrap() > 10.0 && found.p_value.unwrap() > 0.9);
+        let estimate = ramp_of_runs(&mixed, 0.95);
+        assert!(
+            !estimate.observed && estimate.upper_limit.unwrap() > 10.0 && estimate.p_value.unwrap() > 0.9
+        );
     }
 }

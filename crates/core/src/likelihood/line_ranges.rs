@@ -68,8 +68,8 @@ mod tests {
         let model =
             FittedModel { terms: [1.0, 1.0, 0.0, 0.0, 0.0], ..FittedModel::without_parts(0.01, 200_000) };
         let eighth = 0.125_f64.exp2();
-        let found = model.line_ranges(&[(0, 1.0), (1, 1.0)], 0.0);
-        let [Some(steep), Some(flat)] = found[..] else { panic!("{found:?}") };
+        let ranges = model.line_ranges(&[(0, 1.0), (1, 1.0)], 0.0);
+        let [Some(steep), Some(flat)] = ranges[..] else { panic!("{ranges:?}") };
         assert!((steep.0 - 0.01).abs() < 1e-12 && (3.0 / eighth..=3.0).contains(&steep.1));
         assert!((3.0..=3.0 * eighth).contains(&flat.0) && (500.0 / eighth..=500.0).contains(&flat.1));
         // From 2 s on, less than an octave is left of the first; from beyond the record on, nothing of both.

@@ -121,9 +121,9 @@ mod tests {
                         gauss_markov: time.map(|time| (0.7_f64.sqrt(), time * tau0)).into_iter().collect(),
                         ..white(tau0)
                     };
-                    let found = model.degrees_of_freedom(&SIZES).unwrap().unwrap();
-                    for (found, expected) in found.iter().zip(&expected) {
-                        assert!((found / expected - 1.0).abs() < 1e-10, "{found} instead of {expected}");
+                    let all = model.degrees_of_freedom(&SIZES).unwrap().unwrap();
+                    for (freedom, expected) in all.iter().zip(&expected) {
+                        assert!((freedom / expected - 1.0).abs() < 1e-10, "{freedom} instead of {expected}");
                     }
                 }
             }

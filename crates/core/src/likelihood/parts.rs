@@ -53,14 +53,14 @@ pub(crate) struct Parts {
 
 impl Parts {
     /// Those of an outcome, lines with the strongest first. Resonances of the least width are lines behind the filter.
-    pub(crate) fn of(found: &Outcome, filter: Option<&FittedFilter>, level: f64) -> Self {
-        let left_out = found.lines.iter().filter(|line| line.amplitude > 0.0).map(|line| {
+    pub(crate) fn of(outcome: &Outcome, filter: Option<&FittedFilter>, level: f64) -> Self {
+        let left_out = outcome.lines.iter().filter(|line| line.amplitude > 0.0).map(|line| {
             let half = (quantile(level) * line.error).min(WIDEST * line.amplitude);
             let frequency = Estimate { value: line.frequency, low: Some(line.from), high: Some(line.to) };
             LineEstimate { amplitude: Estimate::around(line.amplitude, half), frequency }
         });
         let mut parts = Self { sinusoid: left_out.collect(), ..Self::default() };
-        for process in found.processes.iter().filter(|process| process.variance.value > 0.0) {
+        for process in outcome.processes.iter().filter(|process| process.variance.value > 0.0) {
             let sigma = Estimate::root(&process.variance);
             match process.part {
                 Part::GaussMarkov { time } => {
@@ -68,7 +68,7 @@ impl Parts {
                 }
                 Part::Resonance { frequency, width } => {
                     let width = shape_of(process, 1, width);
-                    let frequency = at_bins(shape_of(process, 0, frequency), width.value, &found.bins);
+                    let frequency = at_bins(shape_of(process, 0, frequency), width.value, &outcome.bins);
                     if is_steady(process) {
                         let power = filter.map_or(1.0, |filter| filter.power(frequency.value));
                         let amplitude = sigma.scaled((2.0 * power).sqrt());
@@ -86,7 +86,7 @@ impl Parts {
     }
 }
 
-/// A number of the shape of a process; without an interval if none was found.
+/// A number of the shape of a process; without an interval if none was outcome.
 fn shape_of(process: &Process, number: usize, value: f64) -> Estimate {
     process.shape[number].as_ref().map_or(Estimate { value, low: None, high: None }, Estimate::from)
 }
@@ -99,9 +99,9 @@ fn is_steady(process: &Process) -> bool {
 
 /// The frequency of a resonance; one that is narrower than the bins may be anywhere between two of them.
 fn at_bins(centre: Estimate, width: f64, bins: &[[f64; 4]]) -> Estimate {
-    let at = bins.partition_point(|bin| bin[0] < centre.value);
-    let around = &bins[at.saturating_sub(2)..(at + 2).min(bins.len())];
-    let spacing = around.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(0.0, f64::max);
+    let first_above = bins.partition_point(|bin| bin[0] < centre.value);
+    let neighbours = &bins[first_above.saturating_sub(2)..(first_above + 2).min(bins.len())];
+    let spacing = neighbours.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(0.0, f64::max);
     let Estimate { value, low: Some(low), high: Some(high) } = centre else { return centre };
     if width >= spacing {
         return centre;
@@ -111,14 +111,14 @@ fn at_bins(centre: Estimate, width: f64, bins: &[[f64; 4]]) -> Estimate {
 
 /// Names and covariance, row after row, of the coefficients √θ in the model and of the numbers of its processes, from that
 /// of θ, of the filter, and of the shapes: logarithms of times and widths, frequencies in widths. Lines have none.
-pub(crate) fn covariance(found: &Outcome, model: &[f64; 4]) -> (Vec<String>, Vec<f64>) {
-    let order = found.covariance.len().isqrt();
+pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<String>, Vec<f64>) {
+    let order = outcome.covariance.len().isqrt();
     // Row, name, and slope of the number by that of the row: the delta method.
     let mut rows: Vec<(usize, String, f64)> = Vec::new();
-    let mut shape = found.parameters.len() + found.filter.len();
-    let mut processes = found.processes.iter();
+    let mut shape = outcome.parameters.len() + outcome.filter.len();
+    let mut processes = outcome.processes.iter();
     let mut counts = [0, 0];
-    for (row, &part) in found.parameters.iter().enumerate() {
+    for (row, &part) in outcome.parameters.iter().enumerate() {
         let (name, numbers, count) = match part {
             Part::GaussMarkov { .. } => ("gauss_markov", &["time"][..], &mut counts[0]),
             Part::Resonance { .. } => ("resonance", &["frequency", "width"][..], &mut counts[1]),
@@ -153,7 +153,7 @@ pub(crate) fn covariance(found: &Outcome, model: &[f64; 4]) -> (Vec<String>, Vec
     let matrix = rows
         .iter()
         .flat_map(|(i, _, a)| rows.iter().map(move |(j, _, b)| (i * order + j, a * b)))
-        .map(|(at, slopes)| found.covariance[at] * slopes)
+        .map(|(index, slopes)| outcome.covariance[index] * slopes)
         .collect();
     (rows.into_iter().map(|(_, name, _)| name).collect(), matrix)
 }

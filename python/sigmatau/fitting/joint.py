@@ -19,7 +19,7 @@ from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, vibration_share, with_limits
 from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint, Spread
-from sigmatau.fitting.noise_fit import Interval, NoiseFit
+from sigmatau.fitting.noise_fit import Interval, NoiseFit, named_interval
 from sigmatau.fitting.pass_over import never_changes, summary_of, usable
 from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
@@ -318,7 +318,7 @@ def _lines(fit: NoiseFit) -> list[LineEstimate]:
 
 def _intervals(estimates: Iterable[tuple[str, Estimate]], fit: NoiseFit) -> dict[str, Interval]:
     """Coefficients by name, with the units of a fit."""
-    return {name: likelihood.interval(estimate, fit[name].unit) for name, estimate in estimates}
+    return {name: named_interval(estimate, fit[name].unit) for name, estimate in estimates}
 
 
 def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tuple[str, str]) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigmatau._native.likelihood import ChannelFit, Estimate, FilterEstimate
+from sigmatau._native.likelihood import ChannelFit, FilterEstimate
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.arguments import check_level, wanted_terms
@@ -17,12 +17,12 @@ from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
 from sigmatau.fitting.noise_fit import (
     GaussMarkov,
-    Interval,
     NoiseFit,
     Resonance,
     Sinusoid,
     WarmUp,
     fitted_term,
+    named_interval,
 )
 from sigmatau.fitting.pass_over import never_changes, summary_of
 from sigmatau.fitting.response import FittedFilter
@@ -165,25 +165,28 @@ def noise_fit_of(
             for name, term in fit.terms
         },
         gauss_markov=tuple(
-            GaussMarkov(sigma=interval(process.sigma, unit), time=interval(process.time, "s"))
+            GaussMarkov(sigma=named_interval(process.sigma, unit), time=named_interval(process.time, "s"))
             for process in fit.gauss_markov
         ),
         resonance=tuple(
             Resonance(
-                sigma=interval(band.sigma, unit),
-                frequency=interval(band.frequency, "Hz"),
-                width=interval(band.width, "Hz"),
+                sigma=named_interval(band.sigma, unit),
+                frequency=named_interval(band.frequency, "Hz"),
+                width=named_interval(band.width, "Hz"),
             )
             for band in fit.resonance
         ),
         sinusoid=tuple(
-            Sinusoid(amplitude=interval(line.amplitude, unit), frequency=interval(line.frequency, "Hz"))
+            Sinusoid(amplitude=named_interval(line.amplitude, unit), frequency=named_interval(line.frequency, "Hz"))
             for line in fit.sinusoid
         ),
         response=None if fit.response is None else _response(fit.response),
-        warm_up=None if warm_up is None else WarmUp(amplitude=interval(warm_up.amplitude, unit), time=warm_up.time),
+        warm_up=None
+        if warm_up is None
+        else WarmUp(amplitude=named_interval(warm_up.amplitude, unit), time=warm_up.time),
         regressors={
-            name: interval(coefficient, unit) for name, coefficient in zip(regressors, fit.regressors, strict=True)
+            name: named_interval(coefficient, unit)
+            for name, coefficient in zip(regressors, fit.regressors, strict=True)
         },
         highest=fit.highest,
         alike_from=fit.alike_from,
@@ -200,11 +203,6 @@ def noise_fit_of(
         level=level,
         method="likelihood",
     )
-
-
-def interval(estimate: Estimate, unit: str) -> Interval:
-    """A value with its unit."""
-    return Interval(value=estimate.value, low=estimate.low, high=estimate.high, unit=unit)
 
 
 def _response(fitted: FilterEstimate) -> FittedFilter:

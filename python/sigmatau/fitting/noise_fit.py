@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.arguments import whole_sizes
-from sigmatau._native.likelihood import FittedModel, TermEstimate
+from sigmatau._native.likelihood import Estimate, FittedModel, TermEstimate
 from sigmatau.findings.finding import plain as plain_details
 from sigmatau.findings.kinds.fit import MOST_LINES, CoarseCounts, Reason
 from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
@@ -654,6 +654,11 @@ class Fits(TablesByChannel[NoiseFit]):
     def columns(self) -> dict[str, list[Any]]:
         """The rows of all channels, see `Tabular.columns`; without channels, the same columns without rows."""
         return super().columns() or {name: [] for name in ("channel", *_TERM_COLUMNS, "verdict")}
+
+
+def named_interval(estimate: Estimate, unit: str) -> Interval:
+    """A value and its interval with their unit."""
+    return Interval(value=estimate.value, low=estimate.low, high=estimate.high, unit=unit)
 
 
 def fitted_term(name: str, unit: str, term: TermEstimate, *, level: float) -> FittedTerm:

@@ -11,7 +11,7 @@ from sigmatau._native.gls import CurveFit
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.kinds.fit import Misfit, NoCovariance, Reason, ShortTimesDeviate
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, Interval, NoiseFit, fitted_term
+from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, NoiseFit, fitted_term, named_interval
 from sigmatau.noise.terms import coefficient_unit
 
 _FITTED = (*LINEAR, "rate_ramp")  # order of a descriptive fit
@@ -42,12 +42,7 @@ def stated(
         tau0=curve.tau0,
         terms={name: fitted_term(name, unit(name), term, level=level) for name, term in fit.terms} or described,
         gauss_markov=tuple(
-            GaussMarkov(
-                sigma=Interval(
-                    value=process.sigma.value, low=process.sigma.low, high=process.sigma.high, unit=curve.unit
-                ),
-                time=Interval(value=process.time.value, low=process.time.low, high=process.time.high, unit="s"),
-            )
+            GaussMarkov(sigma=named_interval(process.sigma, curve.unit), time=named_interval(process.time, "s"))
             for process in fit.gauss_markov
         ),
         model=values,

@@ -83,7 +83,7 @@ def test_the_record_in_a_line(analysis):
 )
 def test_trust(analysis, change, severity, channels, factors, said):
     finding = Finding(details=Details(), severity=severity, channels=channels, factors=factors)
-    fitted = replace(analysis.fits["gyro_x"], **change)
+    fitted = replace(analysis.fits["gyro_x"], trust=None, **change)  # a trust that is stated stays
     assert trust(fitted, [finding], "gyro_x") == said
     again = replace(analysis, fits=Fits({"gyro_x": fitted}), findings=Findings([finding]))
     assert again["gyro_x"].trust == again.fits["gyro_x"].trust == said

@@ -16,7 +16,7 @@ from sigmatau.exporting.choices import KINDS, Choices, Unplaced, given
 from sigmatau.exporting.source import Source, have_several_rates, one_rate, sensor_rates, source_of
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
-from sigmatau.exporting.values import Numbers, Target
+from sigmatau.exporting.values import Numbers, Target, filter_rate, filter_step, three_axes
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import (
     ChoiceWithoutPlace,
@@ -181,7 +181,7 @@ def _prepared(
     return Prepared(to=wanted.name, path=path, content=content, findings=(*findings, *more)), unplaced
 
 
-_CHECKED = {"random_walk": 1e-3, "bias_instability": 1e-4, "rate_random_walk": 1e-5}  # any: the numbers are not used
+_LACKING = {"both": 0, "either": 1, "any": 2}  # sensors that a log may lack
 
 
 def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str, Mapping[str, float]]) -> None:
@@ -196,20 +196,28 @@ def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str
         Sampling rates by channel, by sensor: ``"gyro"`` and ``"accel"``. [Hz]
     """
     channels = {name: rate for of_sensor in rates.values() for name, rate in of_sensor.items()}
-    source = Source(model=NoiseModel(channels=dict.fromkeys(channels, _CHECKED)), rates=channels)
-    failures: list[OptionError | DataError] = []
-    prepare_all(source, files, choices=choices, named=True, failures=failures)
-    for error in failures:
-        if isinstance(error, DataError):
-            lacking = " and no ".join(kind for sensor, kind in KINDS.items() if sensor not in rates)
-            what = (
-                f"the log has no {lacking}, which this target requires; state-space takes any sensor"
-                if lacking
-                else error.message
-            )
-            raise OptionError(what, option="export").about(error.source)
-        if error.option in ("axes", "filter_rate", "step"):
-            raise error
+    for name in files:
+        try:
+            _check_needs(target(name), choices, channels)
+        except OptionError as error:
+            raise error.about(name) from None
+
+
+def _check_needs(wanted: Target, choices: Choices, rates: Mapping[str, float]) -> None:
+    """Raise `OptionError` for a sensor, an axis, a rate or a step that a target declares to need."""
+    sensors = {stream_name(name) for name in rates}
+    lacking = [kind for sensor, kind in KINDS.items() if sensor not in sensors]
+    if len(lacking) > _LACKING[wanted.sensors]:
+        what = f"the log has no {' and no '.join(lacking)}, which this target requires; state-space takes any sensor"
+        raise OptionError(what, option="export")
+    takes_fastest = wanted.has_rate_field and have_several_rates(sensor_rates(rates))
+    if (wanted.needs_rate or wanted.may_need_rate) and not takes_fastest:
+        filter_rate(rates, choices)
+    if wanted.needs_axes and choices.axes == "each":
+        for sensor in sensors & {*KINDS}:
+            three_axes(sensor, rates)
+    if wanted.needs_step:
+        filter_step(rates, choices)
 
 
 def check_all(names: Iterable[str], choices: Choices) -> None:

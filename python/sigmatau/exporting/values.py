@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, RANGES, Choices, given
-from sigmatau.exporting.source import Source, one_rate
+from sigmatau.exporting.source import Source, have_several_rates, one_rate
 from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.exporting import ChoiceNotUsed, LimitWritten
@@ -76,12 +76,7 @@ class Numbers:
 
     def rate(self) -> float:
         """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
-        found = one_rate(self.source.rates) if self.choices.filter_rate is None else self.choices.filter_rate
-        if found is None:
-            raise OptionError(
-                "the rate of the filter is needed; a model file has none: give {option} in Hz", option="filter_rate"
-            )
-        return found
+        return filter_rate(self.source.rates, self.choices)
 
     def known_rate(self) -> float | None:
         """Sampling rate; None if unknown or ambiguous. [Hz]"""
@@ -375,6 +370,43 @@ def _samples(horizon: float, rate: float | None) -> tuple[int, float]:
 T = TypeVar("T")
 
 
+def filter_rate(rates: Mapping[str, float], choices: Choices) -> float:
+    """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
+    rate = one_rate(rates) if choices.filter_rate is None else choices.filter_rate
+    if rate is None:
+        raise OptionError(
+            "the rate of the filter is needed; a model file has none: give {option} in Hz", option="filter_rate"
+        )
+    return rate
+
+
+def filter_step(rates: Mapping[str, float], choices: Choices) -> float:
+    """Step of the filter by the user, or one over the rate of all channels; raises `OptionError` if unknown. [s]"""
+    if choices.step is not None:
+        return choices.step
+    if choices.filter_rate is None and (not rates or have_several_rates(rates)):
+        of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
+        more = f"; the channels have several rates ({of_record})" if rates else ""
+        raise OptionError(
+            f"the step of the filter is needed: give {{option}} in seconds, or {{@filter_rate}} in Hz{more}",
+            option="step",
+        )
+    return 1 / filter_rate(rates, choices)
+
+
+def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
+    """The names of x, y and z of a sensor; raises `OptionError` if one is not there."""
+    names = [f"{sensor}_{axis}" for axis in "xyz"]
+    missing = [name for name in names if name not in channels]
+    if missing:
+        raise OptionError(
+            f"{given('axes', 'each')} needs three axes, and there is no {', '.join(missing)}; {given('axes', 'worst')}"
+            " writes one value for all",
+            option="axes",
+        )
+    return names
+
+
 def of_channel(numbers: Numbers, channel: str) -> Numbers:
     """The same choices for one channel alone."""
     return numbers.of(channel)
@@ -386,14 +418,7 @@ def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[
     if numbers.choices.axes != "each":
         one = of(numbers)
         return one, one, one
-    names = [f"{sensor}_{axis}" for axis in "xyz"]
-    missing = [name for name in names if name not in channels]
-    if missing:
-        raise OptionError(
-            f"{given('axes', 'each')} needs three axes, and there is no {', '.join(missing)}; {given('axes', 'worst')}"
-            " writes one value for all",
-            option="axes",
-        )
+    names = three_axes(sensor, channels)
     x, y, z = (of(of_channel(numbers, name)) for name in names)
     return x, y, z
 
@@ -420,6 +445,10 @@ class Target:
     summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
     ending: str  # File name extension, with the dot
     write: Callable[[Numbers], str | bytes]  # From `Numbers` to the text of the file; bytes where the file is binary
+    sensors: Literal["both", "either", "any"] = "both"  # Gyro and accelerometer, one of them, or any signals
+    needs_axes: bool = False  # Whether ``axes="each"`` needs x, y and z of each sensor
+    needs_step: bool = False  # Whether the file depends on a step that only the record or the user states
+    may_need_rate: bool = False  # Whether some noise needs the rate of the filter, so that it is asked for beforehand
     needs_rate: bool = False  # Whether the file depends on the rate of the filter
     has_rate_field: bool = False  # Whether the file has this rate in a field only: its densities do not depend on it
     has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen

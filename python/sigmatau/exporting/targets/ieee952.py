@@ -138,6 +138,7 @@ TARGET = Target(
     summary="table of Q, N, B, K, R of every channel in units of IEEE Std 952, with intervals",
     ending=".txt",
     write=write,
+    sensors="any",
     every_axis=True,
     unused=(Unused(choices=("walk", "noise", "walk_factor", "noise_factor"), why="the table has what was found"),),
 )

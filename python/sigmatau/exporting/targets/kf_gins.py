@@ -67,6 +67,7 @@ TARGET = Target(
     has_process=True,
     has_horizon=True,
     unused=(OWN_PROCESSES,),
+    needs_axes=True,
     per_axis=True,
     names={"gsstd": "300", "asstd": "300", "corrtime": ""},
 )

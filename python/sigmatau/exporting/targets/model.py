@@ -15,6 +15,7 @@ TARGET = Target(
     summary="model file of sigmatau (TOML), for simulate, plan and export: every term of every channel, in SI",
     ending=".toml",
     write=write,
+    sensors="any",
     per_axis=True,
     unused=(
         Unused(

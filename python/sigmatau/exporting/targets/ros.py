@@ -178,6 +178,8 @@ TARGET = Target(
     summary="ROS sensor_msgs/Imu covariances of one sample, measured or N^2*rate of a model, by axis",
     ending=".yaml",
     write=write,
+    sensors="either",
+    needs_axes=True,
     needs_rate=True,
     per_axis=True,
     unused=(Unused(choices=("walk", "walk_factor"), why="the message has the noise of a sample only, no bias"),),

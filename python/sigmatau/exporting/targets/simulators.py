@@ -120,6 +120,7 @@ GAZEBO = Target(
     has_process=True,
     has_horizon=True,
     unused=(OWN_PROCESSES,),
+    needs_axes=True,
     per_axis=True,
     names={
         "link": "imu_link",
@@ -174,5 +175,6 @@ GNSS_INS_SIM = Target(
     has_process=True,
     has_horizon=True,
     unused=(OWN_PROCESSES,),
+    needs_axes=True,
     per_axis=True,
 )

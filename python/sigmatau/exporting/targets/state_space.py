@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.values import Numbers, Target, Unused
+from sigmatau.exporting.values import Numbers, Target, Unused, filter_step
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
 from sigmatau.record.record import stream_name
@@ -102,7 +102,8 @@ def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
 
 def _systems(numbers: Numbers) -> dict[str, StateSpace]:
     choices = numbers.choices
-    dt = choices.step if choices.step is not None else 1 / _rate(numbers)
+    rates = {name: numbers.source.rates[name] for name in numbers.model.channels if name in numbers.source.rates}
+    dt = filter_step(rates, choices)
     output = numbers.name("output", "rate")
     if output not in get_args(Output):
         raise OptionError(f"{{option}} output={output!r}: want rate, increments or integrated", option="name")
@@ -110,18 +111,6 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
         name: state_space(_chosen(numbers, name), dt=dt, output=cast(Output, output), tau_max=choices.horizon)
         for name in numbers.model.channels
     }
-
-
-def _rate(numbers: Numbers) -> float:
-    """One over the step: the rate of all channels; raises `OptionError` if unknown or ambiguous. [Hz]"""
-    rates = {name: numbers.source.rates[name] for name in numbers.model.channels if name in numbers.source.rates}
-    if numbers.choices.filter_rate is not None or (rates and max(rates.values()) <= (1 + 1e-3) * min(rates.values())):
-        return numbers.rate()
-    of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
-    more = f"; the channels have several rates ({of_record})" if rates else ""
-    raise OptionError(
-        f"the step of the filter is needed: give {{option}} in seconds, or {{@filter_rate}} in Hz{more}", option="step"
-    )
 
 
 def _chosen(numbers: Numbers, name: str) -> ChannelModel:
@@ -254,6 +243,8 @@ TARGET = Target(
     summary="F, G, H, Qd, R, P0 of every channel for any filter: JSON, .npz or .mat by the ending",
     ending=".json",
     write=write,
+    sensors="any",
+    needs_step=True,
     has_step=True,
     has_horizon=True,
     every_axis=True,

@@ -1,6 +1,6 @@
 //! One likelihood for a channel: some 200 means of powers with gamma laws, and a model of the density that explains them.
 //!
-//! [`Pass`] goes over the samples once, [`MaskedPass`] over those of a record with missing ones. [`analyse`] selects the model: the terms, and what else the record shows (a filter,
+//! [`Pass`] goes over the samples once, [`MaskedPass`] over those of a record with missing ones. [`fit_channel`] selects the model: the terms, and what else the record shows (a filter,
 //! lines, Gauss-Markov processes, resonances, drifts), tests it, and profiles the likelihood for intervals.
 
 mod adequacy;
@@ -34,17 +34,13 @@ mod profile;
 mod runs;
 mod select;
 
-pub use analysis::analyse;
 pub use channel_fit::{ChannelFit, Verdict, WarmUpEstimate, fit_channel};
 pub use estimates::{Estimate, TermEstimate};
-pub use expected::Part;
 pub use filter::{FilterShape, FittedFilter};
 pub use fitted_model::FittedModel;
 pub use joint::Common;
 pub use joint_fit::{ALPHA, Contribution, JointFit, RunEstimate, Spread, fit_jointly};
-pub use lines::Line;
 pub use masked::{MaskedPass, Weighting};
-pub use outcome::{Drift, Options, Outcome, Process};
+pub use outcome::Options;
 pub use parts::{GaussMarkovEstimate, LineEstimate, MOST_LINES, ResonanceEstimate, TERM_NAMES};
 pub use pass::{LEAST_SAMPLES, Pass, Summary};
-pub use profile::Bounds;

@@ -47,7 +47,6 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         warm_up: drifts.warm_up,
         regressors: (0..options.regressors.len()).map(|k| drift(&plain, GIVEN_AT + k)).collect(),
         unsteadiness: unsteadiness(&plain, &bins),
-        kurtosis: record.kurtosis,
         ..outcome(&plain, &bins, test, found)
     }
 }
@@ -169,7 +168,6 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
         bands: test.bands,
         discrepancy,
         unsteadiness: (0.0, 1.0),
-        kurtosis: 0.0,
         parameters: reduced.model.parts.clone(),
         covariance: (0..count)
             .flat_map(|i| (0..count).map(move |j| (i, j)))

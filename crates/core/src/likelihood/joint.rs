@@ -65,8 +65,6 @@ pub struct Other {
 pub struct Joint {
     /// The model of all runs, with intervals; lines, drifts and steadiness are those of single runs.
     pub outcome: Outcome,
-    /// Whether ramps are in the model of every run.
-    pub ramps: bool,
     /// Ramp of each run, whether it is in the model or not.
     pub ramps_of: Vec<Drift>,
     /// Terms that differ from run to run.
@@ -111,7 +109,7 @@ pub fn analyse_jointly(
     let mut model = Model::new(parts, Vec::new());
     let free = |part: Part| Levels { part, logs: vec![0.0; records.len()], spread: FREE };
     model.levels = (0..4).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
-    let (bins, ramps) = with_ramps(runs, &model, options.drifts);
+    let bins = with_ramps(runs, &model, options.drifts);
     let mut allow = allowed(records[0], options);
     allow.quantization &= wanted[0];
     let mut free_fit = select(model.fit(&bins), &bins, allow);
@@ -139,8 +137,7 @@ pub fn analyse_jointly(
         [0, 1, 2, 3].map(|k| common[k].then(|| each_its_own(&free_fit, &bins, TERMS[k])).flatten());
     let counts = place.iter().map(|&at| bins.runs[at].0.len()).collect();
     Joint {
-        outcome: Outcome { highest, kurtosis: tails.kurtosis, ..outcome(&plain, &bins, test, found) },
-        ramps,
+        outcome: Outcome { highest, ..outcome(&plain, &bins, test, found) },
         ramps_of,
         levels,
         homogeneity,
@@ -170,7 +167,7 @@ fn longest_first(records: &[&Summary]) -> (Vec<usize>, Vec<usize>) {
 
 /// The bins of the runs. All have a ramp if the ramps add up to more than chance: the sum of their squares over their
 /// variances, with the noise of a fit that has them. A rate random walk that is fitted without them stands for them.
-fn with_ramps<'a>(runs: Vec<(Bins<'a>, Vec<usize>)>, model: &Model, wanted: bool) -> (Bins<'a>, bool) {
+fn with_ramps<'a>(runs: Vec<(Bins<'a>, Vec<usize>)>, model: &Model, wanted: bool) -> Bins<'a> {
     let mut with = runs.clone();
     let mut more = 0;
     for (_, used) in with.iter_mut().filter(|(_, used)| !used.contains(&RAMP_AT)) {
@@ -179,13 +176,13 @@ fn with_ramps<'a>(runs: Vec<(Bins<'a>, Vec<usize>)>, model: &Model, wanted: bool
     }
     let without = Bins::joined(runs);
     if !wanted || more == 0 {
-        return (without, more == 0);
+        return without;
     }
     let with = Bins::joined(with);
     let found = model.clone().fit(&with);
     let plain = found.model.clone().at(&without);
     let gain = (plain.deviance - plain.restricted) - (found.deviance - found.restricted);
-    if chi2_above(gain, f64::from(more)) < RAMPS { (with, true) } else { (without, false) }
+    if chi2_above(gain, f64::from(more)) < RAMPS { with } else { without }
 }
 
 /// Whether most runs do not show a term, so that they do not tell how it differs from run to run.

@@ -102,8 +102,6 @@ pub struct Outcome {
     pub discrepancy: Vec<(f64, f64)>,
     /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
     pub unsteadiness: (f64, f64),
-    /// Excess kurtosis of the samples.
-    pub kurtosis: f64,
     /// Parts of the reduced model, in the order of `covariance`: terms by index 0 … 3, then processes.
     pub parameters: Vec<Part>,
     /// Covariance of their parameters, of the coefficients of the filter, and of the shapes of processes in the order of the

@@ -1,8 +1,8 @@
 """Rows of several sensors in turn, without a column that tells them: found from means, scatter and stamps by turn.
 
 Each sensor has its bias, so the means of the rows differ from turn to turn and stay so. A line at half, a third or a quarter
-of the sampling rate makes such means too, and a converter with two phases makes small ones. Sensors of one bias are found
-from their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turn_noise`): rows of one sensor have it
+of the sampling rate makes such means too, and a converter with two phases makes small ones. Sensors of one bias are found by
+their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turn_noise`): rows of one sensor have it
 in common. What the rows do not tell is asked.
 """
 

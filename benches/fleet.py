@@ -68,7 +68,7 @@ def one_process(logs: Path, store: Path, *, share: int = 0, of: int = 1) -> None
     from sigmatau.store.connect import engine_of
     from sigmatau.store.naming import Naming
 
-    job = Job(reading=READING, settings={}, options={"reading": READING}, naming=Naming(folders=True))
+    job = Job(reading=READING, settings={}, naming=Naming(folders=True))
     stored = Stored(engine_of(store), job.options)
     found = find([str(logs)])[share::of]
     for at in range(0, len(found), 200):
@@ -298,7 +298,7 @@ def cost(folder: Path) -> dict[str, Any]:
     from sigmatau.store.naming import Naming
 
     logs = make_logs(folder / "logs30", 30)
-    job = Job(reading=READING, settings={}, options={"reading": READING}, naming=Naming(folders=True))
+    job = Job(reading=READING, settings={}, naming=Naming(folders=True))
     store = folder / "cost.db"
     store.unlink(missing_ok=True)
     stored, found = Stored(engine_of(store), job.options), find([str(logs)])

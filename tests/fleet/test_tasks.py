@@ -13,7 +13,7 @@ from sigmatau.fleet.tasks import Job, analyse
 from sigmatau.store.naming import Naming
 
 READING = {"rate": 100, "channels": {"gyro": "1:3"}, "unit": {"gyro": "rad/s"}}
-JOB = Job(reading=READING, settings={"method": "gls"}, options={"reading": READING}, naming=Naming(folders=True))
+JOB = Job(reading=READING, settings={"method": "gls"}, naming=Naming(folders=True))
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def test_a_defect_of_the_program_is_a_failure_of_the_log(objects, monkeypatch):
 
 def test_a_wrong_option_has_its_code(objects):
     (log, *_), _ = analyse(
-        find([str(objects / "unit1")]), Job(reading=READING | {"unit": {}}, settings={}, options={}, naming=JOB.naming)
+        find([str(objects / "unit1")]), Job(reading=READING | {"unit": {}}, settings={}, naming=JOB.naming)
     )
     assert log.code == 2
     assert "--unit" in log.error

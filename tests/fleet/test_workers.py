@@ -14,7 +14,7 @@ from sigmatau.fleet.logs import Log
 from sigmatau.fleet.tasks import Job
 from sigmatau.store.naming import Naming
 
-JOB = Job(reading={}, settings={}, options={}, naming=Naming(folders=True))
+JOB = Job(reading={}, settings={}, naming=Naming(folders=True))
 
 
 class Scheduler:

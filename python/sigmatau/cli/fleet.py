@@ -98,30 +98,24 @@ def fleet_command(
     if memory is not None and not 0.1 <= memory <= 1e5:
         raise OptionError(f"--memory {memory:g}: must be a number of GB, at least 0.1", option="memory")
 
-    from sigmatau.analysis.options import AnalysisOptions
     from sigmatau.fleet.logs import find
     from sigmatau.fleet.run import cluster
     from sigmatau.fleet.stored import Stored
     from sigmatau.fleet.tasks import Job
-    from sigmatau.io.read.options import ReadOptions
-    from sigmatau.options import stated as stated_in
     from sigmatau.store.connect import engine_of
     from sigmatau.store.naming import Naming, stated_temperature
 
     how, chosen = (reading or Reading()).arguments(), (settings or FleetSettings()).arguments()
-    of_reading = ReadOptions(**how)
-    of_reading.checked()  # what is wrong whatever the log, before it is sent to the workers
-    stated = {"reading": stated_in(of_reading), "analysis": stated_in(AnalysisOptions(**chosen))}
-    options = {of: values for of, values in stated.items() if values}
     degrees = stated_temperature(temperature)
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
+    job = Job(reading=how, settings=chosen, naming=naming)
+    options = job.options  # what is wrong whatever the log is refused here, before it is sent to the workers
     naming.check()
     # Workers are in other folders, and logs/a.csv of two folders are two logs.
     logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     found = [log for log in find(logs) if not _of_store(log.place, place)]
     runs, unnamed = _all_stated(naming, found)
     found = [log for log in found if log.place in runs]
-    job = Job(reading=how, settings=chosen, options=options, naming=naming)
     with closing(Stored(engine_of(place), options)) as stored:
         wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
         known = {log.place for log in found} - {log.place for log in wanted}

@@ -33,16 +33,25 @@ class Job:
     ----------
     reading, settings : mapping
         Options of `sigmatau.read` and `sigmatau.analyze`.
-    options : mapping
-        Those that are not the defaults, in the form of results.
     naming : Naming
         How the store calls the results.
     """
 
     reading: Mapping[str, Any]
     settings: Mapping[str, Any]
-    options: Mapping[str, Any]
     naming: Naming
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options that are not the defaults, as results state them; raises `OptionError` for a wrong one."""
+        from sigmatau.analysis.options import AnalysisOptions
+        from sigmatau.io.read.options import ReadOptions
+        from sigmatau.options import stated
+
+        reading = ReadOptions(**self.reading)
+        reading.checked()
+        of_both = {"reading": stated(reading), "analysis": stated(AnalysisOptions(**self.settings))}
+        return {of: options for of, options in of_both.items() if options}
 
 
 @frozen

@@ -8,12 +8,12 @@ from test_words import examples
 
 from sigmatau.decoding import WrongValueError, decode
 from sigmatau.findings.finding import Finding, Stated
-from sigmatau.findings.reading import FindingForm, finding_of
+from sigmatau.findings.reading import FindingForm, decode_finding
 from sigmatau.findings.wording import SUBJECTS
 
 
 def read(content):
-    return finding_of(decode(FindingForm, json.loads(json.dumps(content))))
+    return decode_finding(decode(FindingForm, json.loads(json.dumps(content))))
 
 
 @pytest.mark.parametrize("subject", SUBJECTS)

@@ -19,10 +19,10 @@ def is_result(path: Path) -> bool:
 
 def read_model(path: Path) -> NoiseModel:
     """The model of a model file, or of the JSON of an analysis; raises `DataError`."""
-    return model_of(read_analysis(path), path) if is_result(path) else NoiseModel.read(path)
+    return require_model(read_analysis(path), path) if is_result(path) else NoiseModel.read(path)
 
 
-def model_of(analysis: Analysis, path: Path) -> NoiseModel:
+def require_model(analysis: Analysis, path: Path) -> NoiseModel:
     """The model of an analysis that was read from a file; raises `DataError`, which names the file."""
     try:
         return analysis.model

@@ -20,7 +20,7 @@ from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.estimators.stability import DynamicAllan
 from sigmatau.findings.finding import Findings
 from sigmatau.findings.kinds.fit import StatedReason
-from sigmatau.findings.reading import finding_of
+from sigmatau.findings.reading import decode_finding
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, FittedTerm, NoiseFit, WarmUp
 from sigmatau.fitting.read_off import Coefficient, ReadOff
@@ -34,23 +34,23 @@ from sigmatau.record.streams import RATES
 _MOST_SAMPLES = 2**53  # whole numbers that a float holds exactly
 
 
-def read_analysis(given: str | bytes | Path) -> Analysis:
+def read_analysis(source: str | bytes | Path) -> Analysis:
     """The analysis of a file, or of JSON; raises `DataError`, also for one that failed."""
-    result = read_result(given)
+    result = read_result(source)
     try:
-        return analysis_of(result)
+        return as_analysis(result)
     except DataError as error:
-        raise (error if _is_json(given) else error.about(str(given))) from None
+        raise (error if _is_json(source) else error.about(str(source))) from None
 
 
-def read_result(given: str | bytes | Path, *, curves: bool = True) -> Analysis | FailedAnalysis:
+def read_result(source: str | bytes | Path, *, curves: bool = True) -> Analysis | FailedAnalysis:
     """The result of a file, or of JSON: text that begins with a brace, or bytes. Raises `DataError`.
 
     `curves`: whether it has its curves and what was read off them, which are most of the file.
     """
-    if isinstance(given, bytes) or (isinstance(given, str) and _is_json(given)):
-        return result_of_dict(_parsed(given), curves=curves)
-    path = Path(given)
+    if isinstance(source, bytes) or (isinstance(source, str) and _is_json(source)):
+        return result_of_dict(_parsed(source), curves=curves)
+    path = Path(source)
     try:
         return result_of_dict(_parsed(path.read_bytes()), curves=curves)
     except OSError as error:
@@ -59,8 +59,8 @@ def read_result(given: str | bytes | Path, *, curves: bool = True) -> Analysis |
         raise error.about(str(path)) from None
 
 
-def _is_json(given: str | bytes | Path) -> bool:
-    return isinstance(given, bytes) or (isinstance(given, str) and given.lstrip("\ufeff \t\r\n")[:1] in ("{", "["))
+def _is_json(source: str | bytes | Path) -> bool:
+    return isinstance(source, bytes) or (isinstance(source, str) and source.lstrip("\ufeff \t\r\n")[:1] in ("{", "["))
 
 
 def _parsed(text: str | bytes) -> object:
@@ -107,16 +107,16 @@ def _failed(form: forms.ResultForm, error: forms.ErrorForm) -> FailedAnalysis:
     )
 
 
-def result_of(given: object) -> Analysis | FailedAnalysis:
+def as_result(source: object) -> Analysis | FailedAnalysis:
     """A result from whatever a caller has: an analysis, its parsed JSON, or the file of it; raises `DataError`."""
-    if isinstance(given, Analysis | FailedAnalysis):
-        return given
-    if isinstance(given, str | Path):
-        return read_result(Path(given))
-    return result_of_dict(given)
+    if isinstance(source, Analysis | FailedAnalysis):
+        return source
+    if isinstance(source, str | Path):
+        return read_result(Path(source))
+    return result_of_dict(source)
 
 
-def analysis_of(result: Analysis | FailedAnalysis) -> Analysis:
+def as_analysis(result: Analysis | FailedAnalysis) -> Analysis:
     """The analysis; raises `DataError` for one that failed."""
     if isinstance(result, FailedAnalysis):
         raise result.error()
@@ -139,6 +139,7 @@ def _analysis(form: forms.ResultForm) -> Analysis:
         except WrongValueError as error:
             error.path += [name, "channels"]
             raise
+    channels = form.channels
     return Analysis(
         source=Provenance(
             path=source.path,
@@ -150,17 +151,19 @@ def _analysis(form: forms.ResultForm) -> Analysis:
             options=options.reading,
             checksum=source.sha256,
         ),
-        findings=Findings(map(finding_of, form.findings)),
+        findings=Findings(map(decode_finding, form.findings)),
         curves=Curves(curves),
         fits=Fits(fits),
         read_off=read_off,
         grids={},
-        stability={name: _stability(of.stability) for name, of in form.channels.items() if of.stability is not None},
-        mean_stability={
-            name: tuple(map(_means, of.mean_stability)) for name, of in form.channels.items() if of.mean_stability
+        stability={
+            name: _stability(channel.stability)
+            for name, channel in form.channels.items()
+            if channel.stability is not None
         },
+        mean_stability={name: tuple(map(_means, c.mean_stability)) for name, c in channels.items() if c.mean_stability},
         rest=None if form.rest is None else _rest(form.rest),
-        means={name: of.mean for name, of in form.channels.items() if of.mean is not None},
+        means={name: channel.mean for name, channel in form.channels.items() if channel.mean is not None},
         options=options.analysis,
         notes=form.notes,
         version=form.sigmatau,

@@ -20,7 +20,7 @@ from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import trust
 from sigmatau.fitting.read_off import ReadOff
-from sigmatau.fitting.to_model import models_of
+from sigmatau.fitting.to_model import to_models
 from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality.means import ChannelMean
@@ -134,7 +134,7 @@ class Analysis(Tabular):
     def from_json(cls, source: str | bytes | Path) -> Self:
         """Read the JSON of an analysis, whatever version of sigmatau wrote it.
 
-        `grids` and the stretches of `used`, are not in the JSON.
+        `grids` and `used` are not in the JSON.
 
         Parameters
         ----------
@@ -184,9 +184,9 @@ class Analysis(Tabular):
         DataError
             If the content is not a result; names the place of a wrong value.
         """
-        from sigmatau.analysis.reading import analysis_of, result_of_dict
+        from sigmatau.analysis.reading import as_analysis, result_of_dict
 
-        return cast(Self, analysis_of(result_of_dict(content)))
+        return cast(Self, as_analysis(result_of_dict(content)))
 
     @property
     def model(self) -> NoiseModel:
@@ -197,7 +197,7 @@ class Analysis(Tabular):
         DataError
             If no channel has one.
         """
-        models = models_of(self.fits)
+        models = to_models(self.fits)
         if models:
             return NoiseModel(channels=models)
         raise DataError(self.reason_without_fits or "no channel of this result has a model")

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sigmatau.analysis.inputs import is_result, model_of
+from sigmatau.analysis.inputs import is_result, require_model
 from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import say, working
@@ -144,7 +144,7 @@ def _channels(source: Path) -> dict[str, _Channel]:
         return {name: _of_model(name, noise) for name, noise in NoiseModel.read(source).items()}
     analysis = read_analysis(source)
     if not analysis.fits:
-        model_of(analysis, source)  # raises the reason
+        require_model(analysis, source)  # raises the reason
     try:
         return {name: _of_fit(name, fit) for name, fit in analysis.fits.items()}
     except DataError as error:

@@ -12,7 +12,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis
-from sigmatau.analysis.inputs import is_result, model_of
+from sigmatau.analysis.inputs import is_result, require_model
 from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.earlier import expect
@@ -83,7 +83,7 @@ def predict_command(
     average = None if calibration is None else _time(calibration, "calibration")
     check_model(source)
     analysis = read_analysis(source) if is_result(source) else None
-    model = NoiseModel.read(source) if analysis is None else model_of(analysis, source)
+    model = NoiseModel.read(source) if analysis is None else require_model(analysis, source)
     if channels:
         for name in channels:
             if name not in model.channels:

@@ -25,7 +25,7 @@ from sigmatau.datasheets.verdict import Comparison, Judged, Reading, Status, Ver
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.to_model import models_of
+from sigmatau.fitting.to_model import to_models
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import doubt_text
 from sigmatau.model.noise_model import NoiseModel
@@ -176,7 +176,7 @@ def _models(result: NoiseModel | Fitted) -> tuple[dict[str, ChannelModel], list[
         measures = (fit.quantity, fit.rate_unit)
         if QUANTITIES.get(stream_name(name), measures) != measures:
             raise DataError(f"channel {name!r}: this name does not fit {' in '.join(measures)}")
-    models = models_of(fits)
+    models = to_models(fits)
     means: Mapping[str, Sequence[MeanStability]] = getattr(result, "mean_stability", {})
     by_channel = {name: measured_means(rows) for name, rows in means.items() if name in fits}
     return models, [name for name in fits if name not in models], by_channel

@@ -32,9 +32,9 @@ def source_of_analysis(
 ) -> Source:
     """The source of the model of an analysis; `version` of the program that made it."""
     names = tuple(model.channels)
-    found = tuple(findings)
-    filters = [one for one in found if one.code == LowPassFilter.code and one.size is not None]
-    corners = {name: one.size for one in filters for name in one.channels if name in model.channels and one.size}
+    every = tuple(findings)
+    filters = [finding for finding in every if finding.code == LowPassFilter.code and finding.size is not None]
+    corners = {name: f.size for f in filters for name in f.channels if name in model.channels and f.size}
     samples = {name: _sample_variance(curves[name]) for name in names if name in curves}
     topic = {"topic": origin.topics[0]} if len(origin.topics) == 1 and origin.topics[0].startswith("/") else {}
     chosen = {name: fits[name] for name in names}
@@ -45,7 +45,7 @@ def source_of_analysis(
         samples={name: sample for name, sample in samples.items() if sample is not None},
         names=topic,
         poor=tuple(name for name in names if fits[name].trust == "poor"),
-        head=(_origin_line(origin, next(iter(chosen.values())), version), *_fit_lines(chosen), *_lines(found, chosen)),
+        head=(_origin_line(origin, next(iter(chosen.values())), version), *_fit_lines(chosen), *_lines(every, chosen)),
     )
 
 
@@ -105,8 +105,8 @@ def _lines(findings: Iterable[Finding], fits: Mapping[str, NoiseFit]) -> list[st
             kinds.setdefault(finding.code, []).append(finding)
     lines = []
     for alike in [*kinds.values()][:_KINDS_IN_HEAD]:
-        worst = max(alike, key=lambda one: abs(one.size or 0.0))
-        others = dict.fromkeys(name for one in alike for name in one.channels if name not in worst.channels)
+        worst = max(alike, key=lambda finding: abs(finding.size or 0.0))
+        others = dict.fromkeys(name for finding in alike for name in finding.channels if name not in worst.channels)
         about = f"{axes_text(list(worst.channels))}: " if worst.channels else ""
         also = f"; also {axes_text(list(others))}" if others else ""
         lines.append(f"{worst.severity}: {about}{words(worst).message}{also}")

@@ -37,7 +37,7 @@ class FindingForm:
         return self.message
 
 
-def finding_of(form: FindingForm) -> Finding:
+def decode_finding(form: FindingForm) -> Finding:
     """The finding of its JSON form."""
     kind = details_by_code().get(form.code)
     details: Details = Stated(stated_code=form.code, message=form.message, action=form.action, parameters=form.details)

@@ -97,7 +97,7 @@ def _highest(fit: NoiseFit, rate: float) -> float | None:
     return min(ends, default=None)
 
 
-def models_of(fits: Mapping[str, NoiseFit]) -> dict[str, ChannelModel]:
+def to_models(fits: Mapping[str, NoiseFit]) -> dict[str, ChannelModel]:
     """The models of the channels that have one; raises `DataError`, which names the channel."""
     models = {}
     for name, fit in fits.items():

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 
 from sigmatau.analysis import Analysis
 from sigmatau.analysis.failed import FailedAnalysis
-from sigmatau.analysis.reading import result_of
+from sigmatau.analysis.reading import as_result
 from sigmatau.datasheets.claims import Bias, Sided
 from sigmatau.datasheets.compare import check_options, compare_with
 from sigmatau.datasheets.sheet import Datasheet
@@ -62,7 +62,7 @@ def examine(
         return Examined(result=without_result(str(result)))
     path = str(result) if isinstance(result, str | Path) else ""
     try:
-        analysis = result_of(result)
+        analysis = as_result(result)
         unit = unit_of(analysis)
         if path and not unit.path:
             unit = replace(unit, path=path)

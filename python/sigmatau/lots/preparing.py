@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.analysis.reading import result_of
+from sigmatau.analysis.reading import as_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lots.reading import gather, read_runs
 from sigmatau.lots.runs import Run, RunsBuilder, RunTable, joined
@@ -51,7 +51,7 @@ def table_of(
             continue
         builder = RunsBuilder()
         try:
-            builder.add_result(result_of(one), name=name, serial=serial)
+            builder.add_result(as_result(one), name=name, serial=serial)
         except DataError as error:
             builder.add_run(Run(name=name, serial=serial or "", problem=str(error)))
         own = builder.table()

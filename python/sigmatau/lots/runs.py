@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.analysis import Analysis
 from sigmatau.analysis.failed import FailedAnalysis
-from sigmatau.analysis.reading import analysis_of
+from sigmatau.analysis.reading import as_analysis
 from sigmatau.errors import DataError
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
@@ -157,7 +157,7 @@ class RunsBuilder:
         run_name, unit = _named(name, result.notes, serial)
         run = Run(name=run_name, serial=unit, place=place, notes=result.notes)
         try:
-            analysis = analysis_of(result)
+            analysis = as_analysis(result)
             rows = _rows(analysis)
         except DataError as error:
             self.add_run(replace(run, problem=str(error)))

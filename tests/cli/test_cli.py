@@ -27,7 +27,7 @@ HEADER = "gyro_x [deg/s],gyro_y [deg/s],accel_z [g]"
 
 
 def table(rows=1200, header=HEADER):
-    y = np.random.default_rng(9).standard_normal((rows, 3))
+    y = np.random.default_rng(9).standard_normal((rows, 3)) * (0.1, 0.1, 0.01)
     return "\n".join([header, *(",".join(f"{v:.6f}" for v in row) for row in y)]) + "\n"
 
 
@@ -214,7 +214,7 @@ class TestAnalyze:
         cases = {
             "ramp": (white + 1e-2 * t, "adequate"),
             "line": (white + np.sin(2 * np.pi * 23.3 * t), "adequate_with"),
-            "lines": (white + np.sin(0.3 * t) + np.sin(2 * t), "widened"),
+            "lines": (white + 0.3 * np.sin(0.3 * t) + 0.3 * np.sin(2 * t), "widened"),
             "short": (white[:30], "too_short"),
         }
         for name, (y, verdict) in cases.items():

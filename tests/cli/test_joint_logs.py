@@ -19,7 +19,7 @@ def write(path, seed, n=4000, rate=10.0, channels=("gyro_x", "gyro_y"), slow=0.0
     x = rng.standard_normal((n, len(channels))) + slow * np.cumsum(rng.standard_normal((n, len(channels))), axis=0)
     if change is not None:
         change(x)
-    unit = "deg/h" if channels[0].startswith("gyro") else "m/s^2"
+    unit = "deg/h" if channels[0].startswith("gyro") else "mm/s^2"
     header = "time [s]," + ",".join(f"{name} [{unit}]" for name in channels)
     np.savetxt(path, np.c_[np.arange(n) / rate, x], delimiter=",", header=header, comments="", fmt="%.9g")
     return path

@@ -9,7 +9,7 @@ import pytest
 
 from sigmatau import read
 from sigmatau._native import formats
-from sigmatau.cli import options
+from sigmatau.cli import reading
 
 TEXT = "time [s],gyro_x [rad/s]\n" + "".join(f"{k / 100:.2f},{k % 7}\n" for k in range(50_000))
 
@@ -28,7 +28,7 @@ def test_every_byte_of_the_file_is_counted(tmp_path, name):
 
 def test_the_bar_follows_the_reader_and_begins_anew_with_a_second_pass(tmp_path, monkeypatch):
     log = tmp_path / "log"
-    log.write_bytes(bytes(options._LEAST_PROGRESS + 1))
+    log.write_bytes(bytes(reading._LEAST_PROGRESS + 1))
     size = log.stat().st_size
     counts = iter([1000, 1000 + size // 4, 1000 + size // 2, 1000 + size + size // 4])
     last = [1000]
@@ -44,10 +44,10 @@ def test_the_bar_follows_the_reader_and_begins_anew_with_a_second_pass(tmp_path,
         yield shown.append
 
     monkeypatch.setattr(formats, "bytes_read", counted)
-    monkeypatch.setattr(options, "working", working)
-    monkeypatch.setattr(options, "_PROGRESS_INTERVAL", 0.001)
+    monkeypatch.setattr(reading, "working", working)
+    monkeypatch.setattr(reading, "_PROGRESS_INTERVAL", 0.001)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with options.reading(log):
+    with reading.reading_shown(log):
         end = time.monotonic() + 60
         while len(shown) < 3 and time.monotonic() < end:
             time.sleep(0.001)
@@ -56,7 +56,7 @@ def test_the_bar_follows_the_reader_and_begins_anew_with_a_second_pass(tmp_path,
 
 def test_nothing_is_followed_where_nobody_looks(tmp_path, monkeypatch):
     log = tmp_path / "log"
-    log.write_bytes(bytes(options._LEAST_PROGRESS + 1))
-    monkeypatch.setattr(options.threading, "Thread", None)  # would be an error to start
-    with options.reading(log, quiet=True):
+    log.write_bytes(bytes(reading._LEAST_PROGRESS + 1))
+    monkeypatch.setattr(reading.threading, "Thread", None)  # would be an error to start
+    with reading.reading_shown(log, quiet=True):
         pass

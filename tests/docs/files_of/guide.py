@@ -15,13 +15,13 @@ SIX = {axis: "deg/s" if axis.startswith("gyro") else "g" for axis in AXES}
 def make(folder: Path) -> None:
     """The files that the page names."""
     mems_log(folder / "static.csv", duration=3600.0, rate=20.0, axes=["gyro_x", "accel_x"])
-    timed(folder / "unit.csv", noise("unit", 1000, 3), GYROS)
+    timed(folder / "unit.csv", 0.1 * noise("unit", 1000, 3), GYROS)
     for name in ("night1.csv", "night2.csv"):
-        timed(folder / name, noise(name, FEW, 6), SIX)
+        timed(folder / name, (*(0.1,) * 3, *(0.02,) * 3) * noise(name, FEW, 6), SIX)
     samples = noise("few rows", FEW, 7)
     samples[:, 0] = np.arange(FEW) / 100
     np.savetxt(folder / "imu.txt", samples)
-    timed(folder / "growing.csv", noise("growing", 1000, 3), dict.fromkeys(AXES[:3], "rad/s"))
+    timed(folder / "growing.csv", 1e-3 * noise("growing", 1000, 3), dict.fromkeys(AXES[:3], "rad/s"))
     for name, columns in (("log.csv", AXES), ("daq.csv", AXES[:3]), ("counts.csv", AXES[:3])):
         volts = 2.5 + 1e-3 * noise(name, FEW, len(columns))
         table(folder / name, volts, ",".join(columns))
@@ -30,12 +30,12 @@ def make(folder: Path) -> None:
     np.savetxt(folder / "phase.txt", np.cumsum(noise("phase", 1000, 1)))
     for name in ("imu.toml", "rlg.toml"):
         (folder / name).write_text(block_of("docs/guide.md", "toml"), encoding="utf-8")
-    spec = 'name = "spec"\nmaker = "us"\nsource = "here"\n[gyro]\nrandom_walk = { maximum = "60 deg/sqrt(h)" }\n'
+    spec = 'name = "spec"\nmaker = "us"\nsource = "here"\n[gyro]\nrandom_walk = { maximum = "6 deg/sqrt(h)" }\n'
     (folder / "spec.toml").write_text(spec)
     (folder / "units.txt").write_text("unit1\nunit2\n")
     for unit in (1, 2):
         log = folder / "shift" / f"unit{unit}.csv"
-        timed(log, noise(f"unit {unit}", 1000, 3), GYROS)
+        timed(log, 0.1 * noise(f"unit {unit}", 1000, 3), GYROS)
         copied(log, folder / "logs" / log.name, folder / "night" / log.name)
         analysed(log, folder / f"unit{unit}.json")
     analysed(folder / "static.csv", folder / "result.json")
@@ -43,7 +43,7 @@ def make(folder: Path) -> None:
     (folder / "table1.csv").write_text(typed("arcsec", (0.973, 0.960, 0.919)))
     for day in range(1, 4):
         log = folder / f"day{day}.csv"
-        timed(log, noise(log.name, 1000, 2), {"gyro_x": "deg/s", "accel_x": "g"})
+        timed(log, (0.1, 0.002) * noise(log.name, 1000, 2), {"gyro_x": "deg/s", "accel_x": "g"})
         analysed(log, log.with_suffix(".json"), "--note", "serial number=A123", "--note", f"run=day {day}")
         copied(log.with_suffix(".json"), folder / "results" / f"day{day}.json")
     add = ["store", "add", str(folder / "results"), "--store", str(folder / "lab.db"), "--date", "2026-05-01", "-q"]

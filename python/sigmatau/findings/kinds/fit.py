@@ -175,7 +175,7 @@ class CrowdedLines:
     lines : int
         Lines of the model.
     share : float
-        Part of the band that they take.
+        Share of the band that they take. [1]
     highest : float
         Upper end of the interval of the random walk if they are noise. [SI]
     """
@@ -279,7 +279,7 @@ class Widened(Details, code="widened"):
     lines : int
         Spectral lines of the model.
     crowded : float
-        Part of the band that the lines take, if it is so much that they may be noise; otherwise 0.
+        Share of the band that the lines take, if it is so much that they may be noise; otherwise 0. [1]
     """
 
     frequency: float

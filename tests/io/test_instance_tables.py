@@ -9,6 +9,7 @@ from known import seed_of
 from sigmatau.errors import OptionError
 from sigmatau.io.read import read
 from sigmatau.io.read.inspection import inspect
+from sigmatau.io.read.options import ReadOptions
 
 N = 4000
 UNIT = {"gyro": "rad/s", "accel": "m/s^2", "time": "s"}
@@ -72,7 +73,7 @@ def test_instances_are_topics(tmp_path, name, column):
         stream = read(tmp_path / name, unit=UNIT, topic=f"imu{turn}").stream_of("gyro_x")
         assert stream.grid.rate == pytest.approx(100.0)
         np.testing.assert_array_equal(stream.column("gyro_x"), columns["gyro_x"][turn::2])
-    shown = inspect(tmp_path / name, unit=UNIT)
+    shown = inspect(tmp_path / name, ReadOptions(unit=UNIT))
     assert [(t.rows, t.rate) for t in shown.tables] == [(N // 2, pytest.approx(100.0))] * 2
 
 
@@ -130,5 +131,5 @@ def test_instances_of_a_frame_are_chosen_by_topic():
 
 
 def test_instances_of_dataflash_keep_their_names(field_data):
-    shown = inspect(field_data / "field" / "dataflash_171.bin")
+    shown = inspect(field_data / "field" / "dataflash_171.bin", ReadOptions())
     assert {"IMU", "IMU2", "IMU3"} <= {table.topic for table in shown.tables}

@@ -271,6 +271,42 @@ def test_a_table_of_results_by_axis_is_one_table(tmp_path):
     assert [table.topic for table in shown.tables] == [""]
 
 
+def counted(path, name, values, stamps, samples):
+    """Write a table with a column of whole numbers behind the samples."""
+    lines = [last(str(k), 0, t, [f"{v:.6f}" for v in row]) for k, t, row in zip(values, stamps, samples, strict=True)]
+    path.write_text("\n".join([f"time [s],gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z,{name}", *lines]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("name", ["frame", "tag", "id", "kind", "label", "imu_frame"])
+@pytest.mark.parametrize("period", [2, 3, 4, 8, 16])
+def test_a_counter_of_one_sensor_is_no_instance(tmp_path, name, period):
+    source = imu(f"counter {name} {period}", "")
+    path = counted(tmp_path / "log.csv", name, np.arange(len(source.t)) % period, source.t, source.values)
+    if name == "imu_frame":  # the name of a device, of which sensors of one bias are told by nothing else
+        with pytest.raises(OptionError, match="If the column is a counter of one sensor"):
+            read(path, unit=UNITS)
+    for stated in (1,) if name == "imu_frame" else (None, 1):
+        record = read(path, unit=UNITS, interleaved=stated)
+        assert record.streams[0].grid.n == len(source.t)
+        assert record.streams[0].grid.rate == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize("name", ["frame", "tag", "id"])
+@pytest.mark.parametrize("way", ["bias", "noise", "instant"])
+def test_sensors_under_such_names_are_instances(tmp_path, name, way):
+    first, second = imu(f"{name} {way} 0", "0"), imu(f"{name} {way} 1", "1", bias=0.006 if way == "bias" else 0.0)
+    if way == "noise":
+        second.values = second.values.mean(axis=0) + 4 * (second.values - second.values.mean(axis=0))
+    at = 1e-4 if way == "instant" else 5e-3
+    stamps = np.stack((first.t, first.t + at), axis=1).ravel()
+    samples = np.stack((first.values, second.values), axis=1).reshape(len(stamps), -1)
+    path = counted(tmp_path / "log.csv", name, np.arange(len(stamps)) % 2, stamps, samples)
+    with pytest.raises(OptionError, match=f"'{name}' has 0 and 1, so the rows are of several sensors"):
+        read(path, unit=UNITS)
+    assert read(path, unit=UNITS, topic="imu1").streams[0].grid.n == len(second.t)
+
+
 def test_a_line_of_a_kind_is_named_by_its_line_in_the_file(tmp_path):
     lines = merged(PAIR, first())
     broken = max(k for k, line in enumerate(lines) if line.startswith("Accel"))

@@ -198,6 +198,40 @@ class TestImplausible:
         assert rate_of(read(log(tmp_path, "time [s]", (GRID / 1e9)[:90]))) == pytest.approx(100.0)
 
 
+class TestSampleNumbers:
+    """Whole numbers from 0 or 1 under a header of seconds: seconds of a log at 1 Hz, or numbers of the samples."""
+
+    @pytest.mark.parametrize("name", ["time [s]", "Time (s)", "timestamp_s", "t_s"])
+    @pytest.mark.parametrize("start", [0, 1])
+    @pytest.mark.parametrize("form", ["{}", "{}.0"])
+    def test_they_are_asked_for(self, tmp_path, name, start, form):
+        path = log(tmp_path, name, [form.format(start + k) for k in range(N)])
+        with pytest.raises(OptionError, match=rf"counts {start}, {start + 1}, {start + 2} ….*at 1 Hz, or numbers"):
+            read(path)
+        for rate in (100.0, 50.0, 1.0):
+            record = read(path, rate=rate)
+            assert (rate_of(record), record.findings) == (rate, ())
+        assert rate_of(read(path, unit={"time": "s"})) == pytest.approx(1.0)
+
+    def test_numbers_are_lost_with_samples(self, tmp_path):
+        numbers = [k for k in range(N) if k not in {7, 900, 901, 1400}]
+        path = log(tmp_path, "time [s]", numbers)
+        with pytest.raises(OptionError, match="numbers of the samples"):
+            read(path)
+        assert read(path, rate=100).streams[0].grid.n == N
+
+    @pytest.mark.parametrize("start", [2, 300, 1_700_000_000])
+    def test_a_clock_of_whole_seconds_does_not_begin_with_them(self, tmp_path, start):
+        assert rate_of(read(log(tmp_path, "time [s]", start + np.arange(N)))) == pytest.approx(1.0)
+
+    @pytest.mark.parametrize("step", [0.01, 0.1, 0.5, 2])
+    def test_other_steps_are_none(self, tmp_path, step):
+        assert rate_of(read(log(tmp_path, "time [s]", np.arange(N) * step))) == pytest.approx(1 / step)
+
+    def test_other_signals_may_be_of_1_hz(self, tmp_path):
+        assert rate_of(read(log(tmp_path, "time [s]", range(N), sensor="x [K]"), channels={"x": 2})) == 1.0
+
+
 class TestWholeSeconds:
     """A clock of whole seconds, and samples that its ticks do not divide evenly."""
 

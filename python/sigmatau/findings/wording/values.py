@@ -76,7 +76,7 @@ def _copied_stretch(_: Finding, details: CopiedStretch) -> Words:
     return Words(
         f"the {details.rows} rows from {clock(details.copy)} on equal those from {clock(details.start)} on,"
         f" {seconds(details.duration)} s long",
-        "Check how the log was written; leave the copy out with --exclude",
+        "Check how the log was written; leave the copy out with --leave-out",
     )
 
 

@@ -20,6 +20,7 @@ from sigmatau.io.read import assemble
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
+from sigmatau.io.read.instances import state_single_sensor
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.io.read.registry import reader_of, require_text
 from sigmatau.io.read.repeated_clocks import separate_clocks
@@ -96,7 +97,8 @@ def read(path: str | os.PathLike[str], options: ReadOptions) -> Record:
 @contextlib.contextmanager
 def opened(path: str | os.PathLike[str], options: ReadOptions) -> Iterator[tuple[Path | None, Sequence[Table]]]:
     """A file (None for a URL) and its tables; errors are prefixed with the name of the file."""
-    with expansion_limit(options.max_expansion):
+    single = options.interleaved == 1
+    with expansion_limit(options.max_expansion), state_single_sensor(single=single):
         yield from _opened(os.fsdecode(path), options.layout, int(options.skip))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.errors import OptionError
+from sigmatau.errors import OptionError, argument
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.io.read.instances import find_sensor
@@ -250,13 +250,16 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
     if not likely and tables[0].kind is None and not any(map(_sensors, tables)):
         raise _no_imu(tables)
     likely = likely or [table for table in tables if table.rows != 0] or list(tables)
+    counter = ""
     what = "has several sensors" if both or gyro or accel else "has several tables, none with all axes of a sensor"
     if (kind := tables[0].kind) is not None:
         what = f"{kind.place()}, so the rows are of several sensors"
+        if both and kind.label.replace(".", "").isdigit():
+            counter = f". If the column is a counter of one sensor, state {argument('interleaved', 1)}"
     examples = [device.tables for device in devices[:_PROPOSED]]
     examples = examples or ([[gyro[0], accel[0]]] if gyro and accel and not both else [likely[:1]])
     example = ", or ".join(" ".join(f"--topic {table.topic!r}" for table in chosen) for chosen in examples)
-    raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}", option="topic")
+    raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}{counter}", option="topic")
 
 
 def _no_imu(tables: Sequence[Table]) -> OptionError:

@@ -13,6 +13,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import assemble
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
 from sigmatau.io.read.instance_tables import separate_instances
+from sigmatau.io.read.instances import state_single_sensor
 from sigmatau.io.read.options import TableOptions
 from sigmatau.io.read.repeated_clocks import separate_clocks
 from sigmatau.io.read.table import Column, Table
@@ -73,7 +74,8 @@ def from_frame(frame: object, options: TableOptions) -> Record:
     """
     checked = options.checked()
     try:
-        tables = separate_turns(separate_instances(separate_clocks([_table(frame)])), checked)
+        with state_single_sensor(single=checked.interleaved == 1):
+            tables = separate_turns(separate_instances(separate_clocks([_table(frame)])), checked)
         return assemble.assemble(assemble.choose_tables(tables, checked.topic, checked.channels), None, checked)
     except OptionError as error:
         raise error.about("the frame") from None

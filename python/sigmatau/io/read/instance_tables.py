@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.kind_columns import with_sensor_names
-from sigmatau.io.read.instances import cycles_with_rows, find_sensor, has_instance_name, may_be_instance, means_differ
+from sigmatau.io.read.instances import (
+    cycles_with_rows,
+    find_sensor,
+    has_device_name,
+    has_instance_name,
+    has_single_sensor,
+    is_single_sensor_stated,
+    may_be_instance,
+    means_differ,
+)
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Loaded, RowKind, Table
 
@@ -86,15 +95,20 @@ def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic]
     sensors = [sensor for label in labels if column < 0 and (sensor := find_sensor(label)) is not None]
     if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
         return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
-    if not cycles_with_rows(order):
+    if is_single_sensor_stated() or not cycles_with_rows(order):
         return False
-    if has_instance_name(name):
+    is_named = has_instance_name(name)
+    if is_named and (column < 0 or has_device_name(name)):
         return True
-    if not may_be_instance(name):
+    if not is_named and not may_be_instance(name):
         return False
     codes = {label: k for k, label in enumerate(labels)}
     order = order[:_HEAD]
-    return means_differ(_values(table, np.arange(len(order))), np.array([codes[label] for label in order]))
+    of_rows = np.array([codes[label] for label in order])
+    values = _values(table, np.arange(len(order)))
+    if len(values) != len(of_rows):  # columns of several lengths
+        return is_named
+    return not has_single_sensor(values, of_rows) if is_named else means_differ(values, of_rows)
 
 
 def _values(table: Table, rows: NDArray[np.intp]) -> NDArray[np.float64]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +37,30 @@ _SHIFT_ERRORS = 8.0  # the same, over its standard error; differences of neighbo
 _MIN_DISTINCT = 5  # different values of a signal in the rows of one kind
 _MIN_COLUMNS = 2  # columns whose means, or scatters, must differ
 _SCATTERS = 2.0  # ratio of the scatters of two sensors: 8 standard errors for 100 rows of a kind
+_SCATTER_ERROR = 1.17 * 2**0.5  # of the logarithm of such a ratio, times the root of the rows of a kind
+_SCATTER_ERRORS = 4.0  # the same ratio, in standard errors: matters for fewer than 100 rows of a kind
 _ROWS_OF_BLOCK = 20  # rows of the average block of one sensor
+_TOGETHER = 0.25  # interval between rows of one instant, over the mean interval
+_GROUPED = 0.2  # share of such intervals from which on several sensors are sampled together
 _PARTS = 4  # parts of the head in which they must differ alike: the beat of a line changes its sign
+
+
+_of_single_sensor = ContextVar("of_single_sensor", default=False)
+
+
+@contextmanager
+def state_single_sensor(*, single: bool) -> Iterator[None]:
+    """State whether all rows are of a single sensor, whatever a column counts, for the readers that are called within."""
+    token = _of_single_sensor.set(single)
+    try:
+        yield
+    finally:
+        _of_single_sensor.reset(token)
+
+
+def is_single_sensor_stated() -> bool:
+    """Whether all rows are stated to be of a single sensor."""
+    return _of_single_sensor.get()
 
 
 def find_sensor(label: str) -> str | None:
@@ -96,6 +120,8 @@ def scatters_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> boo
     in `means_differ`.
     """
     ratios = []
+    fewest = int(np.bincount(codes).min())
+    smallest = max(_SCATTERS, float(np.exp(_SCATTER_ERRORS * _SCATTER_ERROR / max(fewest, 1) ** 0.5)))
     for column in values.T:
         of_kinds = [column[codes == code] for code in range(codes.max() + 1)]
         if not all(np.isfinite(x).all() and len(np.unique(x)) >= _MIN_DISTINCT for x in of_kinds):
@@ -103,7 +129,7 @@ def scatters_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> boo
         steps = [median_and_spread(np.diff(x))[1] for x in of_kinds]
         if min(steps) > 0 and not any(np.mean(np.diff(x) >= 0) > _REGULAR_RUNS for x in of_kinds):
             ratios.append(max(steps) / min(steps))
-    return sum(ratio >= _SCATTERS for ratio in ratios) >= _MIN_COLUMNS
+    return sum(ratio >= smallest for ratio in ratios) >= _MIN_COLUMNS
 
 
 def means_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> bool:
@@ -129,6 +155,25 @@ def means_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> bool:
             continue  # a time or a counter
         shifted += _is_shifted(sign * (column[chosen + 1] - column[chosen]))
     return shifted >= _MIN_COLUMNS
+
+
+def has_single_sensor(values: NDArray[np.float64], codes: NDArray[np.intp]) -> bool:
+    """Whether rows of all kinds look like those of a single sensor: equal means, equal scatters, no rows of one instant.
+    Arguments as in `means_differ`.
+    """
+    return not (means_differ(values, codes) or scatters_differ(values, codes) or _has_simultaneous_rows(values))
+
+
+def _has_simultaneous_rows(values: NDArray[np.float64]) -> bool:
+    """Whether a column that never goes back, the time, has groups of rows of one instant."""
+    for column in values.T:
+        intervals = np.diff(column)
+        if len(intervals) == 0 or not np.isfinite(column).all() or intervals.min() < 0:
+            continue
+        mean = float(np.mean(intervals))
+        if mean > 0 and np.mean(intervals < _TOGETHER * mean) > _GROUPED:
+            return True
+    return False
 
 
 def _is_shifted(differences: NDArray[np.float64]) -> bool:

@@ -24,6 +24,8 @@ from sigmatau.io.read.instances import (
     find_sensor,
     has_device_name,
     has_instance_name,
+    has_single_sensor,
+    is_single_sensor_stated,
     may_be_instance,
     means_differ,
     scatters_differ,
@@ -63,8 +65,10 @@ def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
 
     A column of words tells kinds if the rows of each word have a number of fields of their own, or if a word names a gyro or
     an accelerometer. Any other column of few words or whole numbers must cycle with the rows, or come in blocks of rows
-    and have the name of a device. If it cycles, it must have the name of an instance (``I``, ``imu``, ``sensor_id``,
-    ``frame_id``) or divide the rows into groups whose means differ, or for words whose scatters do.
+    and have the name of a device. If it cycles, it must have the name of a device (``I``, ``imu``, ``sensor_id``), or divide
+    the rows into groups whose means differ, or for words whose scatters do. Under the name of an instance (``frame``,
+    ``id``) words need no more, and numbers only rows that are not alike. A statement that all rows are of a single sensor
+    outranks all but words that name a gyro or an accelerometer.
     """
     lines = _row_lines(text.split("\n", _FIRST_LINES + _HEADERS)[:-1]) or _row_lines(text.split("\n", _LINES)[:_LINES])
     delimiter = _delimiter(lines[:_FIRST_LINES])
@@ -246,9 +250,12 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
     sensors = [sensor for label in labels if words and (sensor := find_sensor(label)) is not None]
     if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
         return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
+    if is_single_sensor_stated():
+        return False
     if not cycles_with_rows(order):
         return len(names) in usual and has_device_name(names[column]) and comes_in_blocks(order)
-    if len(names) in usual and has_instance_name(names[column]):
+    is_named = len(names) in usual and has_instance_name(names[column])
+    if is_named and (words or has_device_name(names[column])):
         return True
     if words and any(re.search(_SENSOR_LIKE, label) for label in labels):
         return True
@@ -257,6 +264,8 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
     values = np.array([[_value(f) for f in row] for row in of_kinds])
     codes = {label: k for k, label in enumerate(labels)}
     of_rows = np.array([codes[label] for label in order])
+    if is_named:  # such a name may be that of a counter, of frames for example
+        return not has_single_sensor(values, of_rows)
     return means_differ(values, of_rows) or (words and scatters_differ(values, of_rows))
 
 

@@ -1,12 +1,16 @@
-"""Units of time that the stamps themselves show, and rates and lengths that no log of a gyro or accelerometer has."""
+"""Units of time that the stamps show, sample numbers in place of stamps, and rates and lengths that no log has."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sigmatau import units
-from sigmatau.errors import OptionError
+from sigmatau.errors import OptionError, argument
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.stamps import ImplausibleRate
 from sigmatau.record.streams import PLAUSIBLE_RATES
@@ -22,6 +26,7 @@ _SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit mak
 _LEAST_SAMPLES = 100  # fewer samples may be a cut of a log, however short
 _SLOW = 1.0  # rate below which a log is of averages, or its unit of time is wrong [Hz]
 _FREQUENT = 100.0  # rate near which most logs are: what is closer to it is offered first [Hz]
+_FIRST_NUMBERS = (0, 1)  # of the samples of a log
 _SENSORS = {"gyro": "a gyro", "accel": "an accelerometer"}
 _ROUNDING = 1e-6  # relative difference up to which two rates are of one unit
 
@@ -86,6 +91,23 @@ def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: floa
         f"the time stamps in column {name} give {_number(used.rate)} Hz for {_number(used.length)} s, which is not a log of"
         f" {_SENSORS[sensor]}; give {offered + ', or ' if offered else ''}--rate HZ",
         option="unit",
+    )
+
+
+def counts_samples(stamps: NDArray[Any], intervals: NDArray[np.float64]) -> bool:
+    """Whether stamps may be the numbers of the samples: whole numbers from 0 or 1 that go up by 1, but for lost samples."""
+    if len(stamps) < _LEAST_SAMPLES or stamps[0] not in _FIRST_NUMBERS or intervals[0] != 1:
+        return False
+    return bool(np.all(intervals >= 1) and np.all(intervals == np.round(intervals)) and np.median(intervals) == 1)
+
+
+def ask_for_sample_numbers(name: str, stamps: NDArray[Any]) -> OptionError:
+    """The question for stamps in seconds that may be the numbers of the samples. `name`: their column."""
+    first = ", ".join(f"{value:.0f}" for value in stamps[:3])
+    return OptionError(
+        f"column {name} counts {first} …, which are seconds of a log at 1 Hz, or numbers of the samples. Give"
+        f" {argument('rate', 'HZ')} if they are numbers, or {argument('unit', 's', key='time')} if the rate is 1 Hz",
+        option="rate",
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sigmatau.arrays import median
+from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.kinds.rest import Motion
 from sigmatau.quality.samples.common import present, row_means
@@ -15,9 +15,9 @@ from sigmatau.quality.samples.octave_means import OctaveMeans
 from sigmatau.quality.samples.units import GRAVITY, GRAVITY_TOLERANCE
 
 _BLOCK, _LEAST_BLOCKS = 5, 4  # seconds of the means whose directions are compared, and their number in a short record
-_APART = 12  # blocks, one minute, over which directions are compared: the bias of a sensor changes less
-# Change of direction that no bias makes in a minute: 0.087 g. Consumer accelerometers change by 1.5 mg/K at most, and no
-# sensor warms by 50 K in a minute. [rad]
+_APART = 12  # blocks, one minute, over which all directions are compared
+# Change of direction that no bias makes, in a minute or in a record: 0.087 g. A warm-up is up to 50 mg, see `sensor_class`;
+# consumer accelerometers change by 1.5 mg/K at most, and no sensor at rest warms by 50 K. [rad]
 _TILT = math.radians(5.0)
 # Least length of a mean vector that must be gravity: no bias is half of it. Gravity in g, read as m/s², has a length of 1.
 _LEAST_GRAVITY, _IN_G = 0.5 * GRAVITY, 1.0
@@ -37,7 +37,7 @@ def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
 
 
 def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
-    """Stretches in which the direction of gravity changes within a minute, each with its motion."""
+    """Stretches in which the direction of gravity changes, within a minute or from one end to another, with its motion."""
     if not measures_gravity(means, in_si=False):
         return []
     x = np.stack([one.by_octave[one.second] for one in means])
@@ -55,12 +55,26 @@ def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
             continue
         cosines = [(run[:, k:] * run[:, : b - a - k]).sum(axis=0) for k in range(1, apart + 1)]
         angles = [math.acos(min(float(c.min()), 1.0)) for c in cosines]
-        if max(angles) <= _TILT:
-            continue
         lag = 1 + angles.index(max(angles))
         at = int(cosines[lag - 1].argmin())
+        if angles[lag - 1] <= _TILT:
+            at, lag = _farthest(run)
+            angles = [_angle(run[:, at], run[:, at + lag])]
+        if max(angles) <= _TILT:
+            continue
         change = np.abs(run[:, at + lag] - run[:, at])
         axis = means[int(change.argmax())]
         motion = axis.motion("tilts", max(angles), max(angles) / _TILT, lag * length)
         tilts.append((axis.span(a * length, b * length), motion))
     return tilts
+
+
+def _farthest(directions: Floats) -> tuple[int, int]:
+    """First of two directions that are nearly as far apart as any, and how many blocks the second is behind it."""
+    some = int((directions[:, 0] @ directions).argmin())
+    other = int((directions[:, some] @ directions).argmin())
+    return min(some, other), abs(some - other)
+
+
+def _angle(a: Floats, b: Floats) -> float:
+    return math.acos(min(float(a @ b), 1.0))

@@ -203,7 +203,7 @@ def _steepest(found: OctaveMeans, tau: float) -> tuple[float, float]:
 
 def _may_drift(found: OctaveMeans, edges: Floats) -> list[bool]:
     """Whether half of the changes between edges are beyond that of a motion, as `_drift` needs it."""
-    octave = OCTAVES - 1
+    octave = _octave_of_drift(found)
     tau = found.tau(octave)
     _, limit = _steepest(found, tau)
     changes = np.abs(np.diff(found.by_octave[octave]))
@@ -214,9 +214,17 @@ def _may_drift(found: OctaveMeans, edges: Floats) -> list[bool]:
     return [2 * int(beyond_to[b] - beyond_to[a]) >= int(present_to[b] - present_to[a]) for a, b in spans]
 
 
+def _octave_of_drift(found: OctaveMeans) -> int:
+    """That of 4 s; in a record shorter than a block, one that has enough means."""
+    octave = OCTAVES - 1
+    while octave > SECOND and len(found.by_octave[octave]) <= LEAST_DIFFERENCES:
+        octave -= 1
+    return octave
+
+
 def _drift(found: OctaveMeans, start: float, stop: float) -> Motion | None:
     """A motion with a steady change of the mean that no sensor has: the median of first differences of means of 4 s."""
-    octave = OCTAVES - 1
+    octave = _octave_of_drift(found)
     tau = found.tau(octave)
     x = found.by_octave[octave][round(start / tau) : round(stop / tau)]
     changes = present(np.diff(x))

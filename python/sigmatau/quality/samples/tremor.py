@@ -5,10 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sigmatau.arrays import median
 from sigmatau.findings.kinds.rest import Motion
 from sigmatau.quality.samples.common import sample_of
 from sigmatau.quality.samples.octave_means import NOISIEST, SECOND, OctaveMeans
@@ -30,6 +31,15 @@ _OVER, _OVER_ON_EACH_AXIS = 1.5, 0.9
 # accelerometer from which on no sensor makes it.
 _BELOW_VIBRATION, _LONG_SEGMENT, _BEYOND = (0.75, 2.0), 4.0, 1.25
 _LEAST_NYQUIST = 18.0  # so that there are frequencies above the tremor [Hz]
+# Least ratios of the medians of the density, in the band of tremor to those below and above it, of a tremor that is no
+# louder than a sensor: below by the geometric mean over the axes, and on each axis; above on each axis. Real and simulated
+# records at rest have up to 1.8 below; vibration in lines does not raise a median. Hands have six and more.
+_FAINT_OVER_BELOW, _FAINT_OVER_BELOW_ON_EACH_AXIS, _FAINT_OVER_ABOVE = 2.5, 1.5, 3.0
+# A slower motion may hide all but the valley before the peak [Hz]; the lobes of a moving average beyond its first zero stand
+# out from such a valley too, and exceed those above by 20 at most.
+_VALLEY, _VALLEY_OVER_ABOVE = (5.0, 6.5), 40.0
+# Root mean square in that band from which on it may be a hand: half of the steadiest of the simulated ones. [SI unit]
+_LEAST_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
 # Noise of the loudest axis over that of the noisiest sensor, from which on it is not that of a sensor: twice the power, for
 # those that are worse than their datasheet.
 _LOUD_WITHOUT_TREMOR = 1.5
@@ -40,13 +50,15 @@ _PARTS, _LEAST_IN_PART, _UNSTEADY = 4, 35, 2.0
 
 
 def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
-    """The motion of a sensor whose axes all have noise beyond that of any sensor, and a cause other than a wrong unit.
+    """The motion of a sensor with a tremor, or whose axes all have noise beyond that of any sensor, not by a wrong unit.
 
     Accelerometers that measure gravity in the stated unit and are as noisy exclude a wrong unit; so does a tremor, and noise
     that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there,
     and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit in doubt.
     """
     gyros = [one for one in means if one.quantity == "angular_rate" and not one.slow]
+    if (faint := _faint_tremor(means)) is not None:
+        return faint
     if not gyros and len(means) < _AXES:
         return _loud_without_tremor(_loud_motion([one for one in means if not one.slow]))
     accelerometers = [one for one in means if one.unit_is_sure and not one.slow]
@@ -133,6 +145,60 @@ def _tremor(gyros: Sequence[OctaveMeans]) -> Motion | None:
     return shaken_gyro.motion("shakes", rms, math.sqrt(density) / NOISIEST["angular_rate"], 1 / sum(_TREMOR))
 
 
+@dataclass(frozen=True, slots=True)
+class _Peak:
+    """The band of tremor in the density of an axis."""
+
+    axis: OctaveMeans
+    rms: float  # [unit of the stream]
+    over_below: float  # ratios of densities
+    over_valley: float
+    over_above: float
+
+
+def _faint_tremor(means: Sequence[OctaveMeans]) -> Motion | None:
+    """The tremor of a hand that is fainter than the noise of some sensors, on all axes of gyros and accelerometers.
+
+    It stands out from the noise of this sensor in a band, where neither a low-pass filter nor a drift has a peak.
+    """
+    axes = [one for one in means if not one.slow]
+    if len([one for one in axes if one.quantity == "angular_rate"]) < _AXES:
+        return None
+    peaks: list[_Peak] = []
+    for axis in axes:
+        peak = _peak(axis)
+        if peak is None or peak.rms < _LEAST_TREMOR[axis.quantity] or peak.over_above < _FAINT_OVER_ABOVE:
+            return None
+        peaks.append(peak)
+    gyros = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
+    accelerometers = [peak for peak in peaks if peak.axis.quantity == "acceleration"]
+    by_sensor = [alike for alike in (gyros, accelerometers) if alike]
+    is_beyond_lobes = min(peak.over_above for peak in peaks) > _VALLEY_OVER_ABOVE
+    stands_out = all(_stand_out([peak.over_below for peak in alike]) for alike in by_sensor)
+    if not stands_out and is_beyond_lobes:
+        stands_out = all(_stand_out([peak.over_valley for peak in alike]) for alike in by_sensor)
+    if not stands_out:
+        return None
+    largest = max(gyros, key=lambda peak: peak.rms)
+    return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(_TREMOR))
+
+
+def _stand_out(ratios: Sequence[float]) -> bool:
+    geometric_mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
+    return geometric_mean > _FAINT_OVER_BELOW and min(ratios) > _FAINT_OVER_BELOW_ON_EACH_AXIS
+
+
+def _peak(axis: OctaveMeans) -> _Peak | None:
+    if axis.stream.grid.rate / 2 < _LEAST_NYQUIST:
+        return None
+    densities = _densities(axis, (_BELOW, _VALLEY, _TREMOR, _ABOVE), segment=_SEGMENT, by_median=True)
+    if densities is None:
+        return None
+    below, valley, tremor, above = densities
+    rms = math.sqrt(2 * tremor * (_TREMOR[1] - _TREMOR[0]))
+    return _Peak(axis, rms, tremor / below, tremor / valley, tremor / above)
+
+
 def _band_densities(gyro: OctaveMeans) -> tuple[float, float, float] | None:
     """Two-sided densities below, in and above the band of tremor; None if there are no samples for them."""
     if gyro.stream.grid.rate / 2 < _LEAST_NYQUIST:
@@ -141,8 +207,13 @@ def _band_densities(gyro: OctaveMeans) -> tuple[float, float, float] | None:
     return (densities[0], densities[1], densities[2]) if densities is not None else None
 
 
-def _densities(means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segment: float) -> list[float] | None:
-    """Two-sided densities in some bands [Hz], by periodograms of a length [s]; None if there are too few, or one is 0."""
+def _densities(
+    means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segment: float, by_median: bool = False
+) -> list[float] | None:
+    """Two-sided densities in some bands [Hz], by periodograms of a length [s]; None if there are too few, or one is 0.
+
+    The mean over the frequencies of a band, or their median, which lines do not raise.
+    """
     rate = means.stream.grid.rate
     size = round(segment * rate)
     x = sample_of(means.stream, means.channel, most=_LOOKED_AT)
@@ -154,5 +225,6 @@ def _densities(means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segm
     power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2
     density = power.mean(axis=0) / rate / float(taper @ taper)
     f = np.arange(len(density)) / segment
-    by_band = [float(np.mean(density[(f >= low) & (f <= min(high, 0.45 * rate))])) for low, high in bands]
+    average = median if by_median else np.mean
+    by_band = [float(average(density[(f >= low) & (f <= min(high, 0.45 * rate))])) for low, high in bands]
     return by_band if min(by_band) > 0 else None

@@ -62,6 +62,8 @@ def _table() -> dict[str, Unit]:
             "deg/s": _DEG,
             "mdeg/s": _DEG / 1e3,
             "deg/h": _DEG / _HOUR,
+            "deg/min": _DEG / 60,
+            "rad/min": 1 / 60,
             "arcsec/s": _ARCSEC,
             "rpm": 2 * math.pi / 60,
         },

@@ -6,6 +6,7 @@ import pytest
 
 from sigmatau.cli import main
 from sigmatau.cli.app import app
+from sigmatau.cli.options import key_numbers
 from sigmatau.cli.rates import assign_rates, parse_rate
 from sigmatau.cli.reading import Reading, readings_of
 from sigmatau.cli.words import repeat_options
@@ -181,3 +182,16 @@ def test_each_log_at_its_rate(tmp_path, monkeypatch, capsys):
     out = capsys.readouterr().out
     assert "10 Hz" in out.split("b.csv")[0]
     assert "50 Hz" in out.split("b.csv")[1]
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("1/16.4", 1 / 16.4), ("1/131", 1 / 131), ("9.80665/2048", 9.80665 / 2048), ("-1e-3/2", -5e-4)]
+)
+def test_a_scale_may_be_a_quotient(text, number):
+    assert key_numbers([f"gyro={text}"], "scale", "gyro=0.01") == {"gyro": pytest.approx(number, rel=1e-15)}
+
+
+@pytest.mark.parametrize("text", ["1/0", "1/2/3", "1/", "/2", "1/nan", "a/2"])
+def test_other_quotients_are_refused(text):
+    with pytest.raises(OptionError, match="is not a number"):
+        key_numbers([f"gyro={text}"], "scale", "gyro=0.01")

@@ -65,7 +65,7 @@ def test_day_numbers(tmp_path, first):
 
 def test_days_from_zero_are_asked_for(tmp_path):
     path = write(tmp_path / "days.csv", [f"{k / RATE / 86400:.10f}" for k in range(N)])
-    with pytest.raises(OptionError, match=r"as h 2400 Hz, as d 100 Hz\); give e.g. --unit time=d"):
+    with pytest.raises(OptionError, match=r"as h 2400 Hz, as d 100 Hz\); give --unit time=d, --unit time=h"):
         read(path, unit=UNIT)
 
 

@@ -59,6 +59,20 @@ class TestOrder:
         with pytest.raises(DataError, match="time goes backwards"):
             ordered(rng.permutation(1000) / 100.0)
 
+    @pytest.mark.parametrize("block", [5, 10, 32])
+    @pytest.mark.parametrize("sensors", [2, 3])
+    @pytest.mark.parametrize("offset", [0.0, 0.5])
+    def test_blocks_of_several_sensors_are_never_read_without_their_stamps(self, block, sensors, offset):
+        of_blocks = np.arange(960).reshape(-1, 1, block) + offset * np.arange(sensors)[:, None] / sensors
+        with pytest.raises(DataError, match=r"blocks of rows have the same times.*Sort the rows") as error:
+            ordered(of_blocks.ravel() / 100.0)
+        assert "none" not in str(error.value)
+
+    def test_a_clock_that_is_set_back_now_and_then_is_of_one_sensor(self):
+        t = np.arange(5000) / 100.0 - 0.3 * (np.arange(5000) // 1000)
+        with pytest.raises(DataError, match=r"ignore the stamps with --channels time=none"):
+            ordered(t)
+
     def test_rows_without_a_stamp(self):
         t = np.arange(2000) / 100.0
         t[[50, 700]] = np.nan

@@ -80,13 +80,21 @@ def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, f
     result = {}
     for key, value in key_values(values, option, example).items():
         try:
-            number = float(Fraction(value)) if "/" in value else float(value)
+            number = _number_of(value)
         except (ValueError, ZeroDivisionError, OverflowError):
             number = math.nan
         if not math.isfinite(number):
             raise OptionError(f"--{option} {key}={value}: {value!r} is not a number; e.g. {example}", option=option)
         result[key] = number
     return result
+
+
+def _number_of(text: str) -> float:
+    """A number, or a quotient of two, ``1/16.4``; raises `ValueError` or `ZeroDivisionError` for other texts."""
+    if "/" not in text:
+        return float(text)
+    numerator, denominator = text.split("/")
+    return float(Fraction(numerator) / Fraction(denominator))
 
 
 def matched(places: Sequence[Path]) -> tuple[Path, ...]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from sigmatau import units
-from sigmatau.errors import OptionError
+from sigmatau.errors import OptionError, argument
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.column_findings import column_findings
@@ -21,6 +21,7 @@ from sigmatau.record.record import QUANTITIES, stream_name
 
 # The columns chosen, the unit of each channel as spelled, and findings
 Resolved = tuple[Choice, dict[str, str], list[Finding]]
+_UNIT_SHOWN = 20  # characters of an unknown unit in a message
 SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
 
@@ -110,7 +111,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
     unit: dict[str, str] = {}
     overruled: list[Finding] = []
     missing: list[str] = []
-    unknown_units: list[str] = []
+    unknown_units: dict[str, str] = {}  # by channel
     counts = False
     scale_hint = ""
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
@@ -144,7 +145,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if spelled is None:
             if channel != "time":
                 missing.append(channel)
-                unknown_units += [f"{channel} in {unknown[:20]!r}"] if unknown is not None else []
+                if unknown is not None:
+                    unknown_units[channel] = unknown[:_UNIT_SHOWN]
                 if unknown is not None and units.needs_scale(unknown):
                     scale_hint = f": give --scale too, e.g. --scale {stream_name(missing[0])}=0.01"
                 first = table.columns[index].first
@@ -157,8 +159,10 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             _check_unit(channel, spelled, stream)
         unit[channel] = spelled
     if missing:
+        if len(unknown_units) == len(missing) and not scale_hint:
+            raise _unknown_unit(unknown_units)
         if unknown_units and len(unknown_units) == len(missing):
-            hint = f" (the file has {', '.join(unknown_units)}{scale_hint})"
+            hint = f" (the file has {', '.join(f'{c} in {u!r}' for c, u in unknown_units.items())}{scale_hint})"
         else:
             hint = " (whole numbers may be counts: then give --scale too)" if counts else ""
         is_unnamed = len(missing) == 1 and stream_name(missing[0]) not in SI and not options.channels
@@ -176,6 +180,18 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             column=choice.channels[missing[0]] + 1 if is_unnamed else None,
         )
     return unit, overruled
+
+
+def _unknown_unit(unknown_units: Mapping[str, str]) -> OptionError:
+    """The question for a unit that the file states and the table of units has not: no usual one takes its place."""
+    first, unit = next(iter(unknown_units.items()))
+    channels = ", ".join(channel for channel, other in unknown_units.items() if other == unit)
+    key = stream_name(first)
+    return OptionError(
+        f"the unit {unit!r} of {channels} is not known. State a known unit and the factor that converts to it:"
+        f" {argument('unit', 'UNIT', key=key)} {argument('scale', 'FACTOR', key=key)}",
+        option="unit",
+    )
 
 
 def _unit_of_converted(table: Table, index: int, stream: str, unit: str, counted: str) -> str | None:

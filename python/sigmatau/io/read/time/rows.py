@@ -112,6 +112,8 @@ def in_order(
 
 
 _LEAST_RUN = 100.0  # shortest run before it; less is disorder [intervals]
+_LEAST_BLOCKS = 3  # steps back that several sensors in turn make
+_LARGEST_SHARE = 0.9  # of the length that the rows of one sensor have: 0.91 for a second one of a tenth of the rate
 _RESTART = 10.0  # distance from the first stamp up to which a log has begun again [intervals]
 
 
@@ -159,11 +161,23 @@ def _sorted(
             f", {place}: time begins again in column {name}, from {stamps[row - 1]} to {stamps[row]}{times}; the rows are of"
             " several runs or sensors, cut the file there"
         )
+    if _repeats_in_blocks(stamps, back, usual):
+        raise StampError(
+            f", {place}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times}:"
+            " blocks of rows have the same times, as those of several sensors do. Sort the rows by time, or save each sensor"
+            " to its own file"
+        )
     raise StampError(
         f", {place}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
         f" sort the rows, cut the file there{_wrapped(stamps, row)}, or ignore the stamps with --channels time=none"
         " --rate HZ"
     )
+
+
+def _repeats_in_blocks(stamps: NDArray[Any], back: NDArray[np.intp], usual: float) -> bool:
+    """Whether blocks of rows share their times: there are more rows than one sensor with such intervals has."""
+    length = float(stamps.max()) - float(stamps.min())
+    return len(back) >= _LEAST_BLOCKS and length < _LARGEST_SHARE * usual * (len(stamps) - 1)
 
 
 def _wrapped(stamps: NDArray[Any], row: int) -> str:

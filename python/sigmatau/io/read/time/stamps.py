@@ -33,6 +33,7 @@ from sigmatau.io.read.time.stated_rate import RateContradiction
 from sigmatau.record.sampling import GIVEN, RateSource
 from sigmatau.record.streams import PLAUSIBLE_RATES, InputKind
 
+_FREQUENT = 100.0  # rate near which most logs are: the unit of what is closer to it is offered first [Hz]
 _PRESENT_TIMES = (6e8, 4e9)  # years 1989 to 2096, counted from 1970. [s]
 _LARGEST_START = 1e8  # 3 years: stamps beyond it count from an epoch, whole seconds are subtracted. [s]
 
@@ -190,18 +191,15 @@ def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
     possible = [[row for row in rows if PLAUSIBLE_RATES[0] <= row[1] <= PLAUSIBLE_RATES[1]] for rows in offers]
     likely = possible[0] or possible[1] or offers[0]
     offered = ", ".join(f"as {symbol} {float(f'{rate:.4g}'):g} Hz" for symbol, rate in likely)
-    # A clock that counts from 1970 shows a present year in one unit only; otherwise a rate near 100 Hz is the most likely.
+    # A clock that counts from 1970 shows a present year in one unit only.
     first = float(stamps[0])
-    example = min(
-        likely,
-        key=lambda row: (
-            not _PRESENT_TIMES[0] <= first * units.find(row[0]).factor <= _PRESENT_TIMES[1],
-            abs(math.log(row[1] / 100)),
-        ),
-    )
+    dated = [row for row in likely if _PRESENT_TIMES[0] <= first * units.find(row[0]).factor <= _PRESENT_TIMES[1]]
+    ordered = sorted(dated or likely, key=lambda row: abs(math.log(row[1] / _FREQUENT)))
+    ways = [f"--unit time={symbol}" for symbol, _ in ordered]
+    *others, last = [*ways, "--rate HZ"]
     return OptionError(
         f"the unit of the time stamps in column {name} is not stated ({stamps[0]}, {stamps[1]} …: {offered});"
-        f" give e.g. --unit time={example[0]}, or --rate HZ",
+        f" give {', '.join(others)} or {last}",
         option="unit",
     )
 

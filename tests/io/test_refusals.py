@@ -142,13 +142,13 @@ OPTIONS = {
         "time [s],gyro_x,accel_y\n" + "".join(f"{i},1,1\n" for i in range(9)),
         options(),
         "unit",
-        ["gyro_x, accel_y", "--unit gyro=deg/s,accel=g", "deg/h", "mGal"],
+        ["gyro_x, accel_y", "--unit gyro=deg/s,accel=UNIT"],
     ),
     "unit of increments": (
         "time [s],gyro_x\n" + "".join(f"{i},1\n" for i in range(9)),
         options(input="increments"),
         "unit",
-        ["--unit gyro=rad", "arcsec"],
+        ["unit of gyro_x", "gyro=rad (whole numbers may be counts"],
     ),
     "no unit of a signal": (
         "t [s],p\n" + GOOD.partition("\n")[2],

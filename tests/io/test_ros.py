@@ -14,6 +14,7 @@ from sigmatau.findings.kinds.reading import Damaged
 from sigmatau.io.read import read
 from sigmatau.io.read.formats.messages import IMU_ROS2
 from sigmatau.io.read.inspection import inspect
+from sigmatau.io.read.options import ReadOptions
 
 pytest.importorskip("lz4", reason="lz4 packs what these tests read")
 pytest.importorskip("backports.zstd", reason="backports.zstd packs what these tests read")
@@ -82,7 +83,7 @@ def test_an_empty_topic_beside_the_imu_is_no_fault(tmp_path):
     head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.channel(3, "/a/imu"), roslogs.channel(4, "/b/imu")]
     body = [roslogs.message(3, s, imu_cdr(s, v)) for s, v in zip(stamps, values, strict=True)]
     (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body], {3: 20}, b"".join(head)))
-    found = inspect(tmp_path / "a.mcap")
+    found = inspect(tmp_path / "a.mcap", ReadOptions())
     assert {table.topic: table.rows for table in found.tables} == {"/a/imu": 20, "/b/imu": 0}
     assert not any(table.findings for table in found.tables)
     with pytest.raises(DataError, match="0 rows of data in /b/imu; at least 4"):

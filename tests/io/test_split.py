@@ -11,6 +11,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.kinds.reading import PartMissing
 from sigmatau.io.read import read
 from sigmatau.io.read.inspection import inspect
+from sigmatau.io.read.options import ReadOptions
 
 N, PARTS = 900, 3
 STAMPS, VALUES = imu(N)
@@ -70,7 +71,7 @@ def test_the_parts_are_one_record(bag, prefix):
     assert record.findings == ()
     assert record.provenance.path == str(bag)
     assert "bag of 3 parts, joined in the order of metadata.yaml" in record.provenance.conversions
-    (table,) = inspect(bag).tables
+    (table,) = inspect(bag, ReadOptions()).tables
     assert (table.rows, table.findings) == (N, ())
 
 

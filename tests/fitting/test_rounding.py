@@ -57,7 +57,8 @@ def test_no_value_without_an_interval(ratio):
         assert fitted[name].high is not None or fitted[name].upper_limit is not None, name
     assert (fitted.verdict == "widened") == (ratio < 0.5)
     if ratio > 0.5:
-        assert walk.high / walk.low < 1.1
+        assert walk.low <= 0.1 * ratio  # the interval holds the sensor's too
+        assert walk.high / walk.low < 1.1 * math.sqrt(1 + 1 / (12 * ratio**2))
 
 
 def test_the_numbers_of_a_process_get_wider_too():

@@ -16,6 +16,7 @@ from sigmatau.findings.kinds.values import CoarseResolution, ImplausibleUnit
 from sigmatau.findings.wording import words
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.coarse_counts import fit_sums
+from sigmatau.fitting.known_biases import allowing_for_biases, walk_factor
 from sigmatau.fitting.mean_stability import MeanStability, mean_stability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import ReadOff
@@ -161,6 +162,8 @@ def judge(state: State) -> State:
         looked_at = LOOKED_AT_BOUNDED if state.bounded else LOOKED_AT
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=options.threads)
         findings = (*without_consequences(findings, fits), *of_fits)
+        fits = {name: allowing_for_biases(fitted, [walk_factor(findings, name)]) for name, fitted in fits.items()}
+        state = replace(state, fits=fits)
     if not state.moves:
         streams = _streams_by_channel(record)
 

@@ -42,6 +42,11 @@ class Details:
         """Factors by which coefficients may be off, where `Finding.factors` states none; by term. `size`: of the finding."""
         return {}
 
+    @property
+    def biases_walk(self) -> bool:
+        """Whether the factor on the random walk is computed, and that of a fit: its interval then holds both readings."""
+        return False
+
 
 @frozen
 class Stated(Details):
@@ -130,6 +135,12 @@ class Finding:
     def action(self) -> str:
         """Action in words; empty if no action is needed."""
         return self._words().action
+
+    @property
+    def walk_factor(self) -> float | None:
+        """Factor by which the random walk of a fit is larger than that of the sensor; None if it is not computed."""
+        factor = dict(self.factors).get("random_walk") if self.details.biases_walk else None
+        return factor if factor is not None and 0 < factor < math.inf else None
 
     def _words(self) -> Words:
         from sigmatau.findings.wording import words

@@ -161,6 +161,11 @@ class Aliasing(Details, code="aliasing"):
     second_order: float | None = None
     rate_needed: float
 
+    @property
+    def biases_walk(self) -> bool:
+        """Folded noise is in the random walk of each fit."""
+        return True
+
 
 @frozen
 class AxisPair:

@@ -75,6 +75,11 @@ class Saturation(Details, code="saturation"):
     longest: float
     spread: bool
 
+    @property
+    def biases_walk(self) -> bool:
+        """A saturated sample is nearer to the mean in each fit."""
+        return self.spread
+
 
 @frozen
 class CopiedStretch(Details, code="copied_stretch"):
@@ -139,6 +144,11 @@ class RepeatedSamples(Details, code="repeated_samples"):
     right_from: int
     walk_at_log_rate: float
     walk_at_sensor_rate: float
+
+    @property
+    def biases_walk(self) -> bool:
+        """A sample that counts more often does so at all averaging times."""
+        return True
 
 
 @frozen
@@ -221,6 +231,11 @@ class Interpolated(Details, code="interpolated"):
     outages: FilledOutages | None = None
     singles: FilledSamples | None = None
 
+    @property
+    def biases_walk(self) -> bool:
+        """Filled samples change the random walk; a lower rate changes σ at short averaging times alone."""
+        return self.singles is not None
+
 
 @frozen
 class CoarseResolution(Details, code="coarse_resolution"):
@@ -249,6 +264,11 @@ class CoarseResolution(Details, code="coarse_resolution"):
     added: float | None
     summed: int | None = 1
     needed: float | None = None
+
+    @property
+    def biases_walk(self) -> bool:
+        """White rounding is in the random walk of each fit."""
+        return self.rounding == "white"
 
 
 @frozen

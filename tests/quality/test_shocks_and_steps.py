@@ -208,6 +208,28 @@ class TestStepsAcrossGaps:
         assert step.size == pytest.approx(size, abs=0.2)
         assert abs(step.time - 1205) <= step.uncertainty
 
+    @pytest.mark.parametrize("share", [0.03, 0.05, 0.1])
+    def test_told_of_a_gap_that_is_long_for_its_record(self, share):
+        """Twenty times the error of means over 16 s, in a record of 5 min."""
+        n = round(300 * RATE)
+        x = white(f"step across {share}", (N, 1))[:n, 0]
+        gap = slice(n // 2, n // 2 + round(share * n))
+        x[gap.stop :] += 2.0
+        x[gap] = np.nan
+        (finding,) = not_static(Record.from_arrays(rate=RATE, accel_x=x).streams[0])
+        (step,) = finding.details.steps
+        assert step.size == pytest.approx(2.0, abs=0.3)
+        assert abs(step.time - (gap.start + gap.stop) / 2 / RATE) <= step.uncertainty
+
+    @pytest.mark.parametrize("share", [0.03, 0.1])
+    @pytest.mark.parametrize("slow", [0.0, 0.01, 0.1])
+    def test_a_long_gap_in_noise_has_none(self, slow, share):
+        n = round(300 * RATE)
+        x = white(f"long gap {slow} {share}") + slow * np.cumsum(white(f"walk beside {slow} {share}"), axis=0)
+        x = x[:n]
+        x[n // 3 : n // 3 + round(share * n)] = np.nan
+        assert not_static(accel(x)) == []
+
     @pytest.mark.parametrize("slow", [0.0, 0.001, 0.01, 0.1])
     def test_noise_of_every_slope_has_none(self, slow):
         """Steps from sample to sample of a walk, from none to one tenth of the white noise."""

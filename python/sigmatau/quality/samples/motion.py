@@ -34,6 +34,7 @@ _STEP_SPREADS, _FEW_WINDOWS = 7.0, 12.0
 _EXCURSION_LENGTHS, _PART_OF_FARTHEST = 4, 0.6
 
 _LEAST_BESIDE = 4  # windows on either side of a step, to tell it from a line
+_LONGER = 6  # times the longest lag that has a distribution, up to which a gap is judged by it
 _MOST_GAPS = 16  # longest runs of missing windows whose sides are compared
 _MOST_STEPS = 256  # candidates examined for each length of windows
 _ROUNDING = 1.5  # steps of the numbers by which rounding can move the difference of two means
@@ -194,23 +195,34 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
 
 
 def _across_gaps(stream: Stream, channel: str, half: Floats, w: int, spreads: float) -> Iterator[LevelChange]:
-    """Steps of the mean between the two sides of missing half windows of w samples."""
+    """Steps of the mean between the two sides of missing half windows of w samples.
+
+    A gap that is too long for a distribution of differences as far apart is judged by the longest lag that has one: of slow
+    noise the spread grows with the root of the lag at most, that of a rate random walk.
+    """
     missing = np.flatnonzero(np.diff(np.concatenate([[0], np.isnan(half).astype(np.int8), [0]])))
     runs = sorted(zip(missing[::2].tolist(), missing[1::2].tolist(), strict=True), key=lambda run: run[0] - run[1])
     window = (half[:-1] + half[1:]) / 2
     for a, b in runs[:_MOST_GAPS]:
         lag = b - a + 2
-        if a < 2 or b + 2 > len(half) or len(window) < (_LEAST_WINDOWS + 1) * lag:
+        if a < 2 or b + 2 > len(half):
+            continue
+        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (_LEAST_WINDOWS + 2))
+        if judged_lag < 2 or lag > _LONGER * judged_lag:
             continue  # too long for a distribution of others
-        judged = _departures(stream, channel, window[lag:] - window[:-lag], spreads, apart=lag)
+        others = window[judged_lag:] - window[:-judged_lag]
+        judged = _departures(stream, channel, others, spreads, apart=judged_lag)
         if judged is None:
             continue
-        far, spread, limit = judged
+        _, spread, limit = judged
+        growth = lag / judged_lag
+        centre = median(present(others)) * growth
+        far = abs(float(window[b]) - float(window[a - 2]) - centre)
         before, after = present(half[max(a - _HALF_WINDOWS, 0) : a]), present(half[b : b + _HALF_WINDOWS])
-        if far[a - 2] > limit and len(before) > 1 and len(after) > 1:
+        if far > limit * math.sqrt(growth) and len(before) > 1 and len(after) > 1:
             size = float(np.median(after) - np.median(before))
-            if abs(size) > _LASTS * far[a - 2]:
-                times = float(far[a - 2]) / spread if spread > 0 else math.inf
+            if abs(size) > _LASTS * far:
+                times = far / spread / math.sqrt(growth) if spread > 0 else math.inf
                 gradual = _gradual(half, (a + b) // 2, (b - a) // 2 + 2 * _HALF_WINDOWS)
                 yield LevelChange(channel, (a + b) * w // 2, size, 2 * w, times, (b - a) * w // 2 + w, gradual)
 

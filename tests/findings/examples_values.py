@@ -13,6 +13,7 @@ from sigmatau.findings.kinds.values import (
     Gravity,
     ImplausibleUnit,
     Interpolated,
+    MeanRate,
     RepeatedSamples,
     Saturation,
     StuckSamples,
@@ -215,4 +216,5 @@ EXAMPLES = [
     values(Gravity(mean=10.2, deviation=0.04, low=9.75, high=9.85, cause="bias_or_scale"), ACCEL, severity="info"),
     values(Gravity(mean=0.374, deviation=-0.962, low=9.75, high=9.85, cause="removed"), ACCEL, severity="info"),
     values(Gravity(mean=4.0, deviation=-0.592, low=9.75, high=9.85, cause="unknown"), ACCEL),
+    values(MeanRate(mean=math.radians(19.7), usual=math.radians(10)), GYRO),
 ]

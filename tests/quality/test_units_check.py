@@ -148,3 +148,15 @@ def test_identical_axes_are_not_called_correlated():
     assert (finding.code, finding.severity, finding.channels) == ("identical_axes", "warning", ("gyro_x", "gyro_y"))
     rates[7, 1] += 1e-9
     assert "identical_axes" not in {f.code for f in check(Record.from_arrays(rate=100, gyro=rates))}
+
+
+@pytest.mark.parametrize(("rate", "codes"), [(0.0, []), (8.0, []), (12.0, ["mean_rate"]), (19.5, ["mean_rate"])])
+def test_a_steady_rotation_is_told(rate, codes):
+    """Of an axis between those of the gyro; 8 deg/s may be an offset."""
+    rng = np.random.default_rng(seed_of(f"turning {rate}"))
+    turning = np.radians(rate) * np.array([2.0, -1.0, 2.0]) / 3
+    record = Record.from_arrays(rate=100, gyro=turning + 1e-3 * rng.standard_normal((6000, 3)))
+    found = [one for one in check(record) if one.code == "mean_rate"]
+    assert [one.code for one in found] == codes
+    assert all(one.severity == "warning" and len(one.channels) == 3 for one in found)
+    assert all(one.size == pytest.approx(np.radians(rate), rel=1e-3) for one in found)

@@ -335,3 +335,19 @@ class Gravity(Details, code="gravity"):
     low: float
     high: float
     cause: Literal["bias_or_scale", "removed", "unknown"]
+
+
+@frozen
+class MeanRate(Details, code="mean_rate"):
+    """A mean angular rate beyond the zero-rate offset of most gyros: the sensor may turn steadily.
+
+    Attributes
+    ----------
+    mean : float
+        Length of the mean vector. [rad/s]
+    usual : float
+        Largest offset of usual gyros. [rad/s]
+    """
+
+    mean: float
+    usual: float

@@ -15,6 +15,7 @@ from sigmatau.findings.kinds.values import (
     HeldRuns,
     ImplausibleUnit,
     Interpolated,
+    MeanRate,
     RepeatedSamples,
     Saturation,
     StuckSamples,
@@ -199,6 +200,14 @@ def _gravity(finding: Finding, details: Gravity) -> Words:
     return Words(said, "Check --unit, --scale and --channels")
 
 
+def _mean_rate(_: Finding, details: MeanRate) -> Words:
+    mean, usual = (_number(math.degrees(rate)) for rate in (details.mean, details.usual))
+    return Words(
+        f"mean rate of {mean} deg/s: the sensor turns, or has an offset beyond the {usual} deg/s of usual gyros",
+        "Record it at rest, or check its offset in the datasheet",
+    )
+
+
 WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     Dropout: _dropout,
     StuckSamples: _stuck_samples,
@@ -209,4 +218,5 @@ WORDS: dict[type, Callable[[Finding, Any], Words]] = {
     CoarseResolution: _coarse_resolution,
     ImplausibleUnit: _implausible_unit,
     Gravity: _gravity,
+    MeanRate: _mean_rate,
 }

@@ -10,7 +10,7 @@ from sigmatau.quality.samples.interpolation import interpolated
 from sigmatau.quality.samples.repeated_samples import repeated_samples
 from sigmatau.quality.samples.resolution import coarse_resolution
 from sigmatau.quality.samples.shocks_and_steps import not_static
-from sigmatau.quality.samples.units import gravity, implausible_unit
+from sigmatau.quality.samples.units import gravity, implausible_unit, mean_rate
 from sigmatau.record.streams import Stream
 
 
@@ -21,7 +21,12 @@ def check(stream: Stream) -> list[Finding]:
     unit = implausible_unit(still)
     shaken = masked_by(stream, (one for one in disturbed if one.cause not in ("shocks", "spikes")))
     moved = not_static(shaken, still=still)
-    found = [*unit, *gravity(still), *moved, *repeated_samples(masked_by(without_dust(stream), disturbed))]
+    found = [
+        *(unit or mean_rate(still)),
+        *gravity(still),
+        *moved,
+        *repeated_samples(masked_by(without_dust(stream), disturbed)),
+    ]
     found += [*copied_stretches(stream), *interpolated(still), *coarse_resolution(still)]
     # Without its channels a finding of the gyros may equal one of the accelerometers.
     return [one if one.channels else replace(one, channels=stream.channels) for one in found]

@@ -7,7 +7,7 @@ from typing import Literal
 
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds.values import Gravity, ImplausibleUnit
+from sigmatau.findings.kinds.values import Gravity, ImplausibleUnit, MeanRate
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.means import mean_of
 from sigmatau.quality.samples.common import sample_of, white_level
@@ -66,6 +66,10 @@ _MISTAKES: dict[str, tuple[str, ...]] = {
     "mGal": ("m/s^2", "g", "mg"),
 }
 _SAME_FACTOR = 1e-6
+
+# Largest zero-rate offset of usual MEMS gyros: 1 to 10 deg/s in datasheets of LSM6, BMI and ICM parts. Older ones have up to
+# 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at full range): beyond it a gyro may rest. [rad/s]
+_USUAL_OFFSET = 10 * DEGREE
 
 _NOISIEST_GYRO = SENSOR_CLASSES["angular_rate"].noisiest["random_walk"]
 _TIMES_NOISIEST = 2.0
@@ -144,6 +148,19 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
     factors = tuple((term, 1 + deviation) for term in TERMS) if cause == "unknown" else ()
     channels, unit = stream.channels, stream.unit
     return [Finding(details=details, severity=severity, channels=channels, size=level, unit=unit, factors=factors)]
+
+
+def mean_rate(stream: Stream) -> list[Finding]:
+    """A mean of gyros beyond the zero-rate offset of usual ones, or a steady rotation: at most one warning."""
+    if stream.quantity != "angular_rate" or stream.grid.source.kind == "simulated":
+        return []
+    if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
+        return []
+    mean = _mean_vector(stream)
+    if not mean > _USUAL_OFFSET:
+        return []
+    details = MeanRate(mean=mean, usual=_USUAL_OFFSET)
+    return [Finding(details=details, severity="warning", channels=stream.channels, size=mean, unit=stream.unit)]
 
 
 def _by_gravity(stream: Stream) -> list[Finding]:

@@ -285,3 +285,31 @@ def test_the_case_without_its_column_of_instances_is_refused(tmp_path, field_dat
     unit = {"gyro": "rad/s", "accel": "m/s^2"}
     with pytest.raises(OptionError, match="2 interleaved sensors"):
         read(path, unit=unit)
+
+
+ORDERS = {
+    "pairs in random order": lambda rng, count: np.concatenate([rng.permutation(count) for _ in range(ROWS // count)]),
+    "any order": lambda rng, count: rng.integers(0, count, ROWS),
+    "blocks of 10": lambda rng, count: np.repeat(np.tile(np.arange(count), ROWS // 10 // count), 10),
+    "blocks of 32": lambda rng, count: np.repeat(np.tile(np.arange(count), ROWS // 32 // count), 32),
+}
+
+
+@pytest.mark.parametrize("name", ORDERS)
+@pytest.mark.parametrize("axes", [3, 6])
+def test_sensors_in_no_fixed_order_are_asked_for(name, axes):
+    rng = np.random.default_rng(seed_of(f"order {name} {axes}"))
+    order = ORDERS[name](rng, 2)
+    found = find_interleaving(channels(rng.normal(size=(len(order), axes)) + BIASES[order][:, :axes]), None)
+    assert found is not None
+    assert (found.sign, found.certain) == ("groups", False)
+    assert "no fixed order" in str(found.error("2", ""))
+    assert "own file" in str(found.error_of_count("2", "imu0", 2))
+
+
+@pytest.mark.parametrize("levels", [0.15, 0.5, 2.0])
+def test_a_coarse_line_of_one_sensor_is_no_group(levels):
+    rng = np.random.default_rng(seed_of(f"coarse line {levels}"))
+    for _ in range(20):
+        found = find_interleaving(channels(np.round(levels * line(rng.uniform(0, 0.5), 6)(rng))), None)
+        assert found is None or found.sign != "groups"

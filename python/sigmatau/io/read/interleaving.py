@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError, argument
 from sigmatau.io.read import turns
+from sigmatau.io.read.turn_groups import find_groups
 from sigmatau.io.read.turn_noise import SlowNoise, compare_slow_noise
 from sigmatau.io.read.turns import MIN_PARTS, ROWS
 
@@ -34,7 +35,7 @@ _SCATTERS = 1.3  # smallest ratio of the scatters of two sensors: 6 standard err
 _TURN_NAMES = {2: "second", 3: "third", 4: "fourth"}
 _FRACTIONS = {2: "half", 3: "a third of", 4: "a quarter of"}
 
-Sign = Literal["means", "scatter", "stamps"]
+Sign = Literal["means", "scatter", "stamps", "groups"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +43,7 @@ class Interleaving:
     """Sensors whose rows take turns."""
 
     sensors: int
-    period: int  # rows after which the sensors repeat; more than sensors if they have different rates
+    period: int  # rows after which the sensors repeat; more than sensors if they have different rates, 0 if they do not
     sign: Sign  # what depends on the turn
     channel: str  # with the largest difference
     size: float  # of this channel: difference of the means [unit of the log], or ratio of the scatters; 0 for stamps
@@ -69,13 +70,16 @@ class Interleaving:
 
     def error_of_count(self, label: str, topic: str, count: int) -> OptionError:
         """The error of a stated number of sensors that leaves rows of several in a topic."""
+        advice = "State another number" if self.period else "Save each to its own file"
         return OptionError(
-            f"{{option}} {count} leaves rows of several sensors in {topic}: {self._sign(label)}. State another number",
+            f"{{option}} {count} leaves rows of several sensors in {topic}: {self._sign(label)}. {advice}",
             option="interleaved",
         )
 
     def _reading(self) -> str:
         """What the rows are, and the other reading if it is possible."""
+        if self.sign == "groups":
+            return "has rows of several sensors in no fixed order, or of one that leaps between two states"
         other_reading = {
             "means": f"one with a line at {_FRACTIONS[self.period]} the rate",
             "scatter": "one whose noise changes from row to row",
@@ -86,6 +90,8 @@ class Interleaving:
 
     def _sign(self, label: str) -> str:
         """What depends on the turn."""
+        if self.sign == "groups":
+            return f"the rows are in groups, {self.size:.3g} apart in {self.channel} (column {label})"
         of_channel = f"of every {_TURN_NAMES[self.period]} row of {self.channel} (column {label})"
         return {
             "means": f"the means {of_channel} differ by {self.size:.3g}",
@@ -101,9 +107,9 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
 
     If stamps come in groups (``0, 0.06, 10, 10.06 ms``), two axes must have means that depend on the turn, or the groups
     alone make a question. If stamps are even, or absent, the means must differ by twice the scatter on two axes, not by one
-    amount on axes of one sensor, and neighbouring rows must not be more alike than rows of one turn; or the scatter must
-    depend on the turn. All parts of the log must show the same means. Rows of several turns that have their slow noise in
-    common are of one sensor.
+    amount on axes of one sensor, and neighbouring rows must not be more alike than rows of one turn; or the rows must be in
+    groups, in no fixed order; or the scatter must depend on the turn. All parts of the log must show the same means. Rows of
+    several turns that have their slow noise in common are of one sensor.
     """
     names = list(channels)
     if not names or len(channels[names[0]]) < MIN_PARTS * ROWS:
@@ -116,7 +122,7 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
         interleaving = _find_by_groups(channels, stamps, period)
         if interleaving is not None:
             return interleaving
-    return _find_by_scatter(channels)
+    return _find_by_order(channels) or _find_by_scatter(channels)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,6 +209,26 @@ def _find_by_groups(
         means=(),
         bunched=True,
         certain=slow == "independent",
+    )
+
+
+def _find_by_order(channels: Mapping[str, NDArray[Any]]) -> Interleaving | None:
+    """Sensors in no fixed order."""
+    names = list(channels)
+    starts = turns.starts_of_parts(len(channels[names[0]]), 1, _PARTS)
+    parts = np.concatenate([turns.rows_by_turn(column, starts, 1) for column in channels.values()], axis=2)
+    groups = find_groups(parts, np.array(starts))
+    if groups is None:
+        return None
+    return Interleaving(
+        sensors=_PAIR,
+        period=0,
+        sign="groups",
+        channel=names[groups.axis],
+        size=groups.size,
+        means=(),
+        bunched=False,
+        certain=False,
     )
 
 

@@ -44,27 +44,28 @@ def timed(name, what):
         global last
         lap("the rest of it")
         before = spent.pop("the rest of it")
-        rest[0] += before[0]
-        rest[1] += before[1]
+        others[0] += before[0]
+        others[1] += before[1]
         found = function(*args, **options)
         lap(what)
         return found
     setattr(analysis, name, call)
 import sigmatau.cli.analyze
-from sigmatau import analysis
+from sigmatau import analyze
+from sigmatau.analysis import stages as analysis
 from sigmatau.io.read import read
 lap("start of Python, imports")
 record = read(sys.argv[1], **json.loads(sys.argv[2]))
 lap("reading")
-rest = [0.0, 0.0]
-timed("rest_of", "whether the sensor rests")
+others = [0.0, 0.0]
+timed("rest", "whether the sensor rests")
 timed("examine", "checks of samples and spectra")
 timed("curves_of", "Allan deviations")
 timed("in_threads", "fits")
 timed("check_fits", "checks with the fits")
-found = analysis.analyze(record)
+found = analyze(record)
 lap("the rest of it")
-spent["the rest of it"] = [a + b for a, b in zip(spent["the rest of it"], rest)]
+spent["the rest of it"] = [a + b for a, b in zip(spent["the rest of it"], others)]
 found.overview(), json.dumps(found.to_dict())
 lap("table, checksum, JSON")
 print(json.dumps(spent))

@@ -6,6 +6,7 @@ import sys
 from pathlib import PurePosixPath
 
 import pytest
+from matplotlib import pyplot as plt
 
 import sigmatau
 from conftest import ROOT
@@ -144,6 +145,7 @@ def test_a_notebook_shows_its_outputs(tmp_path):
     ]
     notebook = tmp_path / "n.ipynb"
     notebook.write_text(json.dumps({"cells": cells}))
+    plt.close("all")  # of other tests of this process, which would be on the page too
     page = notebooks.markdown(notebook)
     assert page.startswith("# Title\nText.\n\nTo run it yourself: {download}`n.ipynb`.\n\n```python\n")
     assert "```python\nprint('said')\nx = 6\n```\n\n```text\nsaid\n```\n" in page

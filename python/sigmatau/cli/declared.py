@@ -22,12 +22,12 @@ MAIN = Group("Main options", sort_key=1)
 
 GROUPS: Mapping[GroupName, Group] = {name: Group(name, sort_key=2 + k) for k, name in enumerate(get_args(GroupName))}
 
-InMain = Parameter(group=MAIN)
-InMethod = Parameter(group=GROUPS["Method"])
-InOutput = Parameter(group=GROUPS["Output"])
-Flag = Parameter(negative=(), show_default=False)
-Texts = Parameter(negative=())
-MayBeMinus = Parameter(allow_leading_hyphen=True)
+InMain: Parameter = Parameter(group=MAIN)
+InMethod: Parameter = Parameter(group=GROUPS["Method"])
+InOutput: Parameter = Parameter(group=GROUPS["Output"])
+Flag: Parameter = Parameter(negative=(), show_default=False)
+Texts: Parameter = Parameter(negative=())
+MayBeMinus: Parameter = Parameter(allow_leading_hyphen=True)
 
 Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"]), Flag, InOutput]
 Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"]), Flag, InMain]

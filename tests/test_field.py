@@ -70,7 +70,9 @@ class TestAdisFitted:
         fitted = adis_analysis.fits[channel]
         assert fitted.verdict == "adequate_with"
         assert any(0.5 <= line.frequency.value <= 0.6 for line in fitted.sinusoid)
-        assert fitted["random_walk"].high / fitted["random_walk"].low < 1.05
+        walk = fitted["random_walk"]
+        assert walk.high / walk.value < 1.025
+        assert walk.value / walk.low < 1.09  # down to the value without the noise of the coarse rounding
 
 
 def test_adis_checks(adis_analysis):

@@ -107,7 +107,10 @@ def find_suggestion(message: str) -> tuple[str, ...]:
         options[name] = value if present in (None, value) else f"{present} {value}"
     flat: list[str] = []
     for name, value in options.items():
-        flat += [f"--{name}", *shlex.split(value)]
+        words = shlex.split(value)
+        keys = [word.partition("=")[0] for word in words]
+        if name not in PAIRS or len(set(keys)) == len(keys):  # "--unit time=ms, --unit time=s or …" are alternatives
+            flat += [f"--{name}", *words]
     return tuple(flat)
 
 

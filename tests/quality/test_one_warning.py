@@ -9,6 +9,7 @@ from sigmatau import NoiseModel, Record, analyze, simulate
 N, RATE = 1e-3, 100.0
 SD = N * RATE**0.5
 AT = 48_000
+BIAS = 0.1  # rad/s, that of many MEMS gyros
 
 
 def minutes(name):
@@ -24,7 +25,7 @@ def knock(x):
 
 
 def dropout(x):
-    x += 30 * SD
+    x += BIAS
     x[AT : AT + 500, 0] = 0.0
 
 

@@ -107,11 +107,11 @@ def option(
     matters : bool
         Whether it changes numbers of the result, so that the JSON states it.
     """
-    told = Option(
+    about = Option(
         group=group, text=text, otherwise=otherwise, form=form, choices=tuple(choices), unit=unit, kind=kind,
         example=example, python=python, typed=typed, main=main, matters=matters,
     )  # fmt: skip
-    return {Option: told}
+    return {Option: about}
 
 
 def same_option(options: Any, name: str) -> Any:  # noqa: ANN401  a field of the option's own type
@@ -191,7 +191,7 @@ def keywords_of(
 
         names = {each.name for each in keywords}
         cast(Any, call).__signature__ = signature
-        call.__annotations__ = {name: of.annotation for name, of in signature.parameters.items()}
+        call.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
         call.__annotations__["return"] = signature.return_annotation
         del call.__wrapped__  # what is called takes the options by name
         call.__doc__ = _with_options(function.__doc__ or "", declared(options))
@@ -210,6 +210,8 @@ def _with_options(docstring: str, options: Mapping[str, Option]) -> str:
 def _entry(name: str, about: Option) -> str:
     """The entry of an option in a docstring."""
     kind = about.kind or "{" + ", ".join(f'"{choice}"' for choice in about.choices) + "}"
-    told = " ".join(filter(None, [about.text, about.python, about.otherwise, f"[{about.unit}]" if about.unit else ""]))
-    lines = textwrap.wrap(told, _WIDTH - 8, break_long_words=False, break_on_hyphens=False)
+    sentences = " ".join(
+        filter(None, [about.text, about.python, about.otherwise, f"[{about.unit}]" if about.unit else ""])
+    )
+    lines = textwrap.wrap(sentences, _WIDTH - 8, break_long_words=False, break_on_hyphens=False)
     return f"    {name} : {kind}\n" + "".join(f"        {line}\n" for line in lines)

@@ -48,7 +48,7 @@ def to_json(self: Analysis) -> str:
 def _options_to_dict(analysis: Analysis) -> dict[str, Any]:
     """What made the result, beside the log: the same log with the same options is the same run."""
     stated = {"reading": dict(analysis.source.options), "analysis": dict(analysis.options)}
-    stated = {of: options for of, options in stated.items() if options}
+    stated = {part: options for part, options in stated.items() if options}
     return {"options": stated} if stated else {}
 
 
@@ -60,5 +60,5 @@ def _fit_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
 
 
 def _means_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
-    found = analysis.mean_stability.get(channel, ())
-    return {"mean_stability": [one.to_dict() for one in found]} if found else {}
+    spreads = analysis.mean_stability.get(channel, ())
+    return {"mean_stability": [spread.to_dict() for spread in spreads]} if spreads else {}

@@ -114,8 +114,8 @@ class Analysis(Tabular):
 
     def __post_init__(self) -> None:
         trusted = {
-            name: one if one.trust is not None else replace(one, trust=trust(one, self.findings, name))
-            for name, one in self.fits.items()
+            name: fitted if fitted.trust is not None else replace(fitted, trust=trust(fitted, self.findings, name))
+            for name, fitted in self.fits.items()
         }
         object.__setattr__(self, "fits", Fits(trusted))
 
@@ -210,13 +210,15 @@ class Analysis(Tabular):
     def __getitem__(self, channel: str) -> NoiseFit:
         """The fit of a channel; the `KeyError` of any other says why there is none."""
         if channel in self.fits or channel not in self.curves:
-            known = self.fits or self.curves
-            if channel not in known:
+            available = self.fits or self.curves
+            if channel not in available:
                 lost = [
-                    words(one).message for one in self.findings if channel in one.channels and one.code in WITHOUT_CURVE
+                    words(finding).message
+                    for finding in self.findings
+                    if channel in finding.channels and finding.code in WITHOUT_CURVE
                 ]
                 why = f" ({lost[0]})" if lost else ""
-                raise KeyError(f"no channel {channel!r}{why}; channels: {', '.join(known)}")
+                raise KeyError(f"no channel {channel!r}{why}; channels: {', '.join(available)}")
             return self.fits[channel]
         why = (
             self.rest.reason

@@ -96,9 +96,9 @@ def sections(self: Analysis) -> dict[str, str]:
     sensors = dict.fromkeys([*self.grids, *map(stream_name, self.curves)])
     parts = {}
     for sensor in sensors:
-        own = [channel for channel in self.curves if stream_name(channel) == sensor]
+        channels = [channel for channel in self.curves if stream_name(channel) == sensor]
         grid = wrapped([f"{sensor}: {sampling_text(self.grids[sensor])}"] if sensor in self.grids else [])
-        parts[sensor] = "\n".join(filter(None, [*grid, _table(self, own)]))
+        parts[sensor] = "\n".join(filter(None, [*grid, _table(self, channels)]))
     return {sensor: text for sensor, text in parts.items() if text}
 
 
@@ -125,9 +125,9 @@ def html(self: Analysis) -> str:
     """The overview as a table of a notebook, with a small picture of each curve."""
     from html import escape
 
-    told = "".join(f"<li>{escape(line)}</li>" for line in _causes(self))
+    items = "".join(f"<li>{escape(line)}</li>" for line in _causes(self))
     if not self.fits:
-        return f"<p>{escape(headline(self))}</p><pre>{escape(coefficients(self))}</pre><ul>{told}</ul>"
+        return f"<p>{escape(headline(self))}</p><pre>{escape(coefficients(self))}</pre><ul>{items}</ul>"
     from sigmatau.plot.terminal import sparkline
 
     head, *rows = overview_rows(self.fits, self.findings)
@@ -135,7 +135,7 @@ def html(self: Analysis) -> str:
     for row in rows:
         curve = self.curves.get(row[0])
         shown.append((*row, "" if curve is None else sparkline(curve.tau, curve.adev)))
-    return f"<p>{escape(headline(self))}</p>{html_table(shown, ready={len(head)})}<ul>{told}</ul>"
+    return f"<p>{escape(headline(self))}</p>{html_table(shown, ready={len(head)})}<ul>{items}</ul>"
 
 
 def printed(self: Analysis) -> str:

@@ -41,8 +41,8 @@ def inspect_command(
     """
     check_outputs(log, None, json)
     with reading_shown(log, quiet=quiet):
-        found = inspect(log, **(settings or InspectSettings()).arguments())
-    told = [*finding_lines(found.findings), *found.wants()]
-    lines = [*found.contents(), *(wrapped(told) if sys.stdout.isatty() else told)]
-    write_result(lines_text(lines), found.to_dict(), json)
-    return damaged(found.findings)
+        inspected = inspect(log, **(settings or InspectSettings()).arguments())
+    messages = [*finding_lines(inspected.findings), *inspected.wants()]
+    lines = [*inspected.contents(), *(wrapped(messages) if sys.stdout.isatty() else messages)]
+    write_result(lines_text(lines), inspected.to_dict(), json)
+    return damaged(inspected.findings)

@@ -159,9 +159,11 @@ def prepare_all(
 
 def _refuse_everywhere(unplaced: Sequence[Sequence[Unplaced]], about: str = "") -> None:
     """Raise the first error of a choice that none of the targets has a place for."""
-    for one in unplaced[0] if unplaced else ():
-        if all(any((one.choice, one.key) == (other.choice, other.key) for other in others) for others in unplaced):
-            raise one.error().about(about) if about else one.error()
+    for refused in unplaced[0] if unplaced else ():
+        if all(
+            any((refused.choice, refused.key) == (alike.choice, alike.key) for alike in others) for others in unplaced
+        ):
+            raise refused.error().about(about) if about else refused.error()
 
 
 def _prepared(
@@ -171,14 +173,14 @@ def _prepared(
     unplaced = find_unplaced(wanted, choices, source)
     if alone and unplaced:
         raise unplaced[0].error()
-    for one in unplaced:
-        choices = choices.without(one.choice, one.key)
+    for each in unplaced:
+        choices = choices.without(each.choice, each.key)
     if path is not None:
         check_path(wanted, path)
     content, findings = _written(wanted, source, choices, path)
-    omitted = (ChoiceWithoutPlace(target=wanted.name, option=one.option, key=one.key or "") for one in unplaced)
-    more = (Finding(severity="info", details=details) for details in omitted)
-    return Prepared(to=wanted.name, path=path, content=content, findings=(*findings, *more)), unplaced
+    omitted = (ChoiceWithoutPlace(target=wanted.name, option=each.option, key=each.key or "") for each in unplaced)
+    notes = (Finding(severity="info", details=details) for details in omitted)
+    return Prepared(to=wanted.name, path=path, content=content, findings=(*findings, *notes)), unplaced
 
 
 _LACKING = {"both": 0, "either": 1, "any": 2}  # sensors that a log may lack
@@ -251,10 +253,10 @@ def find_unplaced(target: Target, choices: Choices, source: Source | None = None
         why = f"{name} has every axis separately, and no mean: omit {{@axes}}"
         unplaced.append(Unplaced(choice="axes", why=why))
     for rule in target.unused:
-        chosen = [one for one in rule.choices if getattr(choices, one) != getattr(default, one)]
+        chosen = [choice for choice in rule.choices if getattr(choices, choice) != getattr(default, choice)]
         if chosen and (rule.when is None or (source is not None and _applies(rule.when, target, source, choices))):
             why = f"does not apply to {name}: {rule.why}"
-            unplaced += [Unplaced(choice=one, why=f"{{@{one}}} {why}") for one in chosen]
+            unplaced += [Unplaced(choice=choice, why=f"{{@{choice}}} {why}") for choice in chosen]
     return unplaced
 
 

@@ -41,7 +41,7 @@ def fit_sums(
         # Lines and resonances of such counts are those of the rounding.
         bare = replace(fitted, sinusoid=(), resonance=(), highest=None, reasons=())
         return with_limits(bare, stream, CoarseCounts(summed=summed, hidden=True))
-    streams = tuple(sums if one is stream else one for one in record.streams)
+    streams = tuple(sums if each is stream else each for each in record.streams)
     fitted = by_likelihood(replace(record, streams=streams), channel, terms=terms)
     if fitted.verdict == "disturbed":
         fitted = replace(fitted, n=stream.grid.n, tau0=stream.grid.tau0)
@@ -49,14 +49,14 @@ def fit_sums(
     # What the sums show of lines, resonances and a filter is folded at half their rate.
     names, covariance = fitted.covariance
     rows = [k for k, name in enumerate(names) if not name.startswith("resonance")]
-    beside = bool(fitted.gauss_markov) or fitted.warm_up is not None
+    has_process = bool(fitted.gauss_markov) or fitted.warm_up is not None
     reasons = tuple(reason for reason in fitted.reasons if not isinstance(reason, BandLeftOut))
     return replace(
         fitted,
         n=stream.grid.n,
         tau0=stream.grid.tau0,
         tau_min=max(fitted.tau_min or 0.0, sums.grid.tau0),
-        verdict="adequate" if fitted.verdict == "adequate_with" and not beside else fitted.verdict,
+        verdict="adequate" if fitted.verdict == "adequate_with" and not has_process else fitted.verdict,
         reasons=(CoarseCounts(summed=summed, hidden=False), *reasons),
         sinusoid=(),
         resonance=(),

@@ -19,7 +19,7 @@ def walk_factor(findings: Iterable[Finding], channel: str) -> float:
 
     They are rounding near a step, samples that are held, repeated or filled in, saturation and aliasing.
     """
-    factors = (one.walk_factor for one in findings if channel in one.channels)
+    factors = (finding.walk_factor for finding in findings if channel in finding.channels)
     return math.prod(factor for factor in factors if factor is not None)
 
 
@@ -33,8 +33,8 @@ def allowing_for_biases(fitted: NoiseFit, factors: Iterable[float]) -> NoiseFit:
     factors : iterable of float
         Random walk of the log over that of the sensor; of a joint fit, those of its runs.
     """
-    known, walk = (1.0, *factors), fitted.terms.get(_TERM)
-    largest, smallest = max(known), min(known)
+    all_factors, walk = (1.0, *factors), fitted.terms.get(_TERM)
+    largest, smallest = max(all_factors), min(all_factors)
     if walk is None or largest == smallest:
         return fitted
     low, high, limit = walk.low, walk.high, walk.upper_limit

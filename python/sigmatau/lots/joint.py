@@ -222,8 +222,8 @@ def _without_disturbed(
 
 
 def _findings(joint: JointChannel) -> list[Finding]:
-    found = disturbed_findings(joint.fit)
-    found += [
+    findings = disturbed_findings(joint.fit)
+    findings += [
         Finding(
             details=RunsDiffer(runs=len(joint.runs), term=term, p_value=p_value),
             severity="warning",
@@ -238,8 +238,8 @@ def _findings(joint: JointChannel) -> list[Finding]:
             details = RunDiffers(
                 run=run.name, runs=len(joint.runs), term=term, factor=run.factor if term else None, p_value=run.p_value
             )
-            found.append(Finding(details=details, severity="warning", channels=(joint.channel,), size=run.factor))
-    return found
+            findings.append(Finding(details=details, severity="warning", channels=(joint.channel,), size=run.factor))
+    return findings
 
 
 def _rounded(fitted: NoiseFit, members: Sequence[tuple[Run, Analysis]]) -> NoiseFit:

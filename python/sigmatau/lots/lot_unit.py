@@ -136,7 +136,7 @@ def unit_of(result: Analysis | FailedAnalysis) -> UnitResult:
 def _channel(result: Analysis, name: str) -> UnitChannel:
     curve, fit = result.curves[name], result.fits.get(name)
     terms = {} if fit is None else fit.terms
-    coefficients = {term: _coefficient(found) for term, found in terms.items()}
+    coefficients = {term: _coefficient(fitted) for term, fitted in terms.items()}
     for row in result.mean_stability.get(name, ()):
         coefficients[f"means_{row.average:.3g}"] = Coefficient(value=row.value, low=row.low, high=row.high)
     return UnitChannel(

@@ -240,16 +240,16 @@ def _rows(analysis: Analysis) -> list[_Row]:
 
 
 def _rows_of_fit(name: str, fit: NoiseFit) -> Iterable[_Row]:
-    for term, found in fit.terms.items():
-        label = (name, fit.quantity, term, found.unit, fit.rate_unit)
-        if found.value is None:
-            if found.observed is False and found.upper_limit is not None:
-                yield label, LIMITED, math.nan, math.nan, found.upper_limit
+    for term, fitted in fit.terms.items():
+        label = (name, fit.quantity, term, fitted.unit, fit.rate_unit)
+        if fitted.value is None:
+            if fitted.observed is False and fitted.upper_limit is not None:
+                yield label, LIMITED, math.nan, math.nan, fitted.upper_limit
             continue
         error = math.nan
-        if fit.quantified and found.low is not None and found.high is not None:
-            error = error_of(term, found.value, found.low, found.high, level=found.level)
-        yield label, WITHOUT_INTERVAL if math.isnan(error) else OBSERVED, found.value, error, math.nan
+        if fit.quantified and fitted.low is not None and fitted.high is not None:
+            error = error_of(term, fitted.value, fitted.low, fitted.high, level=fitted.level)
+        yield label, WITHOUT_INTERVAL if math.isnan(error) else OBSERVED, fitted.value, error, math.nan
 
 
 def error_of(term: str, value: float, low: float, high: float, *, level: float) -> float:

@@ -34,7 +34,8 @@ def beyond_class(fitted: NoiseFit, *, beside: Sequence[Finding] = ()) -> list[Fi
         limits is None
         or not fitted.quantified
         or any(
-            one.code in _OTHER_CAUSES and one.severity == "warning" and fitted.channel in one.channels for one in beside
+            finding.code in _OTHER_CAUSES and finding.severity == "warning" and fitted.channel in finding.channels
+            for finding in beside
         )
     ):
         return []

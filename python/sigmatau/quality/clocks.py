@@ -61,16 +61,16 @@ class _Shift:
 
 def marks_of(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
     """The marks of a record, from its fits by channel."""
-    found: list[Mark] = []
+    marks: list[Mark] = []
     for channel, fitted in fits.items():
         for line in fitted.sinusoid[:_STRONGEST]:
-            found += _mark(channel, "line", _ends(line.frequency), _FOOT)
+            marks += _mark(channel, "line", _ends(line.frequency), _FOOT)
         for process in fitted.resonance:
-            found += _mark(channel, "resonance", _ends(process.frequency), 0.5)
+            marks += _mark(channel, "resonance", _ends(process.frequency), 0.5)
         if fitted.response is not None:
             response = fitted.response
-            found += _mark(channel, "corner", (response.corner, response.low, response.high), 0.5)
-    return tuple(found)
+            marks += _mark(channel, "corner", (response.corner, response.low, response.high), 0.5)
+    return tuple(marks)
 
 
 def _ends(frequency: Interval) -> tuple[float | None, float | None, float | None]:

@@ -75,29 +75,29 @@ def inspect(path: str | os.PathLike[str], options: InspectOptions) -> Inspection
     >>> table.rows, table.rate, [column.channel for column in table.columns]
     (1000, 100.0, ['time', 'gyro_x'])
     """
-    found = inspection.inspect(path, options)
-    if found.record is None:
-        return found
-    kept = causes_to_keep(options.keep)
-    record = from_the_start(found.record)
-    left: list[Finding] = []
+    inspected = inspection.inspect(path, options)
+    if inspected.record is None:
+        return inspected
+    untouched = causes_to_keep(options.keep)
+    record = from_the_start(inspected.record)
+    excluded: list[Finding] = []
     if options.leave_out is not None:
-        record, left = leave_out(record, options.leave_out)
+        record, excluded = leave_out(record, options.leave_out)
     constant = [finding for stream in record.streams for finding in curve_checks.constant_channels(stream)]
     resting = rest(record)
-    record, told = at_rest_only(record, resting, assumed=False)
+    record, motion = at_rest_only(record, resting, assumed=False)
     if not resting.is_usable:
-        return replace(found, record=record, checks=(*left, *constant, *told))
+        return replace(inspected, record=record, checks=(*excluded, *constant, *motion))
     bounded = [s.name for s in record.streams if s.mask is None and not memory.fits(s, None)]
     try:
-        still, checks = _examined(record, options.bandwidth, kept, bounded)
+        still, checks = _examined(record, options.bandwidth, untouched, bounded)
     except MemoryError:
         if bounded:
             raise
         bounded = [s.name for s in record.streams]
-        still, checks = _examined(record, options.bandwidth, kept, bounded)
-    checked = [*left, *constant, *told, *checks]
-    return replace(found, record=record, checks=tuple(_against_fits(still, checked, bounded)))
+        still, checks = _examined(record, options.bandwidth, untouched, bounded)
+    checked = [*excluded, *constant, *motion, *checks]
+    return replace(inspected, record=record, checks=tuple(_against_fits(still, checked, bounded)))
 
 
 def _examined(

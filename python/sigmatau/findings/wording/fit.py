@@ -172,11 +172,11 @@ def _beyond_class(finding: Finding, details: kinds.BeyondClass) -> Words:
     size = number(factor * (finding.size or 0.0))
     sensors = "gyros" if details.quantity == "angular_rate" else "accelerometers"
     if details.frequency is None:
-        said = f"the mean changes by {size} {unit} per second"
+        fact = f"the mean changes by {size} {unit} per second"
     else:
-        said = f"noise of {size} ({unit})/√Hz at {number(details.frequency)} Hz"
+        fact = f"noise of {size} ({unit})/√Hz at {number(details.frequency)} Hz"
     return Words(
-        f"{said}, {two_digits(details.times)} times that of the noisiest {sensors}",
+        f"{fact}, {two_digits(details.times)} times that of the noisiest {sensors}",
         "Record the sensor at rest, and check the unit",
     )
 

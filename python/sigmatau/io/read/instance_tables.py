@@ -23,6 +23,7 @@ from sigmatau.io.read.instances import (
     is_single_sensor_stated,
     may_be_instance,
     means_differ,
+    tell_sensors,
 )
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Loaded, RowKind, Table
@@ -92,9 +93,8 @@ def _names_sensor(labels: Mapping[str, object], column: int) -> bool:
 
 def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic], labels: dict[str, object]) -> bool:
     order = np.asarray(head).astype(str).tolist() if column < 0 else [str(int(value)) for value in head]
-    sensors = [sensor for label in labels if column < 0 and (sensor := find_sensor(label)) is not None]
-    if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
-        return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
+    if column < 0 and (by_sensor := tell_sensors(tuple(labels), order)) is not None:
+        return by_sensor
     if is_single_sensor_stated() or not cycles_with_rows(order):
         return False
     is_named = has_instance_name(name)

@@ -88,6 +88,17 @@ def may_be_instance(name: str) -> bool:
     return re.fullmatch(_NOT_INSTANCES, snake) is None
 
 
+def tell_sensors(labels: Sequence[str], order: Sequence[str]) -> bool | None:
+    """Whether words tell the sensors of the rows, whose words are `order`; None if no word names a sensor.
+
+    Words of one sensor, one after the other, are a table of results, axis after axis.
+    """
+    sensors = [sensor for label in labels if (sensor := find_sensor(label)) is not None]
+    if not sensors:
+        return None
+    return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
+
+
 def cycles_with_rows(labels: Sequence[str]) -> bool:
     """Whether each label comes in runs of about one length, with about one distance: sensors with fixed rates do, random
     flags, coarse signals and clocks do not.

@@ -69,12 +69,12 @@ def find_groups(parts: NDArray[np.float64], starts: NDArray[np.intp]) -> Groups 
 def _find_gap(values: NDArray[np.float64]) -> float | None:
     """The middle of the widest interval with few values, if it is wide."""
     ordered = np.sort(values)
-    tail, few = int(_TAIL * len(ordered)), max(int(_EMPTY * len(ordered)), 1)
-    widths = ordered[tail + few : len(ordered) - tail] - ordered[tail : len(ordered) - tail - few]
-    at = int(np.argmax(widths))
-    if not widths[at] > _GAP * (ordered[-tail - 1] - ordered[tail]):
+    tail, within = int(_TAIL * len(ordered)), max(int(_EMPTY * len(ordered)), 1)
+    widths = ordered[tail + within : len(ordered) - tail] - ordered[tail : len(ordered) - tail - within]
+    place = int(np.argmax(widths))
+    if not widths[place] > _GAP * (ordered[-tail - 1] - ordered[tail]):
         return None
-    return float(ordered[tail + at] + ordered[tail + at + few]) / 2
+    return float(ordered[tail + place] + ordered[tail + place + within]) / 2
 
 
 def _is_line(values: NDArray[np.float64], above: NDArray[np.bool_], rows: NDArray[np.intp]) -> bool:

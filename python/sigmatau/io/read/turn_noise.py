@@ -50,9 +50,8 @@ def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) 
         if up_to_band.mean() - 0.5 > max(_ERRORS * error, _SHARED - 0.5):
             return "in common"
         powers = np.minimum(power_of_sum[low:top].mean(axis=0), power_of_difference[low:top].mean(axis=0))
-        slow.append(
-            shares[low:top, powers > _RISE / 2 * high].ravel()
-        )  # a line at half the rate is in one of them only
+        # A line at half the rate is in one of them only.
+        slow.append(shares[low:top, powers > _RISE / 2 * high].ravel())
     of_slow_noise = np.concatenate(slow)
     if len(of_slow_noise) >= _FEWEST_SHARES and abs(of_slow_noise.mean() - 0.5) < _INDEPENDENT:
         return "independent"

@@ -20,9 +20,8 @@ _ERRORS = 6.0  # means that are different, over their standard error
 _EXCEPTIONS = 0.1  # share of the intervals that may not fit the groups
 _SHORT = 0.25  # interval between two rows of one instant, over the mean interval
 _FEWEST_STEPS = 16  # between the values of the rows of a turn in a part: a scatter of 3 steps and more
-_SAME_SENSOR = (
-    0.3  # difference of the means of two turns of one sensor, over the scatter: 4 standard errors of a median
-)
+# Difference of the means of two turns of one sensor, over the scatter: 4 standard errors of a median.
+_SAME_SENSOR = 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

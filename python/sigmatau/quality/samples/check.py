@@ -21,12 +21,12 @@ def check(stream: Stream) -> list[Finding]:
     unit = implausible_unit(still)
     shaken = masked_by(stream, (one for one in disturbed if one.cause not in ("shocks", "spikes")))
     moved = not_static(shaken, still=still)
-    found = [
+    findings = [
         *(unit or mean_rate(still)),
         *gravity(still),
         *moved,
         *repeated_samples(masked_by(without_dust(stream), disturbed)),
     ]
-    found += [*copied_stretches(stream), *interpolated(still), *coarse_resolution(still)]
+    findings += [*copied_stretches(stream), *interpolated(still), *coarse_resolution(still)]
     # Without its channels a finding of the gyros may equal one of the accelerometers.
-    return [one if one.channels else replace(one, channels=stream.channels) for one in found]
+    return [one if one.channels else replace(one, channels=stream.channels) for one in findings]

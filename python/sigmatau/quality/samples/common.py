@@ -62,11 +62,11 @@ def row_means(rows: Floats, *, least: float = 0.5) -> Floats:
 
 def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
     """Means, and those of each next octave of averaging time: of two neighbours each."""
-    found = [means]
-    while len(found) < octaves:
+    by_octave = [means]
+    while len(by_octave) < octaves:
         means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
-        found.append(means)
-    return found
+        by_octave.append(means)
+    return by_octave
 
 
 def block_rms(x: Floats) -> float:

@@ -234,12 +234,12 @@ def _departures(
     difference of `apart` is independent.
     """
     finite = np.isfinite(x)
-    known = int(np.count_nonzero(finite)) // apart
-    if known < _LEAST_WINDOWS:
+    independent = int(np.count_nonzero(finite)) // apart
+    if independent < _LEAST_WINDOWS:
         return None
     centre, spread = median_and_spread(x[finite])
     far = np.abs(x - centre)
-    limit = spreads * (1 + _FEW_WINDOWS / known) * spread
+    limit = spreads * (1 + _FEW_WINDOWS / independent) * spread
     if np.any(far > limit):
         limit = max(limit, _ROUNDING * step_of(stream, channel))
     return far, spread, limit

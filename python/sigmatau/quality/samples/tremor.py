@@ -56,12 +56,12 @@ def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
     that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there,
     and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit in doubt.
     """
-    gyros = [one for one in means if one.quantity == "angular_rate" and not one.slow]
+    gyros = [axis for axis in means if axis.quantity == "angular_rate" and not axis.slow]
     if (faint := _faint_tremor(means)) is not None:
         return faint
     if not gyros and len(means) < _AXES:
-        return _loud_without_tremor(_loud_motion([one for one in means if not one.slow]))
-    accelerometers = [one for one in means if one.unit_is_sure and not one.slow]
+        return _loud_without_tremor(_loud_motion([axis for axis in means if not axis.slow]))
+    accelerometers = [axis for axis in means if axis.unit_is_sure and not axis.slow]
     if (slow_shaking := _loud_below_vibration(accelerometers)) is not None:
         return slow_shaking
     loud = _loud_motion(gyros)
@@ -84,7 +84,7 @@ def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
     """The noise of the loudest axis, if all axes are beyond the noise of any sensor."""
     if not means:
         return None
-    levels = [_level(one) for one in means]
+    levels = [_level(axis) for axis in means]
     noisiest = NOISIEST[means[0].quantity]
     if not (min(levels) > _LEAST_SHARE * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))):
         return None
@@ -129,18 +129,20 @@ def _is_unsteady(means: OctaveMeans) -> bool:
 
 def _tremor(gyros: Sequence[OctaveMeans]) -> Motion | None:
     """The tremor of a hand: noise at 8 to 12 Hz that exceeds the noise below and above, on all axes."""
-    bands = [_band_densities(one) for one in gyros]
-    known = [one for one in bands if one is not None]
-    if len(known) < len(bands):
+    bands = [_band_densities(densities) for densities in gyros]
+    measured = [densities for densities in bands if densities is not None]
+    if len(measured) < len(bands):
         return None
-    over_below = [tremor / below for below, tremor, _ in known]
-    over_above = [tremor / above for _, tremor, above in known]
+    over_below = [tremor / below for below, tremor, _ in measured]
+    over_above = [tremor / above for _, tremor, above in measured]
     if min(*over_below, *over_above) <= _OVER_ON_EACH_AXIS:
         return None
     mean_below, mean_above = (math.exp(sum(map(math.log, x)) / len(x)) for x in (over_below, over_above))
     if min(mean_below, mean_above) <= _OVER:
         return None
-    shaken_gyro, density = max(zip(gyros, (one[1] for one in known), strict=True), key=lambda pair: pair[1])
+    shaken_gyro, density = max(
+        zip(gyros, (densities[1] for densities in measured), strict=True), key=lambda pair: pair[1]
+    )
     rms = math.sqrt(2 * density * (_TREMOR[1] - _TREMOR[0]))
     return shaken_gyro.motion("shakes", rms, math.sqrt(density) / NOISIEST["angular_rate"], 1 / sum(_TREMOR))
 

@@ -29,6 +29,7 @@ from sigmatau.io.read.instances import (
     may_be_instance,
     means_differ,
     scatters_differ,
+    tell_sensors,
 )
 from sigmatau.io.read.table import RowKind
 
@@ -247,9 +248,8 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
         return words or cycles_with_rows([row[column] for row in rows if len(row) > column and row[column] in labels])
     of_kinds = [row for row in rows if len(row) in usual and row[column] in labels]
     order = [row[column] for row in of_kinds]
-    sensors = [sensor for label in labels if words and (sensor := find_sensor(label)) is not None]
-    if sensors:  # words of one sensor, one after the other, are a table of results, axis after axis
-        return len(set(sensors)) == len(sensors) or sum(map(str.__ne__, order[1:], order[:-1])) >= len(labels)
+    if words and (by_sensor := tell_sensors(labels, order)) is not None:
+        return by_sensor
     if is_single_sensor_stated():
         return False
     if not cycles_with_rows(order):

@@ -37,7 +37,7 @@ class TestAdequate:
         analysis = result_of({"random_walk": 1e-3, "bias_instability": 2e-4})
         path = tmp_path / "r.json"
         path.write_text(json.dumps(analysis.to_dict()))
-        assert Analysis.from_json(path).model == analysis.model
+        assert Analysis.from_json(path).model == NoiseModel.from_result(analysis) == analysis.model
 
     def test_written_as_a_file_nothing_vanishes_silently(self, tmp_path):
         model = result_of({"random_walk": 1e-3, "rate_random_walk": 3e-5}).model

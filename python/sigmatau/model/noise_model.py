@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import Any, Self, overload
+from typing import Any, Protocol, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +25,11 @@ Correlation = Mapping[str, Mapping[tuple[str, str], float]]
 # Terms whose noise may be correlated between channels
 CORRELATED = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
+
+
+class _WithModel(Protocol):
+    @property
+    def model(self) -> NoiseModel: ...
 
 
 @frozen(eq=False)
@@ -135,6 +140,26 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
             return cls.from_dict(content)
         except ValueError as error:
             raise DataError(f"{path}: {error}") from None
+
+    @classmethod
+    def from_result(cls, result: _WithModel) -> NoiseModel:
+        """The model of a result of `sigmatau.analyze`: ``result.model``.
+
+        Parameters
+        ----------
+        result : Analysis
+            With fits.
+
+        Returns
+        -------
+        NoiseModel
+
+        Raises
+        ------
+        DataError
+            If no channel has one.
+        """
+        return result.model
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:

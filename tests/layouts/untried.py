@@ -11,7 +11,7 @@ from recording import ACCEL, EPOCH_S, GYRO, STANDARD_GRAVITY, Log, layout, save_
 
 @layout(
     file="serialLog00012.TXT",
-    source="SparkFun ICM-20948 library, Example1_Basics: 'Scaled. Acc (mg) [ … ], Gyr (DPS) [ … ], Mag (uT) [ … ], Tmp (C) [ … ]'",
+    source="SparkFun ICM-20948 library, Example1_Basics: 'Scaled. Acc (mg) [ … ], Gyr (DPS) [ … ], Mag (uT) [ … ], …'",
     rate_hz=32,
     seconds=150,
     gyro_step=math.radians(0.01),
@@ -33,7 +33,7 @@ def sparkfun_icm20948(path: Path, log: Log) -> None:
 
 @layout(
     file="putty.log",
-    source="Adafruit MPU6050 library, basic_readings: 'Acceleration X: …, Y: …, Z: … m/s^2', 'Rotation X: …', 'Temperature: …'",
+    source="Adafruit MPU6050 library, basic_readings: 'Acceleration X: …, Y: …, Z: … m/s^2', 'Rotation X: …'",
     rate_hz=100,
     seconds=60,
     gyro_step=1e-4,
@@ -189,7 +189,7 @@ def openbci_ganglion(path: Path, log: Log) -> None:
 
 @layout(
     file="imu_output.txt",
-    source="CARLA simulator, printed sensor data: 'IMUMeasurement(frame=…, timestamp=…, accelerometer=Vector3D(x=…, …), …)'",
+    source="CARLA simulator, printed data: 'IMUMeasurement(frame=…, timestamp=…, accelerometer=Vector3D(x=…, …), …)'",
     rate_hz=100,
     seconds=40,
     accel_step=1e-6,
@@ -210,7 +210,7 @@ def carla_imu(path: Path, log: Log) -> None:
 
 @layout(
     file="mav.txt",
-    source="pymavlink mavlogdump.py without --format: '2024-05-01 10:00:00.32: RAW_IMU {time_usec : …, xacc : …, …}' among others",
+    source="pymavlink mavlogdump.py without --format: '2024-05-01 10:00:00.32: RAW_IMU {time_usec : …, …}' among others",
     rate_hz=50,
     seconds=80,
     gyro_step=1e-3,
@@ -247,7 +247,7 @@ def mavlogdump_text(path: Path, log: Log) -> None:
 
 @layout(
     file="xsens_imu.csv",
-    source="MulRan and KAIST Complex Urban, file player: ns, quaternion, Euler angles, gyro, acceleration, magnetic field; a car",
+    source="MulRan and KAIST Complex Urban, file player: ns, quaternion, Euler angles, gyro, acceleration, field; a car",
     rate_hz=100,
     seconds=45,
     motion="drive",
@@ -296,7 +296,7 @@ def tex_cup(path: Path, log: Log) -> None:
 
 @layout(
     file="00000042-IMU.csv",
-    source="ArduPilot Mission Planner, a log saved as CSV: ',Timestamp,,TimeUS,I,GyrX,…', row numbers and 'mm:ss.s' in front",
+    source="ArduPilot Mission Planner, a log saved as CSV: ',Timestamp,,TimeUS,I,GyrX,…', row numbers and 'mm:ss.s'",
     rate_hz=50,
     seconds=100,
     asks="units of gyro and accelerometer, and unit of time",
@@ -358,7 +358,7 @@ def weka_arff(path: Path, log: Log) -> None:
 
 @layout(
     file="imu.txt",
-    source="R documentation of write.table with its defaults: quoted names, quoted row names without a name of their own",
+    source="R documentation of write.table with its defaults: quoted names, and row names without a name",
     rate_hz=100,
     seconds=50,
     gyro_step=math.radians(1e-6),
@@ -402,7 +402,7 @@ def psql_aligned(path: Path, log: Log) -> None:
 
 @layout(
     file="imu_topic.txt",
-    source="Gazebo documentation, gz topic --echo of gz.msgs.IMU: protocol buffers as text, blocks 'angular_velocity { x: … }'",
+    source="Gazebo documentation, gz topic --echo of gz.msgs.IMU: protocol buffers as text, 'angular_velocity { x: … }'",
     rate_hz=50,
     seconds=28,
 )
@@ -451,14 +451,14 @@ def octave_text(path: Path, log: Log) -> None:
 def fortran_exponents(path: Path, log: Log) -> None:
     names = ["TIME(S)", *(f"W{axis}(DEG/S)" for axis in "XYZ"), *(f"A{axis}(G)" for axis in "XYZ")]
     lines = ["".join(name.rjust(16) for name in names)]
-    for row in np.column_stack([log.time, log.gyro_deg, log.accel_g]).tolist():
-        lines.append("".join(f"{value:16.7E}" for value in row).replace("E", "D"))
+    rows = np.column_stack([log.time, log.gyro_deg, log.accel_g]).tolist()
+    lines += ["".join(f"{value:16.7E}" for value in row).replace("E", "D") for row in rows]
     save_text(path, "\n".join(lines) + "\n")
 
 
 @layout(
     file="sensors.jsonl",
-    source='SensorServer for Android, README: \'{"values":[x,y,z],"timestamp":ns,"accuracy":3,"type":"android.sensor.gyroscope"}\'',
+    source="SensorServer for Android, README: '{values:[x,y,z],timestamp:ns,accuracy:3,type:android.sensor.gyroscope}'",
     rate_hz=100,
     seconds=25,
     asks="units of gyro and accelerometer, and which of the kinds of documents is which",

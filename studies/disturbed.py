@@ -18,7 +18,7 @@ import numpy as np
 
 import sigmatau as st
 from sigmatau import Record
-from sigmatau.findings.kinds.fit import CoarseCounts, CrowdedLines
+from sigmatau.findings.reasons import CoarseCounts, CrowdedLines
 from sigmatau.fitting.disturbance import HIDDEN, MAX_HIDING_SHARE, MAX_SHARE, vibration_share
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.selection.window import choose

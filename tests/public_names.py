@@ -22,6 +22,7 @@ from dataclasses import fields, is_dataclass
 
 import sigmatau
 from conftest import ROOT
+from sigmatau.findings import details_by_code
 from sigmatau.findings.finding import Details
 
 # Attributes that are not for users, and why they are not underscored: another module of the package reads them.
@@ -150,7 +151,7 @@ def _reached_from(found):
 
 
 def is_finding_kind(found):
-    return is_own(found) and found.__module__.startswith("sigmatau.findings.kinds")
+    return is_own(found) and found.__module__ in {kind.__module__ for kind in kinds()}
 
 
 @functools.cache
@@ -190,14 +191,9 @@ def public_functions():
 
 @functools.cache
 def kinds():
-    """The classes of `sigmatau.findings.kinds`: the parameters of findings, and the reasons of fits."""
-    import pkgutil
-
-    from sigmatau.findings import kinds as package
-
-    modules = [
-        importlib.import_module(f"{package.__name__}.{one.name}") for one in pkgutil.iter_modules(package.__path__)
-    ]
+    """The classes of the kinds of `sigmatau.findings`: the parameters of findings, and the reasons of fits."""
+    names = {*(kind.__module__ for kind in details_by_code().values()), "sigmatau.findings.reasons"}
+    modules = [importlib.import_module(name) for name in sorted(names)]
     return [
         one for module in modules for one in vars(module).values() if is_own(one) and one.__module__ == module.__name__
     ]

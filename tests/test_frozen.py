@@ -116,7 +116,7 @@ def test_inheritance_pickling_and_copies():
 
 def test_the_initializer_is_made_on_first_use():
     kind = "type(NoMap.__dict__['__init__']).__name__"
-    code = f"from sigmatau.findings.kinds.fit import NoMap; before = {kind}; NoMap(samples=1, needed=2)"
+    code = f"from sigmatau.findings.curves import NoMap; before = {kind}; NoMap(samples=1, needed=2)"
     code += f"; print(before, {kind})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["_Init", "function"]

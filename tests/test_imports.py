@@ -63,7 +63,7 @@ NOT_OF_AN_ANALYSIS = (
     *(f"sigmatau.io.read.{name}" for name in ("column_values", "devices", "instance_tables", "suggestions")),
     *("sigmatau.exporting", "sigmatau.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),
     *("sigmatau.plot", "sigmatau.fitting.planning", "sigmatau.io.write", "sigmatau.estimators.stability"),
-    "sigmatau.findings.kinds.exporting",
+    "sigmatau.findings.exporting",
 )
 
 

@@ -7,8 +7,8 @@ import pytest
 from findings.examples_disturbances import EXAMPLES as DISTURBANCES
 from findings.examples_fit import EXAMPLES as FITS
 from findings.examples_reading import EXAMPLES as FILES
+from sigmatau.findings.curves import ConstantChannel
 from sigmatau.findings.finding import Finding, ranked
-from sigmatau.findings.kinds.fit import ConstantChannel
 from sigmatau.findings.wording import causes
 from sigmatau.results import value_error_text, wrapped
 

@@ -172,7 +172,11 @@ def _in_annotations(of: Any, annotations: dict[str, Any]) -> Iterator[type]:  # 
 def _is_public(one: type) -> bool:
     path = f"{one.__module__}.{one.__qualname__}"
     known = path.startswith("sigmatau.") and "._" not in path and not getattr(one, "_is_protocol", False)
-    return known and not path.startswith("sigmatau.findings.kinds")  # which have a page of their own
+    return known and not _is_finding_kind(one.__module__)  # which have a page of their own
+
+
+def _is_finding_kind(module: str) -> bool:
+    return module.startswith("sigmatau.findings.") and module != "sigmatau.findings.finding"
 
 
 @functools.cache

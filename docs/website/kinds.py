@@ -1,14 +1,13 @@
-"""The page of the details of findings, from the classes of `sigmatau.findings.kinds` and the comments of their fields."""
+"""The page of the details of findings, from its classes in `sigmatau.findings` and the comments of their fields."""
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import re
 from collections.abc import Iterator
 
+from sigmatau.findings import details_by_code
 from sigmatau.findings.finding import Details
-from sigmatau.findings.wording import SUBJECTS
 from website.rst import heading
 
 _FIELD = re.compile(r"^    (?P<name>[a-z]\w*): [^#\n]*(?:# (?P<about>.*))?$", flags=re.MULTILINE)
@@ -22,11 +21,10 @@ def page() -> str:
         ":doc:`Findings <findings>` says what each code means. In Python the details are objects of these classes.",
         "",
     ]
-    for subject in SUBJECTS:
-        module = importlib.import_module(f"sigmatau.findings.kinds.{subject}")
-        kinds = [one for one in vars(module).values() if inspect.isclass(one) and issubclass(one, Details)]
-        kinds = [one for one in kinds if one.code and one.__module__ == module.__name__]
-        lines += [*heading(subject.capitalize(), "-"), f"Module ``{module.__name__}``.", ""]
+    modules = sorted({kind.__module__ for kind in details_by_code().values()})
+    for module in modules:
+        kinds = [kind for kind in details_by_code().values() if kind.__module__ == module]
+        lines += [*heading(module.rpartition(".")[2].capitalize(), "-"), f"Module ``{module}``.", ""]
         for kind in sorted(kinds, key=lambda one: one.code):
             summary = " ".join((kind.__doc__ or "").partition("Attributes\n")[0].split())
             lines += [

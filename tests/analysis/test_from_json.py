@@ -12,7 +12,7 @@ from conftest import ROOT
 from known import seed_of
 from sigmatau import Analysis, DataError, analyze
 from sigmatau.exporting.targets import NAMES
-from sigmatau.findings.kinds.fit import BandLeftOut, Misfit, StatedReason
+from sigmatau.findings.reasons import BandLeftOut, Misfit, StatedReason
 from sigmatau.fitting.noise_fit import (
     FittedTerm,
     GaussMarkov,

@@ -12,7 +12,7 @@ import known
 import sigmatau as st
 from sigmatau.cli import batch, main
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import Damaged
+from sigmatau.findings.reading import Damaged
 
 
 def write(path, seed, n=2000):

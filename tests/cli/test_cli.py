@@ -21,7 +21,7 @@ from sigmatau.cli.choosing import Choosing
 from sigmatau.cli.options import finding_lines
 from sigmatau.cli.settings import Settings
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damaged
+from sigmatau.findings.reading import Damaged
 
 HEADER = "gyro_x [deg/s],gyro_y [deg/s],accel_z [g]"
 

@@ -7,7 +7,7 @@ from known import seed_of
 from sigmatau import Record, allan, analyze, deviation, fit
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.deviation_kinds import cluster_sizes
-from sigmatau.findings.kinds.fit import IncompleteRecord
+from sigmatau.findings.reasons import IncompleteRecord
 
 N = 1024
 SIZES = np.array([int(m) for m in cluster_sizes("half", n=N, tau0=1.0) if m <= N // 3])

@@ -1,7 +1,6 @@
 """Examples of findings for `test_words`."""
 
-from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.disturbances import (
+from sigmatau.findings.disturbances import (
     ChosenWindow,
     LeftOut,
     LeftOutOfStream,
@@ -12,6 +11,7 @@ from sigmatau.findings.kinds.disturbances import (
     StartTransient,
     WindowChosen,
 )
+from sigmatau.findings.finding import Finding
 
 GYROS = ("gyro_x", "gyro_y", "gyro_z")
 

@@ -1,7 +1,7 @@
 """Examples of findings for `test_words`."""
 
+from sigmatau.findings.drift import NoiseChange, NonStationary, SegmentSpread, TemperatureDrift, WarmUp
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread, TemperatureDrift, WarmUp
 
 SEGMENTS = SegmentSpread(
     ratio=1.523, tau=0.02, tau_min=0.02, tau_max=5.12, largest_at=600.0, smallest_at=450.0, length=150.0

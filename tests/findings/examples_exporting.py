@@ -1,7 +1,7 @@
 """Examples of findings for `test_words`."""
 
+from sigmatau.findings import exporting as kinds
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds import exporting as kinds
 
 _WALK = tuple(
     kinds.OmittedTerm(channel=f"gyro_{axis}", term=term, value=5e-5)

@@ -2,31 +2,35 @@
 
 from dataclasses import replace
 
-from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.fit import (
-    BandLeftOut,
-    BandsOff,
-    BeyondClass,
+from sigmatau.findings.curves import (
     CheckedInPart,
     CheckedWithoutFit,
-    CoarseValues,
     ConstantChannel,
-    Disturbed,
-    FewDegreesOfFreedom,
-    IncompleteRecord,
-    Misfit,
-    NoAdequateModel,
-    NoCovariance,
     NoMap,
     OutOfRange,
-    ShortTimesDeviate,
-    ShortTimesLeftOut,
     Strided,
     TooFewSamples,
-    TooFewTimes,
+)
+from sigmatau.findings.finding import Finding
+from sigmatau.findings.fit import (
+    BeyondClass,
+    Disturbed,
+    FewDegreesOfFreedom,
+    NoAdequateModel,
+    ShortTimesLeftOut,
     TooShort,
-    VibrationPower,
     Widened,
+)
+from sigmatau.findings.reasons import (
+    BandLeftOut,
+    BandsOff,
+    CoarseValues,
+    IncompleteRecord,
+    Misfit,
+    NoCovariance,
+    ShortTimesDeviate,
+    TooFewTimes,
+    VibrationPower,
     ZeroVariance,
 )
 

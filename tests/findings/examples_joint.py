@@ -1,7 +1,7 @@
 """Examples of findings for `test_words`."""
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.joint import RunDiffers, RunLeftOut, RunsDiffer
+from sigmatau.findings.joint import RunDiffers, RunLeftOut, RunsDiffer
 
 
 def differs(term, factor):

@@ -1,7 +1,7 @@
 """Examples of findings for `test_words`."""
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
+from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 
 CARRIED = Motion(channel="gyro_y", quantity="angular_rate", kind="varies", size=14.7, times=23000.0, tau=0.97)
 SHAKEN = Motion(channel="accel_x", quantity="acceleration", kind="varies", size=0.256, times=17.8, tau=0.5)

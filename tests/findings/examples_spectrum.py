@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.spectrum import (
+from sigmatau.findings.spectrum import (
     Aliasing,
     AxisPair,
     BandLeftOut,

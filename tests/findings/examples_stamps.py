@@ -1,23 +1,18 @@
 """Examples of findings for `test_words`."""
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import (
+from sigmatau.findings.rates import ClockOff, ImplausibleRate, RateChange, RateDrift, RateMismatch, RateNotNominal
+from sigmatau.findings.stamps import (
     BadStamps,
-    ClockOff,
     CoarseStamps,
     CounterOverflows,
     Gap,
     Gaps,
     HostStamps,
-    ImplausibleRate,
     IrregularStamps,
     Jitter,
     LongPauses,
     MissingValues,
-    RateChange,
-    RateDrift,
-    RateMismatch,
-    RateNotNominal,
 )
 
 MINUTE = Gap(samples=6000, start=3000.0, length=60.0, place="line 300002")

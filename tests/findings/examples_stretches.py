@@ -1,7 +1,7 @@
 """Examples of findings for `test_words`."""
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stretches import InStretches, PairsAcrossGaps
+from sigmatau.findings.stretches import InStretches, PairsAcrossGaps
 
 EXAMPLES = [
     Finding(details=InStretches(stretches=30, samples=10**9), severity="warning"),

@@ -4,16 +4,14 @@ import math
 from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.values import (
+from sigmatau.findings.units import Gravity, ImplausibleUnit, MeanRate
+from sigmatau.findings.values import (
     CoarseResolution,
     CopiedStretch,
     Dropout,
     FilledOutages,
     FilledSamples,
-    Gravity,
-    ImplausibleUnit,
     Interpolated,
-    MeanRate,
     RepeatedSamples,
     Saturation,
     StuckSamples,

@@ -4,12 +4,11 @@ import json
 from dataclasses import replace
 
 import pytest
-from test_words import examples
+from test_words import SUBJECTS, examples
 
 from sigmatau.decoding import WrongValueError, decode
+from sigmatau.findings.decoding import FindingForm, decode_finding
 from sigmatau.findings.finding import Finding, Stated
-from sigmatau.findings.reading import FindingForm, decode_finding
-from sigmatau.findings.wording import SUBJECTS
 
 
 def read(content):

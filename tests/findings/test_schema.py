@@ -10,10 +10,10 @@ from dataclasses import fields, is_dataclass
 
 import jsonschema
 import pytest
-from test_words import examples, kinds_of
+from test_words import SUBJECTS, examples
 
 from conftest import ROOT
-from sigmatau.findings.wording import SUBJECTS
+from sigmatau.findings import details_by_code
 
 FILE = ROOT / "python" / "sigmatau" / "schema" / "result-2.schema.json"
 PLAIN = {
@@ -50,20 +50,11 @@ def properties(kind, within):
     return {one.name: schema_of(hints[one.name], (*within, kind)) for one in fields(kind)}
 
 
-def details_of_codes():
-    codes = {}
-    for subject in SUBJECTS:
-        for kind in kinds_of(subject):
-            codes.setdefault(kind.code, []).append(schema_of(kind))
-    return codes
-
-
 def rows():
-    found = []
-    for code, schemas in sorted(details_of_codes().items()):
-        details = schemas[0] if len(schemas) == 1 else {"anyOf": sorted(schemas, key=str)}
-        found.append({"if": {"properties": {"code": {"const": code}}}, "then": {"properties": {"details": details}}})
-    return found
+    return [
+        {"if": {"properties": {"code": {"const": code}}}, "then": {"properties": {"details": schema_of(kind)}}}
+        for code, kind in sorted(details_by_code().items())
+    ]
 
 
 def test_the_schema_has_the_details_of_every_code():

@@ -9,7 +9,7 @@ from known import seed_of
 from sigmatau import NoiseModel, Record, fit_channel, simulate
 from sigmatau._native import likelihood as native
 from sigmatau._native.likelihood import ChannelFit, summarize
-from sigmatau.findings.kinds.fit import MOST_LINES
+from sigmatau.findings.reasons import MOST_LINES
 from sigmatau.fitting.joint_fit import ALPHA
 from sigmatau.fitting.noise_fit import NoiseFit
 

@@ -8,7 +8,7 @@ from studies import parked
 from tests.known import seed_of
 
 import sigmatau as st
-from sigmatau.findings.kinds.fit import CoarseCounts, CrowdedLines, VibrationPower
+from sigmatau.findings.reasons import CoarseCounts, CrowdedLines, VibrationPower
 from sigmatau.fitting.disturbance import MAX_SHARE, upper_limits, vibration_share
 from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.lots.joint import analysed_run, fit_analysed

@@ -13,7 +13,7 @@ from sigmatau._native import kernels
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
-from sigmatau.findings.kinds.fit import Misfit, TooFewTimes
+from sigmatau.findings.reasons import Misfit, TooFewTimes
 from sigmatau.fitting.components import LINEAR
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.units import to_si

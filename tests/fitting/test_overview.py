@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import Record, analyze, fit_channel
 from sigmatau.findings.finding import Details, Finding, Findings
-from sigmatau.findings.kinds.stamps import RateMismatch, RateNotNominal
+from sigmatau.findings.rates import RateMismatch, RateNotNominal
 from sigmatau.findings.wording import causes
 from sigmatau.fitting.noise_fit import Fits
 from sigmatau.fitting.overview import overview, trust

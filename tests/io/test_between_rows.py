@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sigmatau.errors import DataError
-from sigmatau.findings.kinds.reading import SkippedLines
+from sigmatau.findings.reading import SkippedLines
 from sigmatau.io.read import read
 
 HEADER = "time [s],gyro_x [deg/s],gyro_y [deg/s]\n"

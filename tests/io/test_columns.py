@@ -3,7 +3,7 @@
 import pytest
 
 from sigmatau.errors import OptionError
-from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, UnitOverruled, UnreadSensor, UnusedColumns
+from sigmatau.findings.columns import IncompleteSensor, MixedUnits, UnitOverruled, UnreadSensor, UnusedColumns
 from sigmatau.io.read import read
 from sigmatau.io.read.columns import choose
 from sigmatau.io.read.names import recognise, unit_of

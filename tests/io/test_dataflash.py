@@ -8,7 +8,7 @@ import pytest
 from container_damage import outcomes
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import Place
+from sigmatau.findings.reading import Place
 from sigmatau.io.read import read
 
 LETTERS = {

@@ -8,7 +8,7 @@ import scipy.io
 
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
-from sigmatau.findings.kinds.reading import Place
+from sigmatau.findings.reading import Place
 from sigmatau.io.read import read
 
 N = 2000

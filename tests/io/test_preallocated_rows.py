@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sigmatau.findings.kinds.reading import NeverWritten
+from sigmatau.findings.reading import NeverWritten
 from sigmatau.io.read import read
 from sigmatau.io.read.frame import from_frame
 

@@ -10,7 +10,7 @@ import roslogs
 from roslogs import IMU, KINDS, N, imu, imu_cdr, imu_mcap, imu_ros1, rosbags_log, six
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import Damaged
+from sigmatau.findings.reading import Damaged
 from sigmatau.io.read import read
 from sigmatau.io.read.formats.messages import IMU_ROS2
 from sigmatau.io.read.inspection import inspect

@@ -8,7 +8,7 @@ from roslogs import IMU, imu, imu_cdr
 
 from sigmatau.cli import main
 from sigmatau.errors import DataError
-from sigmatau.findings.kinds.reading import PartMissing
+from sigmatau.findings.reading import PartMissing
 from sigmatau.io.read import read
 from sigmatau.io.read.inspection import inspect
 from sigmatau.io.read.options import ReadOptions

@@ -11,7 +11,7 @@ from stamping import codes, ordered, record_of
 
 from known import seed_of
 from sigmatau.errors import DataError, NonFiniteError, OptionError
-from sigmatau.findings.kinds.stamps import BadStamps
+from sigmatau.findings.stamps import BadStamps
 
 
 class TestOrder:

@@ -5,7 +5,7 @@ import pytest
 
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damaged
+from sigmatau.findings.reading import Damaged
 from sigmatau.io.read import assemble
 from sigmatau.io.read.options import TableOptions
 from sigmatau.io.read.table import Column, Loaded, Table

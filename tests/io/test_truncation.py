@@ -8,7 +8,7 @@ import pytest
 from container_damage import MUTANTS
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import Damaged, Place
+from sigmatau.findings.reading import Damaged, Place
 from sigmatau.io.read import read
 
 N = 6000

@@ -9,7 +9,7 @@ import pytest
 from container_damage import outcomes
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import LoggerDropouts, Place
+from sigmatau.findings.reading import LoggerDropouts, Place
 from sigmatau.io.read import read
 
 HEADER = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 10)

@@ -5,7 +5,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, OptionError, read, simulate, simulate_to
-from sigmatau.findings.kinds.reading import UnitOverruled
+from sigmatau.findings.columns import UnitOverruled
 from sigmatau.io.read.names import signal_name
 from sigmatau.io.read.table import Column
 from sigmatau.model.channel import ChannelModel

@@ -10,7 +10,7 @@ import pytest
 from container_damage import MUTANTS
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.reading import Place
+from sigmatau.findings.reading import Place
 from sigmatau.io.read import read
 
 N = 200

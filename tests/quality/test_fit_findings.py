@@ -9,7 +9,7 @@ from scipy.signal import butter, lfilter
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
-from sigmatau.findings.kinds.spectrum import Mains
+from sigmatau.findings.spectrum import Mains
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.quality.fit_findings import fit_findings
 from sigmatau.record.record import make_stream

@@ -13,7 +13,7 @@ from studies.runner import seed_of
 import sigmatau as st
 from sigmatau.cli import main
 from sigmatau.errors import DataError
-from sigmatau.findings.kinds.rest import AssumedAtRest, NotAtRest, PartlyAtRest
+from sigmatau.findings.rest import AssumedAtRest, NotAtRest, PartlyAtRest
 from sigmatau.quality.selection.window import choose
 
 

@@ -10,7 +10,7 @@ from studies.rest_windows import CLASSES, clean, verdict
 
 import sigmatau as st
 from known import seed_of
-from sigmatau.findings.kinds.fit import BeyondClass
+from sigmatau.findings.fit import BeyondClass
 
 RECORDS = 6
 

@@ -14,7 +14,7 @@ import sigmatau as st
 from known import seed_of
 from sigmatau.cli import main
 from sigmatau.errors import DataError
-from sigmatau.findings.kinds.rest import TooShortToTell
+from sigmatau.findings.rest import TooShortToTell
 from sigmatau.quality.selection.shortest import shortest_of
 
 AT_REST = ("at_rest", "partly_at_rest")

@@ -8,11 +8,11 @@ import pytest
 
 import sigmatau as st
 from known import seed_of
-from sigmatau.findings.kinds.disturbances import NotStatic
-from sigmatau.findings.kinds.drift import NonStationary
-from sigmatau.findings.kinds.rest import NotAtRest, PartlyAtRest
-from sigmatau.findings.kinds.stamps import Gaps
-from sigmatau.findings.wording.phrases import keep_option
+from sigmatau.findings.disturbances import NotStatic
+from sigmatau.findings.drift import NonStationary
+from sigmatau.findings.phrases import keep_option
+from sigmatau.findings.rest import NotAtRest, PartlyAtRest
+from sigmatau.findings.stamps import Gaps
 from sigmatau.quality.check import check
 from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.samples.shocks_and_steps import between_steps, not_static

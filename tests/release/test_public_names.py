@@ -4,7 +4,6 @@ tests/release/frozen/public.txt has the names of the last release: of Python, wi
 line. ``UPDATE_FROZEN=1`` writes it anew: at a release, and after a removal that the changelog announces.
 """
 
-import importlib
 import inspect
 import os
 from collections.abc import Iterator
@@ -15,8 +14,7 @@ import sigmatau
 from conftest import ROOT
 from sigmatau.cli.app import app
 from sigmatau.exporting.targets import NAMES
-from sigmatau.findings.finding import Details
-from sigmatau.findings.wording import SUBJECTS
+from sigmatau.findings import details_by_code
 
 FILE = ROOT / "tests" / "release" / "frozen" / "public.txt"
 manual = script("manual")
@@ -55,16 +53,8 @@ def of_command_line() -> Iterator[str]:
     yield from (f"export --to {name}" for name in NAMES)
 
 
-def codes(kind=Details) -> Iterator[str]:
-    for one in kind.__subclasses__():
-        yield from ([f"finding {one.code}"] if one.code else [])
-        yield from codes(one)
-
-
 def now() -> list[str]:
-    for subject in SUBJECTS:
-        importlib.import_module(f"sigmatau.findings.kinds.{subject}")
-    return sorted({*of_python(), *of_command_line(), *codes()})
+    return sorted({*of_python(), *of_command_line(), *(f"finding {code}" for code in details_by_code())})
 
 
 def missing(frozen: list[str], found: list[str]) -> list[str]:

@@ -10,8 +10,8 @@ from sigmatau.analysis.result import Analysis
 from sigmatau.analysis.stages import read_off_curves, with_freedom
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import Curves, DeviationCurve
+from sigmatau.findings.curves import ConstantChannel
 from sigmatau.findings.finding import Finding, ranked
-from sigmatau.findings.kinds.fit import ConstantChannel
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off_at import ReadOffAt

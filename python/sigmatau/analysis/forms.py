@@ -9,10 +9,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.findings.decoding import FindingForm
 from sigmatau.findings.finding import Span
-from sigmatau.findings.kinds.fit import Reason
-from sigmatau.findings.kinds.rest import Motion
-from sigmatau.findings.reading import FindingForm
+from sigmatau.findings.reasons import Reason
+from sigmatau.findings.rest import Motion
 from sigmatau.fitting.noise_fit import GaussMarkov, Interval, Resonance, Sinusoid, Trust, Verdict
 from sigmatau.fitting.read_off import Source as RangeSource
 from sigmatau.fitting.response import Shape

@@ -18,9 +18,9 @@ from sigmatau.decoding import WrongValueError, decode
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.estimators.stability import DynamicAllan
+from sigmatau.findings.decoding import decode_finding
 from sigmatau.findings.finding import Findings
-from sigmatau.findings.kinds.fit import StatedReason
-from sigmatau.findings.reading import decode_finding
+from sigmatau.findings.reasons import StatedReason
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, FittedTerm, NoiseFit, WarmUp
 from sigmatau.fitting.read_off import Coefficient, ReadOff

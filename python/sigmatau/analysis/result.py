@@ -15,7 +15,6 @@ from sigmatau.analysis import json, text
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Findings
-from sigmatau.findings.wording import words
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import trust
@@ -213,7 +212,7 @@ class Analysis(Tabular):
             available = self.fits or self.curves
             if channel not in available:
                 lost = [
-                    words(finding).message
+                    finding.message
                     for finding in self.findings
                     if channel in finding.channels and finding.code in WITHOUT_CURVE
                 ]

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
 from sigmatau.errors import DataError, RecordTooShortError
 from sigmatau.estimators.allan import Curves, DeviationCurve, kept_freedom
+from sigmatau.findings.curves import NoMap
 from sigmatau.findings.finding import Finding, ranked
-from sigmatau.findings.kinds.fit import NoMap
-from sigmatau.findings.kinds.values import CoarseResolution, ImplausibleUnit
-from sigmatau.findings.wording import words
+from sigmatau.findings.units import ImplausibleUnit
+from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.coarse_counts import fit_sums
 from sigmatau.fitting.known_biases import allowing_for_biases, walk_factor
@@ -118,7 +118,7 @@ def curves(state: State) -> State:
     findings = (*state.findings, *without_curve)
     if not computed:
         lost = [finding for finding in findings if finding.code in WITHOUT_CURVE]
-        reasons = (f"{', '.join(finding.channels)}: {words(finding).message}" for finding in lost)
+        reasons = (f"{', '.join(finding.channels)}: {finding.message}" for finding in lost)
         raise DataError("no channel is left to analyse: " + "; ".join(reasons))
     return replace(state, curves=computed, fitted_on=computed | fitted_on, findings=findings)
 

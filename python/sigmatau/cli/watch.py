@@ -23,8 +23,9 @@ from sigmatau.cli.settings import WatchReading
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, exit_code
-from sigmatau.findings.kinds.reading import SkippedMessages
-from sigmatau.findings.kinds.stamps import BadStamps, IrregularStamps, RateMismatch
+from sigmatau.findings.rates import RateMismatch
+from sigmatau.findings.reading import SkippedMessages
+from sigmatau.findings.stamps import BadStamps, IrregularStamps
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.quality.selection.live import LiveStretches

@@ -17,16 +17,8 @@ from sigmatau.exporting.source import Source, have_several_rates, one_rate, sens
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
 from sigmatau.exporting.values import Numbers, Target, filter_rate, filter_step, three_axes
+from sigmatau.findings.exporting import ChoiceWithoutPlace, FastestRate, NotAdequate, OnlyLimits, OtherRate, PoorTrust
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import (
-    ChoiceWithoutPlace,
-    FastestRate,
-    NotAdequate,
-    OnlyLimits,
-    OtherRate,
-    PoorTrust,
-)
-from sigmatau.findings.wording import words
 from sigmatau.io.atomic import atomic
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
@@ -308,7 +300,7 @@ def _written(
     findings = [*_doubts(wanted, source), *numbers.limits_written(), *numbers.findings, *numbers.not_used()]
     rate = _other_rate(source, choices) if fastest is None else Finding(severity="info", details=fastest)
     if isinstance(content, str):
-        of_rate = [words(rate).message] if rate else []
+        of_rate = [rate.message] if rate else []
         first = f"Noise parameters for {wanted.name}, written by sigmatau {__version__}"
         content = with_head(content, wanted.ending, [first, *source.head, *of_rate])
     return content, (*findings, *([rate] if rate else []))

@@ -17,8 +17,8 @@ from sigmatau._native import kernels
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import given
 from sigmatau.exporting.values import Number, Numbers, Unused, by_axis, noises, of_channel, slow_avar
+from sigmatau.findings.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, display_units

@@ -8,10 +8,9 @@ from pathlib import PurePath
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.exporting.source import Sample, Source
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.spectrum import LowPassFilter
-from sigmatau.findings.wording import words
-from sigmatau.findings.wording.fit import verdict_text
-from sigmatau.findings.wording.phrases import axes_text
+from sigmatau.findings.fit import verdict_text
+from sigmatau.findings.phrases import axes_text
+from sigmatau.findings.spectrum import LowPassFilter
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import Provenance, stream_name
@@ -109,5 +108,5 @@ def _lines(findings: Iterable[Finding], fits: Mapping[str, NoiseFit]) -> list[st
         others = dict.fromkeys(name for finding in alike for name in finding.channels if name not in worst.channels)
         about = f"{axes_text(list(worst.channels))}: " if worst.channels else ""
         also = f"; also {axes_text(list(others))}" if others else ""
-        lines.append(f"{worst.severity}: {about}{words(worst).message}{also}")
+        lines.append(f"{worst.severity}: {about}{worst.message}{also}")
     return lines

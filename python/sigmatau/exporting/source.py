@@ -17,8 +17,8 @@ from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import not_of_a_log
+from sigmatau.findings.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import DeviationAsDensity, ImportedWithoutIntervals, KeysNotRead, MinimumAsWalk
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed

@@ -15,8 +15,8 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, RANGES, Choices, given
 from sigmatau.exporting.source import Source, have_several_rates, one_rate
 from sigmatau.exporting.text import digits, measured, number
+from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import ChoiceNotUsed, LimitWritten
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
 from sigmatau.model.noise_model import NoiseModel

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import field, fields, is_dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from sigmatau.frozen import frozen
 from sigmatau.results import Tabular
-
-if TYPE_CHECKING:
-    from sigmatau.findings.wording.phrases import Words
 
 Severity = Literal["info", "warning", "error"]
 
@@ -19,13 +16,30 @@ Span = tuple[float, float]
 """Beginning and end, from the beginning of the whole record, whatever part is analysed; equal for an instant. [s]"""
 
 _WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors for which there are no coefficients
+_ON_ALL_AXES = ("not_static", "start_transient")  # findings for which more is left out than the axes that show them
+_DISTURBANCES = (*_ON_ALL_AXES, "spikes", "dropout", "stuck_samples", "saturation", "interpolated", "repeated_samples")
 _SEVERITIES: tuple[Severity, ...] = ("error", "warning", "info")
 _RANKED_TERMS = ("random_walk", "bias_instability", "rate_random_walk", "quantization", "rate_ramp")
 
 
+class Words(NamedTuple):
+    """What a finding says.
+
+    Attributes
+    ----------
+    message : str
+        One sentence without a full stop: what was found, where, what it changes.
+    action : str
+        One sentence without a full stop: what to do; empty if there is nothing to do.
+    """
+
+    message: str
+    action: str = ""
+
+
 @frozen
 class Details:
-    """What is known of one kind of finding, beside what all findings have: base of the classes in `findings.kinds`.
+    """What is known of one kind of finding, beside what all findings have: base of the classes in the modules of `findings`.
 
     Each kind states its code in its head: ``class SpectralLines(Details, code="spectral_line")``. ``alters_all=True``: no
     coefficient means anything, or none has an interval.
@@ -37,6 +51,10 @@ class Details:
     def __init_subclass__(cls, *, code: str = "", alters_all: bool = False) -> None:
         cls.code = code or cls.code
         cls.alters_all = alters_all or cls.alters_all
+
+    def words(self, finding: Finding) -> Words:
+        """What a finding of this kind says. The channels are named only where one of several is meant."""
+        raise NotImplementedError
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
         """Factors by which coefficients may be off, where `Finding.factors` states none; by term. `size`: of the finding."""
@@ -64,6 +82,9 @@ class Stated(Details):
     message: str = ""
     action: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict, compare=False)
+
+    def words(self, finding: Finding) -> Words:
+        return Words(self.message, self.action)
 
 
 @frozen
@@ -143,9 +164,15 @@ class Finding:
         return factor if factor is not None and 0 < factor < math.inf else None
 
     def _words(self) -> Words:
-        from sigmatau.findings.wording import words
-
-        return words(self)
+        stated = self.details.words(self)
+        if isinstance(self.details, Stated):
+            return stated
+        if self.left_out:
+            axes = " on all axes" if self.code in _ON_ALL_AXES else ""
+            return stated._replace(message=f"{stated.message}; left out{axes}")
+        if self.severity == "warning" and not stated.action and self.code in _DISTURBANCES:
+            return stated._replace(action="Find the cause: these samples are part of the analysis")
+        return stated
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, with message and action in words."""

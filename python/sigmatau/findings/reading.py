@@ -1,57 +1,379 @@
-"""Findings from JSON: their kind if this version has it with these parameters, otherwise what the JSON states."""
+"""Findings about files, and about lines that are read while they are logged: damage and leftovers.
+
+In all of them `kept` is the number of rows or messages that are read, `count` is the number of what was found, and `topic`
+is the topic, sentence or group that is read. Lines count from 1, bytes from 0.
+"""
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Mapping
-from dataclasses import field
-from typing import Any
+from typing import Literal
 
-from sigmatau.decoding import WrongValueError, decode_details
-from sigmatau.findings.finding import Details, Finding, Severity, Span, Stated
-from sigmatau.findings.kinds import details_by_code
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.phrases import LONGEST, listed, number_of, shortened
 from sigmatau.frozen import frozen
+
+_AGAIN = "Copy or record the file again"
+
+
+@frozen(kw_only=False)
+class Place:
+    """A place in a file.
+
+    Attributes
+    ----------
+    unit : str
+        What is counted: ``"byte"``, ``"line"``, ``"row"``, ``"message"``, ``"batch"``, ``"row group"`` or
+        ``"segment"``. Bytes and rows count from 0, the others from 1.
+    number : int
+        Which one.
+    of : int or None
+        How many of them the file has.
+    byte : int or None
+        Where the unit begins. [bytes]
+    """
+
+    unit: str
+    number: int
+    of: int | None = None
+    byte: int | None = None
 
 
 @frozen
-class FindingForm:
-    """A finding; `channel` is that of schema 1."""
+class InFile(Details):
+    """Base of findings about a file.
 
-    code: str = ""
-    severity: Severity = "info"
-    channels: tuple[str, ...] = ()
-    channel: str | None = None
-    message: str = ""
-    action: str = ""
-    spans_s: tuple[Span, ...] = ()
-    size: float | None = None
-    unit: str = ""
-    factors: Mapping[str, float] = field(default_factory=dict)
-    left_out: int = 0
+    Attributes
+    ----------
+    part : str
+        Name of the file, if the log is split into several.
+    """
+
+    part: str = ""
+
+    def words(self, finding: Finding) -> Words:
+        message, action = self._words_in_file(finding)
+        return Words(f"{self.part}: {message}" if self.part else message, action)
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        raise NotImplementedError
+
+
+@frozen
+class Damaged(InFile, code="damaged"):
+    """A damaged or truncated file. It is read up to the damage.
+
+    Attributes
+    ----------
+    truncated : bool
+        Whether the file ends there.
+    what : str
+        What is damaged: ``"file"``, ``"array"``, ``"variable acc"`` ….
+    place : Place or None
+        Where; None if that is not known.
+    inside : str
+        What the place lies in: ``"message"``, ``"line"``, ``"row"``; empty if that is not known.
+    reason : str
+        The fault, as the decoder or a library calls it; may be empty.
+    kept : int or None
+        How many rows or messages are read.
+    declared : int or None
+        How many the file declares.
+    counted, topic : str
+        What `kept` and `declared` count.
+    """
+
+    truncated: bool = False
+    what: str = "file"
+    place: Place | None = None
+    inside: str = ""
+    reason: str = ""
+    kept: int | None = None
+    declared: int | None = None
+    counted: str = "rows"
     topic: str = ""
-    details: Mapping[str, Any] = field(default_factory=dict)
 
-    @property
-    def stated_text(self) -> str:
-        """The finding in the words of the version that wrote it."""
-        return self.message
+    def _words_in_file(self, finding: Finding) -> Words:
+        inside = ""
+        if self.inside and (self.place is None or self.place.unit != self.inside):
+            inside = f" inside its last {self.inside}" if self.place is None else f", inside a {self.inside}"
+        complete = finding.severity == "warning" and self.declared in (None, self.kept)
+        kept = _kept(self.kept, None if complete else self.declared, self.counted, self.topic, every=complete)
+        subject = f"the {self.what} is {'truncated' if self.truncated else 'damaged'}{_at(self.place)}{inside}"
+        left = LONGEST - sum(len(text) + 2 for text in (self.part, subject, kept))
+        reason = shortened(self.reason, max(left, 20))
+        message = f"{subject}: {reason}" if reason else subject
+        if complete:
+            action = ""
+        elif self.inside == "row":
+            action = "Copy the whole file, or correct --layout"
+        else:
+            action = _AGAIN
+        return Words("; ".join(filter(None, (message, kept))), action)
 
 
-def decode_finding(form: FindingForm) -> Finding:
-    """The finding of its JSON form."""
-    kind = details_by_code().get(form.code)
-    details: Details = Stated(stated_code=form.code, message=form.message, action=form.action, parameters=form.details)
-    if kind is not None:
-        with contextlib.suppress(WrongValueError):  # details of another version
-            details = decode_details(kind, form.details)
-    return Finding(
-        details=details,
-        severity=form.severity,
-        channels=form.channels or (() if form.channel is None else (form.channel,)),
-        spans=form.spans_s,
-        size=form.size,
-        unit=form.unit,
-        factors=tuple(form.factors.items()),
-        left_out=form.left_out,
-        topic=form.topic,
-    )
+@frozen
+class PartMissing(InFile, code="part_missing"):
+    """A file of a split log that is missing or unreadable (`reason`), or the only file that is read.
+
+    Attributes
+    ----------
+    number, of : int
+        Of the file, counted from 1.
+    reason : str
+        Reason why it cannot be read; empty if it is missing.
+    alone : bool
+        Whether it is the only part that is read.
+    """
+
+    number: int
+    of: int
+    reason: str = ""
+    alone: bool = False
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        part = f"part {self.number} of {self.of}"
+        if self.alone:
+            return Words(f"the file is {part} of a recording", "Give the folder instead of the file to read all parts")
+        return Words(f"{part} {f'cannot be read ({shortened(self.reason)})' if self.reason else 'is missing'}", _AGAIN)
+
+
+@frozen
+class SkippedMessages(InFile, code="skipped_messages"):
+    """Messages or lines that are left out: damaged ones, or those of other types. An error if rows are missing for it.
+
+    Attributes
+    ----------
+    count : int
+        How many.
+    unit : {"lines", "messages"}
+        What is counted.
+    other : bool
+        Whether they are intact messages of other types.
+    place : Place or None
+        Of the first, or of the first of those that stand in place of rows.
+    example : str
+        Fault of one of them, or its type.
+    kept : int or None
+        How many are read; None if that is not known.
+    """
+
+    count: int
+    unit: Literal["lines", "messages"] = "messages"
+    other: bool = False
+    place: Place | None = None
+    example: str = ""
+    kept: int | None = None
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        lost, example = finding.severity == "error", shortened(self.example, 40)
+        where = f",{' the first' if self.count > 1 else ''}{_at(self.place)}" if self.place else ""
+        kept = "" if self.kept is None else f"; {self.kept} read"
+        if self.other:
+            such = f", such as {example}," if example else ""
+            action = "No action needed if a newer program wrote them; otherwise the file is damaged"
+            if lost:
+                action = "Split the log where the sensor was switched: rows are missing there"
+            message = f"{number_of(self.count, self.unit)} of other types{such} skipped{where}{kept}"
+            return Words(message, "" if finding.severity == "info" else action)
+        what = f" ({example})" if example else ""
+        action = "Check the logger and its connection" if finding.severity == "warning" else ""
+        return Words(
+            f"{number_of(self.count, f'damaged {self.unit}')} skipped{where}{what}{kept}",
+            "Copy the log again: rows are missing, and the times after them may be too early" if lost else action,
+        )
+
+
+@frozen
+class BytesNotRead(InFile, code="bytes_not_read"):
+    """Bytes before or after the contents: padding, or possibly another log.
+
+    Attributes
+    ----------
+    bytes : int
+        How many. [bytes]
+    place : Place
+        Where they begin.
+    after : str
+        What ends there: ``"the array"``; empty if they precede what is read.
+    padding : bool
+        Whether all of them are 0 or 255.
+    """
+
+    bytes: int
+    place: Place
+    after: str = ""
+    padding: bool = False
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        where = f"after {self.after}{_at(self.place)}" if self.after else "before the data"
+        if self.padding:
+            return Words(f"{number_of(self.bytes, 'bytes')} {where} are padding")
+        return Words(
+            f"{number_of(self.bytes, 'bytes')} {where} not read", "Split the file there if another log was appended"
+        )
+
+
+@frozen
+class MissingChunks(InFile, code="missing_chunks"):
+    """Chunks of an array that are not stored. Their samples are missing.
+
+    Attributes
+    ----------
+    array : str
+        Name of the array.
+    count : int
+        Chunks that are not stored.
+    of : int
+        Chunks of the array.
+    first : int
+        First row of the first of them.
+    """
+
+    array: str
+    count: int
+    of: int
+    first: int
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        what = f"{number_of(self.count, 'chunks')} of {self.of} of array {self.array} not stored"
+        return Words(f"{what}, the first at row {self.first}; samples missing", _AGAIN)
+
+
+@frozen
+class SkippedLines(InFile, code="skipped_lines"):
+    """Lines of a text table that are left out: rows behind a comment mark, a last line without a line end, or all
+    lines from a header on that names other columns.
+
+    Attributes
+    ----------
+    what : {"comments", "last", "header"}
+        Which of these they are.
+    line : int or None
+        The first of them.
+    count : int
+        How many lines.
+    kept : int or None
+        How many rows are read.
+    """
+
+    what: Literal["comments", "last", "header"]
+    line: int | None = None
+    count: int = 1
+    kept: int | None = None
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        if self.what == "last":
+            return Words("the last line has no line end, so its last number may be truncated; line skipped")
+        if self.what == "header":
+            return Words(
+                f"line {self.line} is a header with other columns; {number_of(self.kept or 0, 'rows')} before it are read,"
+                " rows after it are not",
+                "Split the file there: it holds several logs",
+            )
+        what = f"line {self.line} is a comment that looks like a data row"
+        if self.count > 1:
+            what = f"{self.count} comment lines look like data rows, the first line {self.line}"
+        return Words(f"{what}; skipped", "Remove the comment marks if these lines are data; otherwise delete the lines")
+
+
+@frozen
+class NeverWritten(InFile, code="never_written"):
+    """Zeros at the end of a preallocated file.
+
+    Attributes
+    ----------
+    rows, zeros, kept : int
+        Number of all rows, of the rows at the end that are zero, and of those that are read. The row before the zeros
+        is left out too.
+    column : str
+        The column that is zero; empty for all columns.
+    """
+
+    rows: int
+    zeros: int
+    kept: int
+    column: str = ""
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        what = f"column {self.column} is" if self.column else "all columns are"
+        return Words(
+            f"{what} exactly 0 in the last {self.zeros} of {self.rows} rows, which were never written;"
+            f" {self.kept} rows read",
+            _AGAIN,
+        )
+
+
+@frozen
+class Unusable(InFile, code="unusable"):
+    """A table that cannot be read.
+
+    Attributes
+    ----------
+    reason : str
+        Text of the error.
+    """
+
+    reason: str
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        return Words(self.reason)
+
+
+@frozen
+class LoggerDropouts(InFile, code="dropouts"):
+    """Times when the logger lost data, as it reports.
+
+    Attributes
+    ----------
+    count : int
+        How many.
+    total : float
+        Their duration together. [s]
+    longest : float
+        Duration of the longest. [s]
+    """
+
+    count: int
+    total: float
+    longest: float
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        return Words(
+            f"the logger lost data {number_of(self.count, 'times')}, {self.total:.3g} s in total, the longest loss"
+            f" {self.longest:.3g} s",
+            "Log to a faster card, log fewer topics, or select a part without dropouts with --window",
+        )
+
+
+@frozen
+class UnreadArrays(InFile, code="unread_arrays"):
+    """Members of an archive that are not arrays by their names, which may be damaged.
+
+    Attributes
+    ----------
+    names : tuple of str
+        As the archive spells them.
+    """
+
+    names: tuple[str, ...]
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        what = (
+            f"{number_of(len(self.names), 'members')} of the archive not read, because the name is not that of an array"
+        )
+        return Words(f"{what}: {listed(self.names)}", _AGAIN)
+
+
+def _at(place: Place | None) -> str:
+    if place is None:
+        return ""
+    of = "" if place.of is None else f" of {place.of}"
+    byte = "" if place.byte is None else f" (byte {place.byte})"
+    return f" {'at' if place.unit == 'byte' else 'in'} {place.unit} {place.number}{of}{byte}"
+
+
+def _kept(kept: int | None, declared: int | None, counted: str, topic: str, *, every: bool = False) -> str:
+    if kept is None:
+        return ""
+    number = number_of(kept, counted) if declared is None else f"{kept} of {declared} {counted}"
+    return f"{'all ' if every else ''}{number}{f' of {topic}' if topic else ''} read"

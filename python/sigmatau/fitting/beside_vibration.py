@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from sigmatau._native.likelihood import ChannelFit
-from sigmatau.findings.kinds.fit import CrowdedLines
+from sigmatau.findings.reasons import CrowdedLines
 from sigmatau.fitting.disturbance import is_narrow, vibration_share
 from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
 from sigmatau.fitting.observed import limit_of

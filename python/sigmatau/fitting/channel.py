@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve, channel_curve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
-from sigmatau.findings.kinds.fit import IncompleteRecord
+from sigmatau.findings.reasons import IncompleteRecord
 from sigmatau.fitting import likelihood
 from sigmatau.fitting.block_temperature import temperature_of
 from sigmatau.fitting.fit import fit

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.findings.kinds.fit import BandLeftOut, CoarseCounts
+from sigmatau.findings.reasons import BandLeftOut, CoarseCounts
 from sigmatau.fitting.channel import by_likelihood, fit_channel
 from sigmatau.fitting.disturbance import with_limits
 from sigmatau.fitting.noise_fit import NoiseFit

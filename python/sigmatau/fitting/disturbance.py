@@ -11,7 +11,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.estimators.octaves import octaves
-from sigmatau.findings.kinds.fit import Reason, VibrationPower
+from sigmatau.findings.reasons import Reason, VibrationPower
 from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
 from sigmatau.noise.terms import avar
 from sigmatau.record.streams import Stream

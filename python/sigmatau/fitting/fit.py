@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sigmatau._native.gls import fit_curve
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.findings.kinds.fit import IncompleteRecord, TooFewTimes, ZeroVariance
+from sigmatau.findings.reasons import IncompleteRecord, TooFewTimes, ZeroVariance
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.components import LEAST_TIMES, LONGEST_SHARE, half_octaves
 from sigmatau.fitting.noise_fit import NoiseFit

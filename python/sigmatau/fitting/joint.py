@@ -11,7 +11,7 @@ from sigmatau._native import likelihood as native
 from sigmatau._native.likelihood import Estimate, LikelihoodSummary, LineEstimate
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.fit import CrowdedLines, VibrationPower
+from sigmatau.findings.reasons import CrowdedLines, VibrationPower
 from sigmatau.fitting import likelihood
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import as_wide

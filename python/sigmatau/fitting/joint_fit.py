@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
-from sigmatau.findings.wording.phrases import percent
+from sigmatau.findings.phrases import percent
 from sigmatau.fitting.noise_fit import Interval, NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.likelihood import ChannelFit, FilterEstimate
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.kinds.fit import BandLeftOut, BandsOff, Reason
+from sigmatau.findings.reasons import BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import allowing_for_changes, crowded_share, with_lines_as_noise
 from sigmatau.fitting.components import LINEAR

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native.arguments import whole_sizes
 from sigmatau._native.likelihood import Estimate, FittedModel, TermEstimate
 from sigmatau.findings.finding import plain as plain_details
-from sigmatau.findings.kinds.fit import MOST_LINES, CoarseCounts, Reason
-from sigmatau.findings.wording.fit import beside_text, filter_text, reasons_text, verdict_text
+from sigmatau.findings.fit import beside_text, filter_text, verdict_text
+from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, Reason, reasons_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
@@ -253,7 +253,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         a least-squares fit that does not describe the curve from tau_min to tau_max; its values have no intervals.
     reasons : tuple of Reason
         Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
-        `sigmatau.findings.kinds.fit`. `reason` has them in words.
+        `sigmatau.findings.reasons`. `reason` has them in words.
     unclear : tuple of str
         Terms that are not significant beside each other, although at least one of them is present.
     tau_min, tau_max : float or None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_below
-from sigmatau.findings.kinds.fit import CoarseValues
+from sigmatau.findings.reasons import CoarseValues
 from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit
 from sigmatau.fitting.observed import limit_of
 from sigmatau.frozen import frozen

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native.gls import CurveFit
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.findings.kinds.fit import Misfit, NoCovariance, Reason, ShortTimesDeviate
+from sigmatau.findings.reasons import Misfit, NoCovariance, Reason, ShortTimesDeviate
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, NoiseFit, fitted_term, named_interval
 from sigmatau.noise.terms import coefficient_unit

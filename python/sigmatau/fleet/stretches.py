@@ -20,7 +20,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.estimators.gapped import GappedSums
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stretches import InStretches, PairsAcrossGaps
+from sigmatau.findings.stretches import InStretches, PairsAcrossGaps
 from sigmatau.frozen import frozen
 from sigmatau.options import options_that_differ
 from sigmatau.record.on_disk import FileColumn

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from sigmatau._native import formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import RateChange
+from sigmatau.findings.rates import RateChange
 from sigmatau.io.live_lines import (
     find_named_layout,
     has_repeated_rows,

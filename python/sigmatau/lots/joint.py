@@ -12,9 +12,9 @@ from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.findings.finding import Finding, Findings, ranked
-from sigmatau.findings.kinds.fit import CoarseCounts
-from sigmatau.findings.kinds.joint import RunDiffers, RunLeftOut, RunsDiffer
-from sigmatau.findings.kinds.values import CoarseResolution
+from sigmatau.findings.joint import RunDiffers, RunLeftOut, RunsDiffer
+from sigmatau.findings.reasons import CoarseCounts
+from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of
 from sigmatau.fitting.joint_fit import ALPHA, JointChannel, JointFit
 from sigmatau.fitting.known_biases import allowing_for_biases, walk_factor

@@ -215,18 +215,9 @@ def check_choices(undecided: object, fail_on: object, accept: object) -> None:
 
 
 def _finding_codes() -> set[str]:
-    from importlib import import_module
-    from pkgutil import iter_modules
+    from sigmatau.findings import details_by_code
 
-    from sigmatau.findings import kinds
-    from sigmatau.findings.finding import Details
-
-    found = set()
-    for module in iter_modules(kinds.__path__):
-        for kind in vars(import_module(f"{kinds.__name__}.{module.name}")).values():
-            if isinstance(kind, type) and issubclass(kind, Details) and kind.code:
-                found.add(kind.code)
-    return found
+    return set(details_by_code())
 
 
 def _named(results: Mapping[str, Result | Examined] | Sequence[Result]) -> dict[str, Result | Examined]:

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from sigmatau.datasheets.claims import Claim
 from sigmatau.datasheets.verdict import Judged, Verdict
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.wording import words
 from sigmatau.lots.lot_remark import Remark
 from sigmatau.lots.lot_unit import UnitResult
 from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
@@ -166,9 +165,7 @@ def of_findings(unit: UnitResult) -> list[Remark]:
     for (code, severity), alike in kinds.items():
         channels = tuple(dict.fromkeys(channel for one in alike for channel in one.channels))
         grave = (severity != "info" and code not in ALLOWED_FOR) or code in DEFECTS
-        remarks.append(
-            Remark(code=code, kind="data" if grave else "note", channels=channels, text=words(alike[0]).message)
-        )
+        remarks.append(Remark(code=code, kind="data" if grave else "note", channels=channels, text=alike[0].message))
     return remarks
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-from sigmatau.findings.wording.phrases import short_axes
+from sigmatau.findings.phrases import short_axes
 from sigmatau.lots.lot_remark import Remark, State
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import printable, two_digits

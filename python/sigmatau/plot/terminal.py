@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.findings.wording.phrases import short_axes
+from sigmatau.findings.phrases import short_axes
 from sigmatau.plot.curves import COLOURS, CurveLike, curve_unit
 
 _BRAILLE = 0x2800  # the empty cell; a dot is a bit

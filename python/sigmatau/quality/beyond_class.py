@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.fit import BeyondClass
+from sigmatau.findings.fit import BeyondClass
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise import terms
 from sigmatau.quality.sensor_class import SENSOR_CLASSES

@@ -12,9 +12,9 @@ import numpy as np
 
 from sigmatau.arrays import Bools, runs
 from sigmatau.errors import OptionError
+from sigmatau.findings.curves import CheckedInPart
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.findings.kinds.fit import CheckedInPart
-from sigmatau.findings.kinds.values import ImplausibleUnit
+from sigmatau.findings.units import ImplausibleUnit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.quality.drift.stationarity import non_stationary

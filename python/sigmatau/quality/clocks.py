@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import ClockOff
+from sigmatau.findings.rates import ClockOff
 from sigmatau.fitting.noise_fit import Interval, NoiseFit
 from sigmatau.frozen import frozen
 

@@ -8,13 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.findings.curves import ConstantChannel, OutOfRange, Strided, TooFewSamples
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.fit import (
-    ConstantChannel,
-    OutOfRange,
-    Strided,
-    TooFewSamples,
-)
 from sigmatau.record.streams import Stream
 
 LEAST, LARGEST = 1e-120, 1e120  # range of Allan variances that can be analysed: a fit squares them [rate_unit²]

@@ -6,21 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from sigmatau.findings.disturbances import NotStatic
+from sigmatau.findings.drift import TemperatureDrift, WarmUp
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds.disturbances import NotStatic
-from sigmatau.findings.kinds.drift import TemperatureDrift, WarmUp
-from sigmatau.findings.kinds.fit import (
-    BandsOff,
-    CrowdedLines,
-    Disturbed,
-    FewDegreesOfFreedom,
-    NoAdequateModel,
-    ShortTimesLeftOut,
-    TooShort,
-    VibrationPower,
-    Widened,
-)
-from sigmatau.findings.kinds.spectrum import (
+from sigmatau.findings.fit import Disturbed, FewDegreesOfFreedom, NoAdequateModel, ShortTimesLeftOut, TooShort, Widened
+from sigmatau.findings.reasons import BandsOff, CrowdedLines, VibrationPower
+from sigmatau.findings.spectrum import (
     BandLeftOut,
     CorrelatedAxes,
     GaussMarkovProcess,

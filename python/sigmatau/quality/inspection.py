@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from sigmatau.errors import DataError
+from sigmatau.findings.curves import CheckedWithoutFit
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.fit import CheckedWithoutFit
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import NonFiniteError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import MissingValues
+from sigmatau.findings.stamps import MissingValues
 from sigmatau.record.streams import CHUNK, Columns
 
 _FEW_MISSING = 1e-3  # share of the rows up to which missing numbers are no warning: coefficients change by less

@@ -15,7 +15,7 @@ from sigmatau.estimators.allan import allan
 from sigmatau.exporting.export import prepare
 from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.wording.phrases import short_axes
+from sigmatau.findings.phrases import short_axes
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.overview import overview_rows
 from sigmatau.fitting.read_off import Coefficient

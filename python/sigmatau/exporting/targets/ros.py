@@ -14,8 +14,8 @@ import numpy as np
 from sigmatau.errors import DataError
 from sigmatau.exporting.text import joined, vector
 from sigmatau.exporting.values import Number, Numbers, Target, Unused, by_axis
+from sigmatau.findings.exporting import CorrelatedSamples
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.exporting import CorrelatedSamples
 from sigmatau.model.channel import ChannelModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds

@@ -12,7 +12,7 @@ import numpy as np
 
 from sigmatau.errors import OptionError, argument
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damaged
+from sigmatau.findings.reading import Damaged
 from sigmatau.io.read.instances import find_sensor
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options

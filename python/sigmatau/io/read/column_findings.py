@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 
 from sigmatau import units
+from sigmatau.findings.columns import IncompleteSensor, MixedUnits, UnreadSensor, UnusedColumns
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import IncompleteSensor, MixedUnits, UnreadSensor, UnusedColumns
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.name_tables import TIMES
 from sigmatau.io.read.names import bare_name, key_of, names_sensor, unit_of

@@ -12,8 +12,9 @@ from typing import Any
 from sigmatau import errors
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.findings.columns import ColumnsByGravity
 from sigmatau.findings.finding import Finding, ranked
-from sigmatau.findings.kinds.reading import ColumnsByGravity, Unusable
+from sigmatau.findings.reading import Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
 from sigmatau.io.read.names import recognise, unit_of

@@ -8,8 +8,8 @@ from functools import partial
 
 from sigmatau import units
 from sigmatau.errors import OptionError, argument
+from sigmatau.findings.columns import UnitOverruled
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import UnitOverruled
 from sigmatau.io.read.column_findings import column_findings
 from sigmatau.io.read.columns import Choice, choose
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of

@@ -10,8 +10,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.columns import ColumnsByGravity
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import ColumnsByGravity
 from sigmatau.io.read.column_values import Identified, Triple, identify, load_columns
 from sigmatau.io.read.columns import as_option, find_time
 from sigmatau.io.read.gravity import GYRO_MEAN

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.findings.columns import GravityOnGyro
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import GravityOnGyro, NeverWritten
+from sigmatau.findings.reading import NeverWritten
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice, Thermometer
 from sigmatau.io.read.gravity import gravity_on_gyro

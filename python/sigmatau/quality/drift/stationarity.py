@@ -24,8 +24,8 @@ from sigmatau._native import kernels
 from sigmatau._native.distributions import gamma_above
 from sigmatau._native.gls import Components
 from sigmatau.arrays import Floats, Ints
+from sigmatau.findings.drift import NoiseChange, NonStationary, SegmentSpread
 from sigmatau.findings.finding import Finding, Severity, Span
-from sigmatau.findings.kinds.drift import NoiseChange, NonStationary, SegmentSpread
 from sigmatau.fitting.components import linear_powers
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import Floats, distinct
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.values import CopiedStretch
+from sigmatau.findings.values import CopiedStretch
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import equal_by_chance
 from sigmatau.record.streams import Stream

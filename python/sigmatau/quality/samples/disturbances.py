@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigmatau.arrays import Bools
+from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.dropouts import dropouts

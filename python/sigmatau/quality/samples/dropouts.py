@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sigmatau.arrays import Bools, median_and_spread
-from sigmatau.findings.kinds.values import Dropout
+from sigmatau.findings.values import Dropout
 from sigmatau.quality.samples.common import block_rms, mask_of_runs, present, sample_of
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.resolution import resolution, usual_value

@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.values import RepeatedSamples
+from sigmatau.findings.values import RepeatedSamples
 from sigmatau.quality.samples.common import longest_spans, mask_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places

@@ -9,7 +9,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Span
-from sigmatau.findings.kinds.rest import Motion
+from sigmatau.findings.rest import Motion
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.octave_means import OctaveMeans
 from sigmatau.quality.samples.units import GRAVITY, GRAVITY_TOLERANCE

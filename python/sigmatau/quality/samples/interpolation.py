@@ -9,7 +9,7 @@ import numpy as np
 
 from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.values import FilledOutages, FilledSamples, Interpolated, Upsampled
+from sigmatau.findings.values import FilledOutages, FilledSamples, Interpolated, Upsampled
 from sigmatau.quality.samples.common import longest_spans, mask_of_runs, sample_of
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
-from sigmatau.findings.kinds.rest import Motion
+from sigmatau.findings.rest import Motion
 from sigmatau.quality.samples.common import means_by_octave, present, row_means
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.quality.sensor_class import SENSOR_CLASSES

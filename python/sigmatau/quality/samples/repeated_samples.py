@@ -10,7 +10,7 @@ import numpy as np
 
 from sigmatau.arrays import Bools, Floats, Ints, Runs
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.values import RepeatedSamples
+from sigmatau.findings.values import RepeatedSamples
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import FEW_STEPS, block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import equal_by_chance, resolution, step_of

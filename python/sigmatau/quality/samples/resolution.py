@@ -10,7 +10,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds.values import CoarseResolution
+from sigmatau.findings.values import CoarseResolution
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream

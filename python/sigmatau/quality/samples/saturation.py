@@ -10,7 +10,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats, Ints, median
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.values import Saturation
+from sigmatau.findings.values import Saturation
 from sigmatau.quality.samples.common import block_rms, growing_step, longest_spans, merged_axes, present
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigmatau.arrays import median
+from sigmatau.findings.disturbances import LevelStep, MotionBurst, NotStatic
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.findings.kinds.disturbances import LevelStep, MotionBurst, NotStatic
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.light_shocks import light_shocks

@@ -10,8 +10,8 @@ import numpy as np
 
 from sigmatau._native.neighbours import outliers
 from sigmatau.arrays import Bools, Floats, Ints, median
+from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.disturbances import Spikes
 from sigmatau.quality.facts import channel_fact, stream_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden

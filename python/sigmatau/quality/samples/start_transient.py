@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from sigmatau.arrays import median_and_spread
+from sigmatau.findings.disturbances import StartTransient
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.disturbances import StartTransient
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.masking import Found, in_seconds, mask_of
 from sigmatau.record.streams import Stream

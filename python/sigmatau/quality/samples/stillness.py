@@ -17,7 +17,7 @@ import numpy as np
 
 from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
-from sigmatau.findings.kinds.rest import Motion
+from sigmatau.findings.rest import Motion
 from sigmatau.quality.facts import in_threads
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.gravity_direction import gravity_tilts, measures_gravity

@@ -9,7 +9,7 @@ import numpy as np
 
 from sigmatau.arrays import Bools, Floats, Runs
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.values import Dropout, StuckSamples
+from sigmatau.findings.values import Dropout, StuckSamples
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import (
     FEW_STEPS,

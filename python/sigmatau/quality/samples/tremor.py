@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigmatau.arrays import median
-from sigmatau.findings.kinds.rest import Motion
+from sigmatau.findings.rest import Motion
 from sigmatau.quality.samples.common import sample_of
 from sigmatau.quality.samples.octave_means import NOISIEST, SECOND, OctaveMeans
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds.values import Gravity, ImplausibleUnit, MeanRate
+from sigmatau.findings.units import Gravity, ImplausibleUnit, MeanRate
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.means import mean_of
 from sigmatau.quality.samples.common import sample_of, white_level

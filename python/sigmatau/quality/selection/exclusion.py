@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from sigmatau.errors import OptionError
+from sigmatau.findings.disturbances import LeftOut, LeftOutOfStream
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.disturbances import LeftOut, LeftOutOfStream
 from sigmatau.quality.samples.disturbances import CAUSES
 from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.selection.time_text import time_of

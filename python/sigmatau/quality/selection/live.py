@@ -10,7 +10,7 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
+from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.quality.selection.rest import LITTLE, Rest, partly, rest
 from sigmatau.quality.selection.shortest import is_too_short, shortest_of
 from sigmatau.record.record import MIN_SAMPLES, Record, stream_name

@@ -15,7 +15,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Span, plain
-from sigmatau.findings.kinds.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
+from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.disturbances import without
 from sigmatau.quality.samples.masking import mask_of, masked

@@ -17,8 +17,8 @@ import numpy as np
 
 from sigmatau.arrays import Floats, median
 from sigmatau.errors import OptionError
+from sigmatau.findings.disturbances import ChosenWindow, WindowChosen
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds.disturbances import ChosenWindow, WindowChosen
 from sigmatau.quality.drift.block_means import block_means
 from sigmatau.quality.selection.time_text import time_of
 from sigmatau.record.record import MIN_SAMPLES, Record

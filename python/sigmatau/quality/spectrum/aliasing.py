@@ -6,7 +6,7 @@ import math
 
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.spectrum import Aliasing
+from sigmatau.findings.spectrum import Aliasing
 from sigmatau.noise.terms import aliasing_inflation
 from sigmatau.record.streams import Stream
 

@@ -16,7 +16,7 @@ import numpy as np
 from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.kinds.spectrum import AxisPair, CorrelatedAxes, IdenticalAxes
+from sigmatau.findings.spectrum import AxisPair, CorrelatedAxes, IdenticalAxes
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 

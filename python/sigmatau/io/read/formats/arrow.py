@@ -8,7 +8,7 @@ from typing import Any
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Place
+from sigmatau.findings.reading import Place
 from sigmatau.io.read.formats.arrow_messages import next_unpacked
 from sigmatau.io.read.formats.arrow_table import BatchError, columns_of, table_of
 from sigmatau.io.read.formats.damage import behind, fault, first_line, library_faults, places_of, refuse_expansion

@@ -15,7 +15,7 @@ from typing import Any
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import BytesNotRead, Damaged, Place
+from sigmatau.findings.reading import BytesNotRead, Damaged, Place
 
 
 def first_line(error: Exception) -> str:
@@ -113,7 +113,7 @@ def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
 
 
 def not_read(number: int, start: int, *, after: str = "", padding: bool = False) -> Finding:
-    """A finding of bytes that are not read, see `sigmatau.findings.kinds.reading.BytesNotRead`."""
+    """A finding of bytes that are not read, see `sigmatau.findings.reading.BytesNotRead`."""
     details = BytesNotRead(bytes=number, place=Place("byte", start), after=after, padding=padding)
     return Finding(details=details, severity="info" if padding else "error")
 

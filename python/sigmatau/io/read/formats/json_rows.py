@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damaged, Place
+from sigmatau.findings.reading import Damaged, Place
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.formats.unpacked import read_contents

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Place
+from sigmatau.findings.reading import Place
 from sigmatau.io.read.formats.arrays import Leaf, squeezed
 from sigmatau.io.read.formats.damage import fault, refuse_expansion
 from sigmatau.record.on_disk import file_bytes

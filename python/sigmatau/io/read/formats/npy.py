@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import UnreadArrays
+from sigmatau.findings.reading import UnreadArrays
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
 from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, fault, library_faults, refuse_expansion
 from sigmatau.io.read.table import Column, Head, Table

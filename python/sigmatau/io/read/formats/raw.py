@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Place
+from sigmatau.findings.reading import Place
 from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 from sigmatau.record.on_disk import FileRows

@@ -9,7 +9,7 @@ from pathlib import Path
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damaged, Place
+from sigmatau.findings.reading import Damaged, Place
 from sigmatau.io.read.formats.damage import behind, largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.messages import Layout, layout_of
 from sigmatau.io.read.table import Column, Head, Loaded, Table

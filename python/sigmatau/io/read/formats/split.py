@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import InFile, PartMissing
+from sigmatau.findings.reading import InFile, PartMissing
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.table import Loaded, Table
 

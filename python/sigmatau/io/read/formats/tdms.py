@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Place
+from sigmatau.findings.reading import Place
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.arrays import Leaf, gather
 from sigmatau.io.read.formats.damage import fault, library_faults

@@ -14,7 +14,7 @@ from sigmatau._native import formats
 from sigmatau._native.formats import DayOrder
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Damaged, Place, SkippedLines
+from sigmatau.findings.reading import Damaged, Place, SkippedLines
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.layout import Layout, header_fields

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import LoggerDropouts, Place, SkippedMessages
+from sigmatau.findings.reading import LoggerDropouts, Place, SkippedMessages
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import broken, fault
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps, without_absurd

@@ -10,7 +10,7 @@ from pathlib import Path
 from sigmatau._native import formats
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Place, SkippedMessages
+from sigmatau.findings.reading import Place, SkippedMessages
 from sigmatau.io.read.formats.damage import fault, largest_expansion, refuse_expansion
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 

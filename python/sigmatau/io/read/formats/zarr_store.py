@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import MissingChunks
+from sigmatau.findings.reading import MissingChunks
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, parts
 from sigmatau.io.read.formats.damage import fault, first_line, library_faults
 from sigmatau.io.read.table import Table, need

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import CounterOverflows
+from sigmatau.findings.stamps import CounterOverflows
 
 # Periods of counters of 16, 24 and 32 bits, also of ticks of 1e-3 and 1e-6 s that are logged in seconds or milliseconds,
 _COUNTERS = tuple(2.0**bits * ticks for bits in (16, 24, 32) for ticks in (1.0, 1e-3, 1e-6))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sigmatau import units
 from sigmatau.errors import OptionError, argument
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import ImplausibleRate
+from sigmatau.findings.rates import ImplausibleRate
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
 _UNITS = ("s", "ms", "us", "ns")

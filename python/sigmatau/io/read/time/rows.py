@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from sigmatau.arrays import median, median_and_spread
 from sigmatau.errors import DataError, NonFiniteError, StampError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.reading import Place
-from sigmatau.findings.kinds.stamps import BadStamps
+from sigmatau.findings.reading import Place
+from sigmatau.findings.stamps import BadStamps
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats.damage import fault

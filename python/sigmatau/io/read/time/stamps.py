@@ -14,18 +14,8 @@ from sigmatau import units
 from sigmatau.arrays import median
 from sigmatau.errors import OptionError, StampError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import (
-    CoarseStamps,
-    Gap,
-    Gaps,
-    HostStamps,
-    IrregularStamps,
-    LongPauses,
-    RateChange,
-    RateDrift,
-    RateMismatch,
-    RateNotNominal,
-)
+from sigmatau.findings.rates import RateChange, RateDrift, RateMismatch, RateNotNominal
+from sigmatau.findings.stamps import CoarseStamps, Gap, Gaps, HostStamps, IrregularStamps, LongPauses
 from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows

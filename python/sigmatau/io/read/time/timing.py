@@ -15,7 +15,7 @@ from sigmatau._native import kernels
 from sigmatau.arrays import median
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.kinds.stamps import Jitter
+from sigmatau.findings.stamps import Jitter
 from sigmatau.io.read.columns import Choice, no_time
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI

@@ -1,71 +1,15 @@
-"""The words of findings, for the terminal, the report and JSON alike: one module per subject, as in `findings.kinds`.
-
-Each module has a table `WORDS` from a kind to the function that words it. A message is one sentence that names what was
-found, where, and what it changes; the action is one sentence that says what to do, or empty.
-"""
+"""Lists of findings in words, for the terminal and errors: the causes first, each kind in one line."""
 
 from __future__ import annotations
 
-from functools import cache
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from sigmatau.findings.wording.phrases import Words, axes_text, short_axes
+from sigmatau.findings.finding import Finding, effects, ranked
+from sigmatau.findings.phrases import axes_text, short_axes
 from sigmatau.results import WIDTH, printable, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from sigmatau.findings.finding import Finding
-
-SUBJECTS = (
-    *("reading", "stamps", "rest", "disturbances", "values", "spectrum", "drift", "fit", "joint", "exporting"),
-    "stretches",
-)
-"""Modules of this package, one per subject."""
-
-
-_DISTURBANCES = (
-    *("not_static", "start_transient", "spikes", "dropout", "stuck_samples", "saturation", "interpolated"),
-    "repeated_samples",
-)  # codes of findings about samples that may be left out
-
-
-@cache
-def _words_of(subject: str) -> Mapping[type, Callable[[Finding, Any], Words]]:
-    """What words each kind of a subject."""
-    table: Mapping[type, Callable[[Finding, Any], Words]] = import_module(f"{__name__}.{subject}").WORDS
-    return table
-
-
-def words(finding: Finding) -> Words:
-    """The words of a finding.
-
-    Parameters
-    ----------
-    finding : Finding
-
-    Returns
-    -------
-    Words
-        Message and action; the channels are not named in them unless one of several is meant.
-    """
-    from sigmatau.findings.finding import Stated
-
-    if isinstance(finding.details, Stated):
-        return Words(finding.details.message, finding.details.action)
-    kind = type(finding.details)
-    said = _words_of(kind.__module__.rpartition(".")[2])[kind](finding, finding.details)
-    if finding.left_out:
-        return said._replace(message=f"{said.message}; left out{_axes(finding)}")
-    if finding.severity == "warning" and not said.action and finding.code in _DISTURBANCES:
-        return said._replace(action="Find the cause: these samples are part of the analysis")
-    return said
-
-
-def _axes(finding: Finding) -> str:
-    """Where more was left out than the axes on which it was found."""
-    return " on all axes" if finding.code in ("not_static", "start_transient") else ""
+    from collections.abc import Iterable, Sequence
 
 
 def sentence(finding: Finding) -> str:
@@ -98,8 +42,6 @@ def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose
     -------
     list of str
     """
-    from sigmatau.findings.finding import ranked
-
     findings = tuple(findings)
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in ranked(findings):
@@ -155,8 +97,6 @@ def _others(findings: Sequence[Finding], rest: str) -> str:
 
 
 def _worst(alike: Sequence[Finding]) -> Finding:
-    from sigmatau.findings.finding import effects
-
     return max(alike, key=lambda finding: (effects(finding), abs(finding.size or 0.0)))
 
 

@@ -1,9 +1,12 @@
-"""Kinds of findings about slow changes: warm-up, temperature, noise that changes, selection of a window."""
+"""Findings about slow changes: warm-up, temperature, noise that changes, selection of a window."""
 
 from __future__ import annotations
 
-from sigmatau.findings.finding import Details
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.phrases import clock
 from sigmatau.frozen import frozen
+from sigmatau.noise.terms import display_units
+from sigmatau.results import duration_text, seconds, two_digits
 
 
 @frozen
@@ -26,6 +29,15 @@ class WarmUp(Details, code="warm_up"):
     low: float
     high: float
 
+    def words(self, finding: Finding) -> Words:
+        unit, factor = display_units("bias_instability", self.quantity, finding.unit)[-1]
+        half = two_digits((self.high - self.low) / (2 * factor))
+        size = f"{two_digits((finding.size or 0.0) / factor)} ± {half} {unit}"
+        return Words(
+            f"warm-up of {size}, time constant about {duration_text(self.time_constant)}",
+            "No action needed: the fit allows for it",
+        )
+
 
 @frozen
 class TemperatureDrift(Details, code="temperature_drift"):
@@ -45,6 +57,14 @@ class TemperatureDrift(Details, code="temperature_drift"):
     rate_unit: str
     low: float
     high: float
+
+    def words(self, finding: Finding) -> Words:
+        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
+        value, low, high = ((one or 0.0) / factor for one in (finding.size, self.low, self.high))
+        return Words(
+            f"temperature drift of {value:.3g} [{low:.3g}, {high:.3g}] {unit}/K",
+            "Compensate for temperature: the coefficients are those without the drift",
+        )
 
 
 @frozen
@@ -109,3 +129,18 @@ class NonStationary(Details, code="non_stationary"):
     def possible_factors(self, size: float | None) -> dict[str, float]:
         """The random walk of one part of the record over that of another."""
         return {} if size is None else {"random_walk": size}
+
+    def words(self, finding: Finding) -> Words:
+        texts = []
+        one, change = self.segments, self.change
+        if one is not None:
+            texts.append(
+                f"Allan deviations of segments differ by a factor of {one.ratio:.3g}"
+                + ("" if change else f" at τ = {seconds(one.tau)} s, largest in the one from {clock(one.largest_at)}")
+            )
+        if change is not None:
+            texts.append(f"short-time noise changes by a factor of {change.ratio:.3g} at {clock(change.time)}")
+        return Words(
+            "; ".join(texts),
+            "Find the cause (--stability MAP.png shows the change), or select a stationary part with --window",
+        )

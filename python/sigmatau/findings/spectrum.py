@@ -1,9 +1,15 @@
-"""Kinds of findings about spectra: lines, low-pass filters, resampling, common noise."""
+"""Findings about spectra: lines, low-pass filters, resampling, common noise."""
 
 from __future__ import annotations
 
-from sigmatau.findings.finding import Details
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.fit import filter_text
+from sigmatau.findings.phrases import axes_text, factor_text, number
 from sigmatau.frozen import frozen
+from sigmatau.noise.terms import display_units
+from sigmatau.results import duration_text, two_digits
+
+_QUANTITIES = {"rad/s": "angular_rate", "m/s^2": "acceleration"}
 
 
 @frozen
@@ -63,6 +69,14 @@ class SpectralLines(Details, code="spectral_line"):
 
     lines: tuple[Line, ...]
 
+    def words(self, finding: Finding) -> Words:
+        strongest = self.lines[0]
+        unit, factor = display_units("bias_instability", _QUANTITIES.get(finding.unit, "signal"), finding.unit)[-1]
+        what = f"{len(self.lines)} spectral lines, largest" if len(self.lines) > 1 else "spectral line"
+        size = f"{number(strongest.amplitude / factor)} {unit}"
+        message = f"{what} of {size} at {strongest.frequency:.4g} Hz{_mains(strongest)}"
+        return Words(message, "No action needed: the coefficients are those without the lines")
+
 
 @frozen
 class LowPassFilter(Details, code="low_pass_filter"):
@@ -84,6 +98,14 @@ class LowPassFilter(Details, code="low_pass_filter"):
     low: float | None
     high: float | None
 
+    def words(self, finding: Finding) -> Words:
+        what = filter_text(self.shape, self.order)
+        if self.shape == "uneven":
+            what = "the spectrum is uneven, but does not fall as behind a low-pass filter"
+        if self.corner is not None and self.low is not None and self.high is not None:
+            what += f" at {self.corner:.3g} ± {two_digits((self.high - self.low) / 2)} Hz"
+        return Words(what, "No action needed: it is part of the fit")
+
 
 @frozen
 class BandLeftOut(Details, code="band_left_out"):
@@ -96,6 +118,12 @@ class BandLeftOut(Details, code="band_left_out"):
     """
 
     highest: float
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"the spectrum from {self.highest:.3g} Hz on fits no model and is left out",
+            "No action needed, unless the noise at short times matters",
+        )
 
 
 @frozen
@@ -117,6 +145,15 @@ class GaussMarkovProcess(Details, code="gauss_markov_process"):
     low: float | None
     high: float | None
 
+    def words(self, finding: Finding) -> Words:
+        known = self.low is not None and self.high is not None
+        within = f" [{duration_text(self.low or 0.0)}, {duration_text(self.high or 0.0)}]" if known else ""
+        return Words(
+            f"Gauss-Markov process of {_sized(finding, self.quantity)},"
+            f" correlation time {duration_text(self.time)}{within}",
+            "No action needed: it is part of the model",
+        )
+
 
 @frozen
 class Resonance(Details, code="resonance"):
@@ -135,6 +172,13 @@ class Resonance(Details, code="resonance"):
     quantity: str
     frequency: float
     width: float
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"resonance of {_sized(finding, self.quantity)} at {self.frequency:.3g} Hz,"
+            f" half width {two_digits(self.width)} Hz",
+            "No action needed: it is part of the model",
+        )
 
 
 @frozen
@@ -165,6 +209,16 @@ class Aliasing(Details, code="aliasing"):
     def biases_walk(self) -> bool:
         """Folded noise is in the random walk of each fit."""
         return True
+
+    def words(self, finding: Finding) -> Words:
+        times = f"sampled at {self.rate:.4g} Hz, {self.rate / self.bandwidth:.2g} times the"
+        effect = factor_text(*finding.factors[0])
+        order = "" if self.order is None else f" of order {self.order}"
+        message = f"{times} stated bandwidth of {self.bandwidth:.4g} Hz{order}; {effect}"
+        if self.second_order is not None:
+            message += f", or {factor_text('', self.second_order).strip()} for order 2"
+        action = f"Sample at {self.rate_needed:.3g} Hz or faster, or filter before sampling"
+        return Words(message, action if finding.severity != "info" else "")
 
 
 @frozen
@@ -201,6 +255,12 @@ class IdenticalAxes(Details, code="identical_axes"):
 
     samples: int
 
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"identical in all {self.samples} samples: one column was read or logged twice",
+            "Check --channels and the logging program",
+        )
+
 
 @frozen
 class CorrelatedAxes(Details, code="correlated_axes"):
@@ -219,3 +279,33 @@ class CorrelatedAxes(Details, code="correlated_axes"):
     pairs: tuple[AxisPair, ...]
     only_slow: bool
     stretches: int = 1
+
+    def words(self, finding: Finding) -> Words:
+        strongest = self.pairs[0]
+        of = (
+            f"means over {duration_text(strongest.mean_length)}"
+            if strongest.mean_length
+            else "sample-to-sample changes"
+        )
+        several = f", the largest of {len(self.pairs)} pairs" if len(self.pairs) > 1 else ""
+        shared = (
+            "a shared supply, temperature or motion" if strongest.mean_length else "a shared vibration or converter"
+        )
+        pair = (strongest.first, strongest.second)
+        which = "" if set(finding.channels) == set(pair) else f"{axes_text(pair)} are "
+        return Words(
+            f"{which}correlated, r = {strongest.coefficient:.2f} for {of}{several}",
+            f"Look for {shared}; a Kalman filter needs the covariance of the axes",
+        )
+
+
+def _mains(line: Line) -> str:
+    if line.mains is None:
+        return ""
+    multiple = f"{line.mains.multiple} × " if line.mains.multiple > 1 else ""
+    return f", possibly {'aliased ' if line.mains.folded else ''}{multiple}{line.mains.frequency:g} Hz mains"
+
+
+def _sized(finding: Finding, quantity: str) -> str:
+    unit, factor = display_units("bias_instability", quantity, finding.unit)[-1]
+    return f"{two_digits((finding.size or 0.0) / factor)} {unit}"

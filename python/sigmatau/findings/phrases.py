@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import NamedTuple
 
 from sigmatau.findings.finding import Span
 from sigmatau.noise.terms import TERMS
@@ -13,27 +12,17 @@ from sigmatau.results import seconds
 LONGEST = 120
 """Largest number of characters of a message or an action, so that each fits on a line or two of a terminal."""
 
+LONGEST_NAME = 24
+"""Largest number of characters of a name in a list."""
+
+_NAMES_LISTED = 6
+
 _MANY = 8
 """With more stretches, an option joins those less than `_TOGETHER` apart."""
 
 _TOGETHER = 1.0  # [s]
 
 _DIGITS = 3  # of a second in an option; ends are rounded outwards
-
-
-class Words(NamedTuple):
-    """What a finding says.
-
-    Attributes
-    ----------
-    message : str
-        One sentence without a full stop: what was found, where, what it changes.
-    action : str
-        One sentence without a full stop: what to do; empty if there is nothing to do.
-    """
-
-    message: str
-    action: str = ""
 
 
 def axes_text(channels: Sequence[str]) -> str:
@@ -63,12 +52,36 @@ def number(value: float, *, sign: str = "") -> str:
     return f"{float(text):{sign}.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
+def short_number(value: float) -> str:
+    """Three digits, without an exponent below a million."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
 def while_short(text: str, more: Iterable[str], *, between: str = "; ", longest: int = LONGEST) -> str:
     """The text and as many of some others, in order, as a sentence may have characters for."""
     for other in filter(None, more):
         if len(text) + len(between) + len(other) <= longest:
             text += between + other
     return text
+
+
+def shortened(text: str, longest: int = 60) -> str:
+    """The beginning of a long text: ``"invalid header in the mid…"``."""
+    return text if len(text) <= longest else f"{text[: longest - 1]}…"
+
+
+def number_of(count: int, noun: str) -> str:
+    """``"1 row"``, ``"5 rows"`` of ``"rows"``."""
+    return f"{count} {noun if count != 1 else noun.removesuffix('s')}"
+
+
+def listed(names: tuple[str, ...]) -> str:
+    """As many names as a message has characters for: ``"a, b and 7 more"``."""
+    shown = ", ".join(shortened(name, LONGEST_NAME) for name in names[:_NAMES_LISTED])
+    while len(shown) > LONGEST - 40 and "," in shown:
+        shown = shown.rpartition(", ")[0]
+    rest = len(names) - shown.count(", ") - 1
+    return f"{shown} and {rest} more" if rest > 0 else shown
 
 
 def percent(share: float) -> str:

@@ -1,11 +1,13 @@
-"""Kinds of findings about sample values: held, repeated, lost, saturated, interpolated, coarse, in a wrong unit."""
+"""Findings about sample values: held, repeated, lost, saturated, interpolated, coarse."""
 
 from __future__ import annotations
 
 from typing import Literal
 
-from sigmatau.findings.finding import Details
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.phrases import clock, largest_factor_text, percent, short_number
 from sigmatau.frozen import frozen
+from sigmatau.results import duration_text, seconds, two_digits
 
 
 @frozen
@@ -35,10 +37,16 @@ class HeldRuns(Details):
 class Dropout(HeldRuns, code="dropout"):
     """The log contains the number 0 in place of lost samples."""
 
+    def words(self, finding: Finding) -> Words:
+        return _held(self, "zeros")
+
 
 @frozen
 class StuckSamples(HeldRuns, code="stuck_samples"):
     """Runs of equal samples longer than the noise can explain."""
+
+    def words(self, finding: Finding) -> Words:
+        return _held(self, "equal samples")
 
 
 @frozen
@@ -80,6 +88,15 @@ class Saturation(Details, code="saturation"):
         """A saturated sample is nearer to the mean in each fit."""
         return self.spread
 
+    def words(self, finding: Finding) -> Words:
+        ends = " and ".join(f"{end:.3g}" for end in (self.low, self.high) if end is not None)
+        said = f"{percent(self.share)} of the samples at {'a limit' if None in (self.low, self.high) else 'the limits'}"
+        said += f" of the range, {ends} {self.unit}"
+        if not self.spread:
+            return Words(_joined(said, f"the first at {clock(self.start)}"))
+        effect = largest_factor_text(finding.factors, channel=_on(finding, self.strongest))
+        return Words(_joined(said, effect), "Record again with a larger range, or select another part with --window")
+
 
 @frozen
 class CopiedStretch(Details, code="copied_stretch"):
@@ -99,6 +116,13 @@ class CopiedStretch(Details, code="copied_stretch"):
     copy: float
     duration: float
     rows: int
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"the {self.rows} rows from {clock(self.copy)} on equal those from {clock(self.start)} on,"
+            f" {seconds(self.duration)} s long",
+            "Check how the log was written; leave the copy out with --leave-out",
+        )
 
 
 @frozen
@@ -149,6 +173,28 @@ class RepeatedSamples(Details, code="repeated_samples"):
     def biases_walk(self) -> bool:
         """A sample that counts more often does so at all averaging times."""
         return True
+
+    def words(self, finding: Finding) -> Words:
+        effect = largest_factor_text([one for one in finding.factors if one[0] == "random_walk"])
+        if self.pattern == "rows":
+            said = f"{self.copies} rows ({percent(self.share)}) equal the previous row"
+            return Words(said)
+        if self.pattern == "irregular":
+            said = f"{percent(self.share)} of the samples equal the previous sample, at irregular intervals"
+            return Words(
+                _joined(said, effect), "Omit lost samples from the log instead of repeating the previous sample"
+            )
+        rates = f"the sensor gives {self.sensor_rate:.4g} Hz, the log has {self.log_rate:.4g} Hz"
+        effect = effect or f"σ at one sample {short_number(1 / self.sigma_one_sample)} times too small"
+        if self.shortest == self.longest > 1:
+            return Words(
+                f"each sample occurs {self.shortest} times: {rates}; {effect}",
+                f"Keep one of each group of equal samples and give --rate {self.sensor_rate:.4g}",
+            )
+        return Words(
+            f"samples occur {self.times:.3g} times on average: {rates}; {effect}",
+            "Log at the sensor's rate, triggered by its data-ready signal, or use only long averaging times",
+        )
 
 
 @frozen
@@ -236,6 +282,28 @@ class Interpolated(Details, code="interpolated"):
         """Filled samples change the random walk; a lower rate changes σ at short averaging times alone."""
         return self.singles is not None
 
+    def words(self, finding: Finding) -> Words:
+        if self.upsampled is not None:
+            made = self.upsampled
+            said = f"interpolated from {made.sensor_rate:.4g} to {made.log_rate:.4g} Hz"
+            times, right_from = short_number(1 / made.sigma_one_sample), seconds(made.right_from)
+            effect = f"σ at one sample {times} times too small, correct from τ = {right_from} s"
+            return Words(_joined(said, effect), "Log the samples of the sensor with their time stamps")
+        outages, said = self.outages, ""
+        if outages is not None:
+            longest = duration_text(outages.longest)
+            said = f"a gap of {longest} at {clock(outages.start)} was filled with a straight line"
+            if outages.count > 1:
+                said = (
+                    f"{outages.count} gaps were filled with straight lines, the longest {longest}"
+                    f" at {clock(outages.start)}"
+                )
+            return Words(said)
+        if self.singles is not None:
+            said = f"{percent(self.share)} of the samples are linear interpolations of lost samples"
+        effect = largest_factor_text(finding.factors, channel=_on(finding, self.strongest))
+        return Words(_joined(said, effect), "Leave lost samples empty in the log, or omit their rows")
+
 
 @frozen
 class CoarseResolution(Details, code="coarse_resolution"):
@@ -270,84 +338,49 @@ class CoarseResolution(Details, code="coarse_resolution"):
         """White rounding is in the random walk of each fit."""
         return self.rounding == "white"
 
-
-@frozen
-class ImplausibleUnit(Details, code="implausible_unit"):
-    """Samples that are probably in another unit than stated.
-
-    Attributes
-    ----------
-    evidence : {"gravity", "step", "noise", "bias", "quiet", "earth"}
-        Mean of an accelerometer triad; a step known from datasheets; noise beyond that of all gyros; a bias too large
-        for gyros with so little noise; noise below that of all sensors; gyros with so little noise that do not measure the
-        Earth's rotation.
-    quantity : str
-        Quantity that the stream measures.
-    stated, likely : str
-        The unit that was stated, and the one that the samples look like; empty if no unit explains them.
-    option : str
-        Option of the command line that corrects it; empty if only a scale for raw counts can.
-    mean : float or None
-        Length of the mean vector. [SI unit of the stream]
-    noise : float or None
-        White noise. [SI unit of the stream, per √Hz]
-    step : float or None
-        Step of the numbers. [SI unit of the stream]
-    sensitivity : float or None
-        The known sensitivity that the step agrees with. [LSB per deg/s]
-    times : float or None
-        White noise over that of the noisiest gyros. [1]
-    by_file : bool
-        Whether the file states the unit. A gyro's is not doubted then, and `likely` is empty.
-    """
-
-    evidence: Literal["gravity", "step", "noise", "bias", "quiet", "earth"]
-    quantity: str
-    stated: str = ""
-    likely: str = ""
-    option: str = ""
-    mean: float | None = None
-    noise: float | None = None
-    step: float | None = None
-    sensitivity: float | None = None
-    times: float | None = None
-    by_file: bool = False
+    def words(self, finding: Finding) -> Words:
+        noise = two_digits(self.noise / self.step)
+        times = "equal to" if noise == "1" else f"{noise} times"
+        said = f"the noise is {times} the resolution of {self.step:.3g} {self.unit}"
+        finer = "Record again with a smaller range or more bits"
+        if self.rounding == "unknown":
+            return Words(_joined(said, "what rounding adds is unknown, and intervals allow for it"), finer)
+        if self.summed is None or self.needed is not None:
+            long = "Record longer" if self.needed is None else f"Record {duration_text(self.needed)} or more"
+            return Words(
+                _joined(said, "its rounding is not white and hides the random walk"), f"{long}, or more finely"
+            )
+        if self.rounding == "quantization" and self.summed > 1:
+            return Words(_joined(said, f"its rounding is white only in sums of {self.summed} samples"))
+        if self.rounding == "quantization":
+            added = f"{self.added:.3g} {_integrated(self.unit)}"
+            return Words(_joined(said, f"adds up to {added} of quantization noise"))
+        return Words(
+            _joined(said, largest_factor_text(finding.factors)), finer if finding.severity == "warning" else ""
+        )
 
 
-@frozen
-class Gravity(Details, code="gravity"):
-    """A mean acceleration that is not gravity.
-
-    Attributes
-    ----------
-    mean : float
-        Length of the mean vector. [m/s^2]
-    deviation : float
-        Relative difference from standard gravity; negative if smaller. [1]
-    low, high : float
-        Gravity on the ground. [m/s^2]
-    cause : {"bias_or_scale", "removed", "unknown"}
-        Possible cause.
-    """
-
-    mean: float
-    deviation: float
-    low: float
-    high: float
-    cause: Literal["bias_or_scale", "removed", "unknown"]
+def _on(finding: Finding, strongest: str) -> str:
+    """The channel that numbers are of, if the finding has several."""
+    return strongest if len(finding.channels) > 1 else ""
 
 
-@frozen
-class MeanRate(Details, code="mean_rate"):
-    """A mean angular rate beyond the zero-rate offset of most gyros: the sensor may turn steadily.
+def _joined(*parts: str) -> str:
+    return "; ".join(part for part in parts if part)
 
-    Attributes
-    ----------
-    mean : float
-        Length of the mean vector. [rad/s]
-    usual : float
-        Largest offset of usual gyros. [rad/s]
-    """
 
-    mean: float
-    usual: float
+def _held(details: HeldRuns, what: str) -> Words:
+    share = percent(details.share)
+    if details.samples == details.runs:
+        if details.runs == 1:
+            return Words(f"1 {what.removesuffix('s')} at {clock(details.start)} ({share})")
+        return Words(f"{details.samples} single {what} ({share}), the first at {clock(details.start)}")
+    longest = duration_text(details.longest)
+    if details.runs == 1:
+        return Words(f"a run of {what} at {clock(details.start)}, {longest} long ({share})")
+    return Words(f"{details.runs} runs of {what} ({share}), the longest {longest} at {clock(details.start)}")
+
+
+def _integrated(unit: str) -> str:
+    """Unit of the angle or velocity."""
+    return {"rad/s": "rad", "m/s^2": "m/s"}.get(unit, f"{unit}·s")

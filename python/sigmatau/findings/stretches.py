@@ -1,9 +1,10 @@
-"""Kinds of findings about records that are summed in stretches, by several processes."""
+"""Findings about records that are summed in stretches, by several processes."""
 
 from __future__ import annotations
 
-from sigmatau.findings.finding import Details
+from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.frozen import frozen
+from sigmatau.results import duration_text
 
 
 @frozen
@@ -20,6 +21,12 @@ class InStretches(Details, code="in_stretches"):
 
     stretches: int
     samples: int
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"{self.samples} samples were summed in {self.stretches} stretches; rest and disturbances were not checked",
+            "Check a part: sigmatau analyze LOG --window 0s:3600s",
+        )
 
 
 @frozen
@@ -40,3 +47,11 @@ class PairsAcrossGaps(Details, code="pairs_across_gaps"):
     samples: int
     longest: float
     fitted: float
+
+    def words(self, finding: Finding) -> Words:
+        used = f"fitted to {duration_text(self.fitted)}" if self.fitted else "not fitted"
+        return Words(
+            f"{self.missing} of {self.samples} samples missing, pairs across gaps left out;"
+            f" curve to {duration_text(self.longest)}, {used}",
+            "Copy or record the file again for longer averaging times",
+        )

@@ -1,0 +1,183 @@
+"""Findings about the columns of a file, and their units. Columns count from 1."""
+
+from __future__ import annotations
+
+from sigmatau.findings.finding import Finding, Words
+from sigmatau.findings.phrases import LONGEST_NAME, listed, number_of, shortened
+from sigmatau.findings.reading import InFile
+from sigmatau.frozen import frozen
+from sigmatau.units import needs_scale
+
+
+@frozen
+class ColumnsByGravity(InFile, code="columns_by_gravity"):
+    """Columns without names, whose accelerometers are detected by gravity.
+
+    Attributes
+    ----------
+    gyro, accel : (int, int)
+        First and last column.
+    time : int or None
+        The time column.
+    gravity, other : float
+        Size of the mean of the accelerometer's and of the gyro's columns, [units of the file]
+    """
+
+    gyro: tuple[int, int]
+    accel: tuple[int, int]
+    time: int | None
+    gravity: float
+    other: float
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        time = "" if self.time is None else f"time={self.time},"
+        gyro, accel = f"{self.gyro[0]}:{self.gyro[1]}", f"{self.accel[0]}:{self.accel[1]}"
+        return Words(
+            f"columns have no names: {accel} read as accel (mean {self.gravity:.3g}, gravity), {gyro} as gyro"
+            f" (mean {self.other:.2g})",
+            f"Run with --channels {time}gyro={gyro},accel={accel} to confirm, or name other columns",
+        )
+
+
+@frozen
+class GravityOnGyro(InFile, code="gravity_on_gyro", alters_all=True):
+    """Gravity is in the columns that are read as the gyro, and not in those of the accelerometer.
+
+    Attributes
+    ----------
+    gyro, accel : float
+        Size of the mean of each, [unit of the file]
+    """
+
+    gyro: float
+    accel: float
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        return Words(
+            f"gravity is on the columns of the gyro (mean {self.gyro:.3g}), not on those of the accelerometer"
+            f" ({self.accel:.2g})",
+            "Exchange the sensors in --channels",
+        )
+
+
+@frozen
+class UnitOverruled(InFile, code="unit_overruled"):
+    """A unit given by the user that differs from the unit that the file states.
+
+    Attributes
+    ----------
+    given, stated : str
+        Unit by the user, and by the file.
+    known : bool
+        Whether the unit stated is a known unit of the quantity.
+    scaled : bool
+        Whether a scale is given.
+    """
+
+    given: str
+    stated: str
+    known: bool = True
+    scaled: bool = False
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        stated = self.stated if self.known else f"{shortened(self.stated, 20)!r}, which is not a unit of this quantity"
+        advice = (
+            "Give --scale: volts and counts have no size" if needs_scale(self.stated) else "Check the unit of the file"
+        )
+        return Words(
+            f"the file states {stated}; the given unit {self.given} is used",
+            "" if self.known or self.scaled else advice,
+        )
+
+
+@frozen
+class IncompleteSensor(InFile, code="incomplete_sensor"):
+    """A sensor of which two axes are recognised, and the third is not.
+
+    Attributes
+    ----------
+    missing : str
+        Channel without a column.
+    column : str
+        The column that is not used and has the most similar name; empty if there is none.
+    number : int or None
+        Its number, counted from 1.
+    """
+
+    missing: str
+    column: str = ""
+    number: int | None = None
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        if not self.column:
+            return Words(
+                f"{self.missing} is missing; no other column has a similar name", "Check the names of the columns"
+            )
+        column = shortened(self.column, LONGEST_NAME)
+        return Words(
+            f"{self.missing} is missing; column {self.number} {column!r} has a similar name and is not used",
+            f"Correct the name of the column, or name all columns: --channels {self.missing}={self.number},…",
+        )
+
+
+@frozen
+class UnusedColumns(InFile, code="unused_columns"):
+    """Columns of numbers that are not read, because no name tells what they are.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        Their names.
+    """
+
+    columns: tuple[str, ...]
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        return Words(f"{number_of(len(self.columns), 'columns')} not used: {listed(self.columns)}")
+
+
+@frozen
+class UnreadSensor(InFile, code="unread_sensor"):
+    """A sensor that the names or units of some columns show, none of which is read.
+
+    Attributes
+    ----------
+    sensor : str
+        ``"gyro"`` or ``"accel"``.
+    columns : tuple of str
+        Names of its columns.
+    numbers : tuple of int
+        Their numbers, counted from 1.
+    """
+
+    sensor: str
+    columns: tuple[str, ...]
+    numbers: tuple[int, ...]
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        what = {"gyro": "a gyro", "accel": "an accelerometer"}[self.sensor]
+        first, last = self.numbers[0], self.numbers[-1]
+        places = f"{first}:{last}" if self.numbers == (first, first + 1, first + 2) else "N:N"
+        return Words(
+            f"columns of {what} are not read, their names are not known: {listed(self.columns)}",
+            f"Give --channels {self.sensor}={places} and the other channels",
+        )
+
+
+@frozen
+class MixedUnits(InFile, code="mixed_units"):
+    """Axes of one sensor whose units the file states differently.
+
+    Attributes
+    ----------
+    units : tuple of (str, str)
+        Column and unit of each axis.
+    """
+
+    units: tuple[tuple[str, str], ...]
+
+    def _words_in_file(self, finding: Finding) -> Words:
+        units = ", ".join(f"{shortened(name, LONGEST_NAME)} {shortened(unit, 12)}" for name, unit in self.units)
+        return Words(
+            f"axes of one sensor have different units: {units}", "Correct the header, or give one unit with --unit"
+        )

@@ -1,0 +1,312 @@
+"""Findings about exported files and files read back."""
+
+from __future__ import annotations
+
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.phrases import axes_text
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS
+from sigmatau.results import printable, seconds
+
+_MOST_KEYS = 3  # keys of a file that are named; the others are counted
+_LONGEST_KEY = 24  # characters
+_QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
+
+
+@frozen
+class ChoiceWithoutPlace(Details, code="choice_without_place"):
+    """A choice was made for several targets, and one of them has no field for it.
+
+    Attributes
+    ----------
+    target : str
+        Name of the target.
+    option : str
+        Name of the option, with underscores: ``"noise_factor"``.
+    key : str
+        For option ``"name"``, the name; else empty.
+    """
+
+    target: str
+    option: str
+    key: str = ""
+
+    def words(self, finding: Finding) -> Words:
+        option = f"{_option(self.option)} {printable(self.key[:_LONGEST_KEY])}".rstrip()
+        return Words(f"{self.target} has no field for {option}; ignored for this target")
+
+
+@frozen
+class ChoiceNotUsed(Details, code="choice_not_used"):
+    """A value was chosen for a coefficient that was observed, or for a sensor that the model does not have.
+
+    Attributes
+    ----------
+    sensor : str
+        "gyro" or "accel".
+    term : str
+        "random_walk" or "rate_random_walk".
+    observed : bool
+        Whether the coefficient was observed; else the model does not have the sensor.
+    """
+
+    sensor: str
+    term: str
+    observed: bool
+
+    def words(self, finding: Finding) -> Words:
+        option = f"{_option(self.term)} for {self.sensor}"
+        if not self.observed:
+            return Words(f"{option} not used: the model has no such sensor", "Remove the option")
+        factor = "--noise-factor" if self.term == "random_walk" else "--walk-factor"
+        return Words(
+            f"{option} not used: the coefficient was observed, so the observed value is written",
+            f"Set another value in a model file, or scale the observed one with {factor}",
+        )
+
+
+@frozen
+class OmittedTerm:
+    """A coefficient of the model that is not in the file.
+
+    Attributes
+    ----------
+    channel : str
+        Name of the channel.
+    term : str
+        A key of `sigmatau.noise.terms.TERMS`, ``"gauss_markov"`` or ``"resonance"``.
+    value : float
+        Coefficient, or standard deviation of the process. [SI]
+    """
+
+    channel: str
+    term: str
+    value: float
+
+
+@frozen
+class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
+    """The bias process in the file has less slow noise than the model.
+
+    Attributes
+    ----------
+    sensor : str
+        "gyro" or "accel".
+    ratio : float or None
+        Allan deviation of all slow noise of the model, in units of that of the process; None if a random walk was
+        chosen. [1]
+    tau : float or None
+        Averaging time of the ratio. [s]
+    omitted : tuple of OmittedTerm
+        Terms that the chosen random walk replaces.
+    """
+
+    sensor: str
+    ratio: float | None = None
+    tau: float | None = None
+    omitted: tuple[OmittedTerm, ...] = ()
+
+    def words(self, finding: Finding) -> Words:
+        action = (
+            f"Use --rate-random-walk {self.sensor}=horizon --horizon 10s to approximate all slow noise by a random walk"
+        )
+        if self.ratio is not None and self.tau is not None:
+            return Words(
+                f"the Allan deviation of all slow noise is {self.ratio:.3g} times that of the written bias process at"
+                f" τ = {seconds(self.tau)} s",
+                action,
+            )
+        unique = dict.fromkeys(one.term for one in self.omitted)
+        quantity = _QUANTITIES[self.sensor]
+        terms = [TERMS[term].label(quantity) if term in TERMS else "Gauss-Markov noise" for term in unique]
+        return Words(f"{axes_text(terms)} omitted: the chosen random walk is written instead", action)
+
+
+@frozen
+class LimitWritten(Details, code="limit_written"):
+    """A coefficient was not observed, and its upper limit is in the file.
+
+    Attributes
+    ----------
+    term : str
+        A key of `sigmatau.noise.terms.TERMS`.
+    """
+
+    term: str
+
+    def words(self, finding: Finding) -> Words:
+        label = TERMS[self.term].label("signal")
+        return Words(
+            f"{label} not observed; its upper limit is written",
+            f"{_option(self.term)} sets another value, --strict refuses",
+        )
+
+
+@frozen
+class NotAdequate(Details, code="not_adequate"):
+    """Coefficients in the file are from a fit that does not describe its curve."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            "no model fits these axes, so the error of their coefficients is unknown",
+            "Inspect the curve (sigmatau analyze --plot), use another part of the record (--window), or omit the channel",
+        )
+
+
+@frozen
+class OnlyLimits(Details, code="only_limits"):
+    """Coefficients in the file are upper limits: vibration or rounding hides the noise of these axes."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            "vibration or rounding hides the noise of these axes, and the file has upper limits in place of"
+            " their coefficients",
+            "Record again without it, or omit the channel",
+        )
+
+
+@frozen
+class PoorTrust(Details, code="poor_trust"):
+    """Coefficients in the file are wrong by half or more, as a finding of the analysis says."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words("trust poor: do not use the numbers of these axes", "See the warnings in the head of the file")
+
+
+@frozen
+class FastestRate(Details, code="fastest_rate"):
+    """The sensors have different sampling rates, and the file has a field for one: the highest is written.
+
+    Attributes
+    ----------
+    rate : float
+        The written rate. [Hz]
+    rates : tuple of (str, float)
+        Sensors, and their sampling rates in the record. [Hz]
+    """
+
+    rate: float
+    rates: tuple[tuple[str, float], ...]
+
+    def words(self, finding: Finding) -> Words:
+        listed = ", ".join(f"{sensor} {rate:.4g} Hz" for sensor, rate in self.rates)
+        return Words(
+            f"the written rate of the filter is {self.rate:.4g} Hz, the highest of the sensors ({listed})",
+            "Give --filter-rate HZ if the filter takes samples at another rate; the densities do not depend on it",
+        )
+
+
+@frozen
+class OtherRate(Details, code="other_rate"):
+    """The file is for another sampling rate than that of the record.
+
+    Attributes
+    ----------
+    rate, record_rate : float
+        Of the file and of the record. [Hz]
+    """
+
+    rate: float
+    record_rate: float
+
+    def words(self, finding: Finding) -> Words:
+        return Words(f"written for {self.rate:.4g} Hz; the sampling rate of the record is {self.record_rate:.4g} Hz")
+
+
+@frozen
+class CorrelatedSamples(Details, code="correlated_samples"):
+    """Samples of a channel are correlated, so that their variance is not N²·rate.
+
+    Attributes
+    ----------
+    ratio : float or None
+        Measured variance of a sample, in units of N²·rate; None if it was not measured and N²·rate is in the file. [1]
+    independent_variance : float
+        N²·rate. [(rate unit)²]
+    corner : float or None
+        Corner of the low-pass filter that the analysis found. [Hz]
+    """
+
+    ratio: float | None
+    independent_variance: float
+    corner: float | None
+
+    def words(self, finding: Finding) -> Words:
+        filtered = f" (low-pass filter at {self.corner:.3g} Hz)" if self.corner is not None else ""
+        if self.ratio is None:
+            return Words(
+                f"samples are correlated{filtered}; the written N^2*rate is the variance without the filter",
+                "Set the bandwidth of the channel in a model file to write the variance of the samples",
+            )
+        return Words(
+            f"samples are correlated{filtered}: their variance is {self.ratio:.3g} times N^2*rate",
+            f"Use N^2*rate = {self.independent_variance:.4g} in a filter that assumes independent samples",
+        )
+
+
+@frozen
+class KeysNotRead(Details, code="keys_not_read"):
+    """Keys of another program's file that were not read.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        Names of the keys.
+    """
+
+    keys: tuple[str, ...]
+
+    def words(self, finding: Finding) -> Words:
+        named = ", ".join(printable(key[:_LONGEST_KEY]) for key in self.keys[:_MOST_KEYS])
+        more = f" and {len(self.keys) - _MOST_KEYS} more" if len(self.keys) > _MOST_KEYS else ""
+        return Words(f"keys not read: {named}{more}")
+
+
+@frozen
+class ImportedWithoutIntervals(Details, code="imported_without_intervals"):
+    """A file with one value for all axes and no intervals was read."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words("one value for all axes, without an interval; such files often contain inflated values")
+
+
+@frozen
+class DeviationAsDensity(Details, code="deviation_as_density"):
+    """imu_utils calls the standard deviation of a sample a density.
+
+    Attributes
+    ----------
+    rate : float
+        Sampling rate by whose root they were divided. [Hz]
+    """
+
+    rate: float
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"gyr_n and acc_n are standard deviations of a sample; they are divided by sqrt({self.rate:.4g} Hz)",
+            f"Do not use them as densities: they are {finding.size:.3g} times too large",
+        )
+
+
+@frozen
+class MinimumAsWalk(Details, code="minimum_as_walk"):
+    """imu_utils calls the minimum of the Allan deviation a random walk.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        ``("gyr_w", "acc_w")``; not read.
+    """
+
+    keys: tuple[str, ...]
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"{axes_text(self.keys)} not read: a minimum of the Allan deviation is not a random walk",
+            "Analyse the record itself, or choose a value with --rate-random-walk",
+        )
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"

@@ -1,0 +1,260 @@
+"""Findings about fits."""
+
+from __future__ import annotations
+
+import math
+
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.phrases import axes_text, number, percent
+from sigmatau.findings.reasons import IncompleteRecord, Reason, TooFewTimes, count_text, off_text
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import display_units
+from sigmatau.results import duration_text, seconds, two_digits
+
+_ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth"}
+_MANY_LINES = 10  # from which they are more likely than all else what a model lacks
+
+
+@frozen
+class TooShort(Details, code="too_short"):
+    """The channel is not fitted.
+
+    Attributes
+    ----------
+    reasons : tuple of Reason
+        Why; see the kinds of reasons in `sigmatau.findings.reasons`.
+    missing : float
+        Share of the samples that is missing.
+    """
+
+    reasons: tuple[Reason, ...]
+    missing: float = 0.0
+
+    def words(self, finding: Finding) -> Words:
+        text = f"not fitted: {self.reasons[0].text}"
+        if finding.size is not None:
+            return Words(
+                f"{text}; {percent(self.missing)} of the samples are missing",
+                "Find the cause of the loss; a longer record with the same losses helps little",
+            )
+        reason = self.reasons[0]
+        if isinstance(reason, IncompleteRecord):
+            allowed = "Use --method likelihood, which allows for missing samples"
+            return Words(
+                text, allowed if reason.suits_likelihood else "Record longer, or use a part without missing samples"
+            )
+        return Words(text, "Record longer" if isinstance(self.reasons[0], TooFewTimes) else "")
+
+
+@frozen
+class NoAdequateModel(Details, code="no_adequate_model", alters_all=True):
+    """The coefficients describe the curve and have no intervals.
+
+    Attributes
+    ----------
+    reasons : tuple of Reason
+        Why; see the kinds of reasons in `sigmatau.findings.reasons`.
+    """
+
+    reasons: tuple[Reason, ...]
+
+    def words(self, finding: Finding) -> Words:
+        action = "Look for a spectral line, a filter or a disturbance; the values have no intervals"
+        return Words(f"no model fits: {self.reasons[0].text}", action)
+
+
+@frozen
+class Widened(Details, code="widened"):
+    """The best model does not fit the spectrum exactly, and the intervals allow for it; the size is that of the
+    random walk, relative.
+
+    Attributes
+    ----------
+    frequency : float
+        Frequency of the largest misfit. [Hz]
+    ratio : float
+        Measured density over that of the model there. [1]
+    allowed : float
+        Largest standard deviation of the logarithm of the density that the intervals allow for.
+    lines : int
+        Spectral lines of the model.
+    crowded : float
+        Share of the band that the lines take, if it is so much that they may be noise; otherwise 0. [1]
+    """
+
+    frequency: float
+    ratio: float
+    allowed: float
+    lines: int = 0
+    crowded: float = 0.0
+
+    def possible_factors(self, size: float | None) -> dict[str, float]:
+        """The upper end of the interval of the random walk over its value."""
+        return {} if size is None else {"random_walk": 1 + size}
+
+    def words(self, finding: Finding) -> Words:
+        if self.crowded:
+            lines = f"{count_text(self.lines)} spectral lines take {percent(self.crowded)} of the band"
+            action = "Look for a vibration, or for noise that changes, and record again without it"
+            return Words(f"{lines} and may be noise; the interval of the random walk has both readings", action)
+        off = f"the density near {self.frequency:.2g} Hz is {off_text(self.ratio)} the best model; intervals are wider"
+        if self.lines >= _MANY_LINES:
+            action = "Look for a vibration or a supply with these frequencies, and record again without it"
+            return Words(f"{count_text(self.lines)} spectral lines, and {off}", action)
+        return Words(off, "Look for a cause near this frequency, or accept the wider intervals")
+
+
+@frozen
+class Disturbed(Details, code="disturbed"):
+    """Vibration has most of the power of the record, so that the coefficients are upper limits.
+
+    Attributes
+    ----------
+    quantity, rate_unit : str
+        Of the channel.
+    lines, resonances : int
+        Number of each in the model.
+    share : float
+        Their share of the power, beside random walk and quantization noise.
+    start, stop : float
+        The quietest part of the record; both 0 for several runs. [s]
+    quietest : float or None
+        Upper limit of the random walk in that part, if it is smaller than that of the whole record. [SI]
+    """
+
+    quantity: str
+    rate_unit: str
+    lines: int
+    resonances: int
+    share: float
+    start: float
+    stop: float
+    quietest: float | None
+
+    def words(self, finding: Finding) -> Words:
+        text = f"vibration has {percent(self.share)} of the power; the coefficients are upper limits"
+        part = f"{self.start:.4g}s:{self.stop:.4g}s"
+        if self.start == self.stop:
+            return Words(text, "Record again without the vibration")
+        if self.quietest is None:
+            return Words(
+                f"{text}, which are least from {self.start:.4g} to {self.stop:.4g} s", "Record again without it"
+            )
+        unit, factor = display_units("random_walk", self.quantity, self.rate_unit)[-1]
+        limit = f"{two_digits(self.quietest / factor)} {unit}"
+        return Words(f"{text}, {limit} in the quietest part", f"Record again without it, or try --window {part}")
+
+
+@frozen
+class BeyondClass(Details, code="beyond_class"):
+    """More noise than the noisiest sensors for sale, or a steeper ramp; the size is the density, or the ramp.
+
+    Attributes
+    ----------
+    quantity : str
+        Of the channel.
+    times : float
+        Size over that of the noisiest sensor. [1]
+    frequency : float or None
+        Frequency of the density with the largest ratio; None for a ramp. [Hz]
+    """
+
+    quantity: str
+    times: float
+    frequency: float | None
+
+    def words(self, finding: Finding) -> Words:
+        unit, factor = ("deg/s", math.degrees(1.0)) if self.quantity == "angular_rate" else ("m/s^2", 1.0)
+        size = number(factor * (finding.size or 0.0))
+        sensors = "gyros" if self.quantity == "angular_rate" else "accelerometers"
+        if self.frequency is None:
+            fact = f"the mean changes by {size} {unit} per second"
+        else:
+            fact = f"noise of {size} ({unit})/√Hz at {number(self.frequency)} Hz"
+        return Words(
+            f"{fact}, {two_digits(self.times)} times that of the noisiest {sensors}",
+            "Record the sensor at rest, and check the unit",
+        )
+
+
+@frozen
+class FewDegreesOfFreedom(Details, code="few_degrees_of_freedom"):
+    """The random walk of the fit has few degrees of freedom; the size is their number.
+
+    Attributes
+    ----------
+    freedom : float
+        Of its square, from its standard error. [1]
+    duration : float
+        Of the record. [s]
+    """
+
+    freedom: float
+    duration: float
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"the random walk has {self.freedom:.2g} degrees of freedom in {duration_text(self.duration)}",
+            "Record longer",
+        )
+
+
+@frozen
+class ShortTimesLeftOut(Details, code="short_times_left_out"):
+    """The fit begins beyond the shortest averaging time; the reasons are empty if this was requested.
+
+    Attributes
+    ----------
+    tau_min : float
+        [s]
+    reasons : tuple of Reason
+        Why; see the kinds of reasons in `sigmatau.findings.reasons`.
+    """
+
+    tau_min: float
+    reasons: tuple[Reason, ...] = ()
+
+    def words(self, finding: Finding) -> Words:
+        why = f": {self.reasons[0].text}" if self.reasons else ""
+        return Words(f"the fit starts at τ = {seconds(self.tau_min)} s{why}")
+
+
+def filter_text(shape: str, order: int | None) -> str:
+    """A filter in words: ``"second-order Butterworth filter"``."""
+    if shape == "butterworth" and order is not None:
+        return "first-order filter" if order == 1 else f"{_ORDERS[order]}-order Butterworth filter"
+    return {
+        "smoothing": "exponential smoothing",
+        "running_mean": f"running mean of {order} samples",
+        "low_pass": "low-pass filter",
+    }.get(shape, "uneven spectrum")
+
+
+def beside_text(*, response: bool, lines: int, processes: int, resonances: int, warm_up: bool) -> str:
+    """What was found beside the terms: ``" with a filter and 5 lines"``; empty for nothing."""
+    kinds_found = (
+        ("a filter", int(response)),
+        ("a line", lines),
+        ("a Gauss-Markov process", processes),
+        ("a resonance", resonances),
+        ("a warm-up", int(warm_up)),
+    )
+    named = [
+        one if many == 1 else f"{count_text(many)} {one[2:]}{'es' if one.endswith('s') else 's'}"
+        for one, many in kinds_found
+        if many
+    ]
+    return f" with {axes_text(named)}" if named else ""
+
+
+def verdict_text(verdict: str, beside: str = "") -> str:
+    """The verdict on a fit: ``"the model fits with 5 lines"``, ``"the model fits roughly: wider intervals"``."""
+    if verdict == "too_short":
+        return "too short for a fit"
+    if verdict == "descriptive":
+        return "no model fits: values without intervals"
+    if verdict == "disturbed":
+        return f"disturbed{beside}: upper limits only"
+    return f"the model fits{' roughly' if verdict == 'widened' else ''}{beside}" + (
+        ": wider intervals" if verdict == "widened" else ""
+    )

@@ -1,0 +1,94 @@
+"""Findings about runs that are fitted jointly."""
+
+from __future__ import annotations
+
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.phrases import number
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS
+
+
+@frozen
+class RunDiffers(Details, code="run_differs"):
+    """A run differs from the model of the others.
+
+    Attributes
+    ----------
+    run : str
+        Its name.
+    runs : int
+        Of the joint fit.
+    term : str or None
+        That differs; None for the shape of the spectrum, with its filter.
+    factor : float or None
+        Coefficient of the run over that of the others; None if they do not show it. [1]
+    p_value : float
+        P-value of no difference, corrected for the number of runs and tests.
+    """
+
+    run: str
+    runs: int
+    term: str | None
+    factor: float | None
+    p_value: float
+
+    def words(self, finding: Finding) -> Words:
+        action = "Fit the other runs without it, or find what differed in this run"
+        if self.term is None:
+            return Words(
+                f"{self.run}: the spectrum differs from that of the other runs (p = {self.p_value:.1g})", action
+            )
+        label = TERMS[self.term].label("")
+        if self.factor is None:
+            return Words(f"{self.run} shows {label}, and the other runs do not (p = {self.p_value:.1g})", action)
+        return Words(
+            f"{self.run}: {label} is {number(self.factor)} times that of the other runs (p = {self.p_value:.1g})",
+            action,
+        )
+
+
+@frozen
+class RunsDiffer(Details, code="runs_differ"):
+    """A term that is treated as common is not the same in all runs.
+
+    Attributes
+    ----------
+    runs : int
+        Of the joint fit.
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    p_value : float
+        P-value of no difference.
+    """
+
+    runs: int
+    term: str
+    p_value: float
+
+    def words(self, finding: Finding) -> Words:
+        label = TERMS[self.term].label("")
+        return Words(
+            f"{label} is not the same in all {self.runs} runs (p = {self.p_value:.1g}); its interval is too narrow",
+            "Leave out the run that differs, or leave the term out of --common",
+        )
+
+
+@frozen
+class RunLeftOut(Details, code="run_left_out"):
+    """A channel of a run is not in the joint fit.
+
+    Attributes
+    ----------
+    run : str
+        Its name.
+    reason : str
+        Reason why it cannot be used.
+    """
+
+    run: str
+    reason: str
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"{self.run} is not in the joint fit: {self.reason}", "Correct the log, or name the logs without it"
+        )

@@ -1,0 +1,198 @@
+"""Findings about a sensor that does not rest, or rests for a part of the record."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from sigmatau.findings.finding import Details, Finding, Span, Words
+from sigmatau.findings.phrases import LONGEST, clock, keep_option, number, percent, while_short
+from sigmatau.frozen import frozen
+from sigmatau.results import duration_text, two_digits
+
+_UNITS = {"angular_rate": ("deg/s", math.degrees(1.0))}
+
+
+@frozen
+class Motion:
+    """The strongest sign that a sensor moves.
+
+    Attributes
+    ----------
+    channel : str
+        That shows it.
+    quantity : str
+        Of the channel.
+    kind : {"varies", "turns", "tilts", "shakes", "loud"}
+        The mean varies; the mean rate is beyond any bias; the direction of gravity changes; tremor of a hand; noise beyond
+        that of any sensor, which may be aliased motion.
+    size : float
+        Change of the mean from one averaging time to the next, mean rate, or root mean square of the tremor [SI unit]; angle
+        between the directions of gravity [rad]; density of loud noise [SI unit/√Hz].
+    times : float
+        Size over that of the noise at rest, over the largest bias, or over the largest change that a bias makes. [1]
+    tau : float
+        Averaging time, or half the period of the tremor. [s]
+    """
+
+    channel: str
+    quantity: str
+    kind: Literal["varies", "turns", "tilts", "shakes", "loud"]
+    size: float
+    times: float
+    tau: float
+
+
+@frozen
+class NotAtRest(Details, code="not_at_rest", alters_all=True):
+    """The sensor moves: no coefficients are given.
+
+    Attributes
+    ----------
+    motion : Motion
+        The strongest motion.
+    duration : float
+        Of the record. [s]
+    still : tuple of (float, float)
+        Longest stretches at rest, the longest first, from the beginning of the log. [s]
+    """
+
+    motion: Motion
+    duration: float
+    still: tuple[Span, ...] = ()
+
+    def words(self, finding: Finding) -> Words:
+        in_doubt = self.motion.kind in ("turns", "loud")
+        unit = " or the unit is wrong" if in_doubt else ""
+        message = f"not at rest{unit}: {_motion(self.motion)}; no coefficients are given"
+        if not self.still:
+            remedy = "Record the sensor at rest, check the unit," if in_doubt else "Record the sensor at rest,"
+            return Words(message, f"{remedy} or run with --at-rest to analyse the motion as noise")
+        options = [f"{keep_option(span)} ({duration_text(span[1] - span[0])} at rest)" for span in self.still]
+        return Words(message, while_short(f"Run with {options[0]}", options[1:], between=" or ", longest=LONGEST))
+
+
+@frozen
+class TooShortToTell(Details, code="too_short_to_tell"):
+    """The record does not show motion, and is too short to show rest.
+
+    No coefficients are given, unless rest was assumed as requested: then the finding is an info.
+
+    Attributes
+    ----------
+    duration : float
+        Of the samples that are present. [s]
+    shortest : float
+        Shortest record that the test of rest can judge. [s]
+    """
+
+    duration: float
+    shortest: float
+
+    def words(self, finding: Finding) -> Words:
+        got, need = duration_text(self.duration), duration_text(self.shortest)
+        if finding.severity == "info":
+            return Words(
+                f"{got} are too short to tell rest from motion ({need} needed); analysed as at rest, as requested"
+            )
+        message = f"too short to tell rest from motion: {got}, {need} needed; no coefficients are given"
+        return Words(message, "Record for longer, or run with --at-rest if the sensor was at rest")
+
+
+@frozen
+class KeptOfStream:
+    """What is analysed of a stream, from the beginning of the log.
+
+    Attributes
+    ----------
+    stream : str
+        Name of the stream.
+    start : float
+        Beginning. [s]
+    stop : float
+        End. [s]
+    left_out : float
+        Length of the stretches within that are left out. [s]
+    share : float
+        Of the record that is left. [1]
+    """
+
+    stream: str
+    start: float
+    stop: float
+    left_out: float
+    share: float
+
+
+@frozen
+class PartlyAtRest(Details, code="partly_at_rest"):
+    """The sensor moves during a part of the record; this part is left out.
+
+    Attributes
+    ----------
+    motion : Motion
+        The strongest motion.
+    moved : tuple of (float, float)
+        In order of time, from the beginning of the log. [s]
+    kept : tuple of KeptOfStream
+        By stream.
+    """
+
+    motion: Motion
+    moved: tuple[Span, ...]
+    kept: tuple[KeptOfStream, ...]
+
+    def words(self, finding: Finding) -> Words:
+        whole = [one for one in self.kept if one.left_out > 0]
+        cut = [one for one in self.kept if one not in whole]
+        said = []
+        if whole:
+            said.append(f"{_moved(self.moved)} left out{'' if not cut else f' of {_names(whole)}'}")
+        if cut:
+            name = f"{_names(cut)} " if whole else "partly at rest: "
+            span, share = f"{clock(cut[0].start)} to {clock(cut[0].stop)}", percent(cut[0].share)
+            said.append(f"{name}analysed from {span}, {share} of the record")
+        return Words("; ".join(said))
+
+
+@frozen
+class AssumedAtRest(Details, code="assumed_at_rest"):
+    """The sensor moves, and the motion is analysed as noise, as requested.
+
+    Attributes
+    ----------
+    motion : Motion
+        The strongest motion.
+    """
+
+    motion: Motion
+
+    def words(self, finding: Finding) -> Words:
+        return Words(f"not at rest: {_motion(self.motion)}; analysed as noise, as requested")
+
+
+def _motion(motion: Motion) -> str:
+    unit, factor = _UNITS.get(motion.quantity, ("m/s^2", 1.0))
+    size = f"{number(factor * motion.size)} {unit}"
+    if motion.kind == "turns":
+        return f"{motion.channel} turns at {size}"
+    if motion.kind == "loud":
+        sensor = "gyro" if motion.quantity == "angular_rate" else "accelerometer"
+        return f"{motion.channel} has noise of {size}/√Hz, more than any {sensor}"
+    if motion.kind == "tilts":
+        angle = number(math.degrees(motion.size))
+        return f"gravity changes direction by {angle} deg in {two_digits(motion.tau)} s"
+    if motion.kind == "shakes":
+        return f"tremor of {size} at {number(0.5 / motion.tau)} Hz on all gyros"
+    return f"{motion.channel} changes by {size} in {two_digits(motion.tau)} s"
+
+
+def _moved(spans: tuple[Span, ...]) -> str:
+    total = duration_text(sum(stop - start for start, stop in spans))
+    if len(spans) == 1:
+        return f"motion at {clock(spans[0][0])} for {total}"
+    return f"{len(spans)} periods of motion, {total} in total,"
+
+
+def _names(kept: list[KeptOfStream]) -> str:
+    return " and ".join(one.stream for one in kept)

@@ -1,0 +1,162 @@
+"""Findings about values that the stated unit, gravity or the Earth do not explain."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.phrases import percent, short_number
+from sigmatau.frozen import frozen
+from sigmatau.results import two_digits
+from sigmatau.units import STANDARD_GRAVITY
+
+
+@frozen
+class ImplausibleUnit(Details, code="implausible_unit"):
+    """Samples that are probably in another unit than stated.
+
+    Attributes
+    ----------
+    evidence : {"gravity", "step", "noise", "bias", "quiet", "earth"}
+        Mean of an accelerometer triad; a step known from datasheets; noise beyond that of all gyros; a bias too large
+        for gyros with so little noise; noise below that of all sensors; gyros with so little noise that do not measure the
+        Earth's rotation.
+    quantity : str
+        Quantity that the stream measures.
+    stated, likely : str
+        The unit that was stated, and the one that the samples look like; empty if no unit explains them.
+    option : str
+        Option of the command line that corrects it; empty if only a scale for raw counts can.
+    mean : float or None
+        Length of the mean vector. [SI unit of the stream]
+    noise : float or None
+        White noise. [SI unit of the stream, per √Hz]
+    step : float or None
+        Step of the numbers. [SI unit of the stream]
+    sensitivity : float or None
+        The known sensitivity that the step agrees with. [LSB per deg/s]
+    times : float or None
+        White noise over that of the noisiest gyros. [1]
+    by_file : bool
+        Whether the file states the unit. A gyro's is not doubted then, and `likely` is empty.
+    """
+
+    evidence: Literal["gravity", "step", "noise", "bias", "quiet", "earth"]
+    quantity: str
+    stated: str = ""
+    likely: str = ""
+    option: str = ""
+    mean: float | None = None
+    noise: float | None = None
+    step: float | None = None
+    sensitivity: float | None = None
+    times: float | None = None
+    by_file: bool = False
+
+    def words(self, finding: Finding) -> Words:
+        noise = f"{short_number(math.degrees(self.noise or 0))} (deg/s)/√Hz"
+        if self.evidence == "gravity":
+            said = f"mean acceleration of {self.mean:.3g} m/s^2"
+        elif self.evidence == "step":
+            said = (
+                f"the resolution is {self.step:.3g} rad/s (1 LSB of sensors with {self.sensitivity:.6g} LSB per deg/s)"
+            )
+        elif self.evidence == "bias":
+            said = f"the noise is that of an optical gyro, but the mean is {_degrees_per_hour(self.mean or 0)} deg/h"
+        elif self.evidence == "quiet":
+            said = f"white noise of {_small_noise(self)}, less than that of the quietest sensors"
+        elif self.evidence == "earth":
+            mean = f"{_degrees_per_hour(self.mean or 0)} deg/h"
+            said = f"white noise of {_small_noise(self)}, but a mean of {mean} and not the Earth's rotation of 15 deg/h"
+        else:
+            said = f"white noise of {noise}, {two_digits(self.times or 1.0)} times that of the noisiest gyros"
+        if self.by_file:
+            stated = f" {self.stated}" if self.stated else " the unit"
+            return Words(
+                f"{said}; the file states{stated}", "Check that the sensor was at rest, and the unit in the file"
+            )
+        if not self.likely and self.evidence in ("quiet", "earth"):
+            return Words(said, "Check the unit and the scale")
+        looks = f"the unit is probably {self.likely}" if self.likely else "the values may be raw counts"
+        if not self.likely:
+            return Words(f"{said}; {looks}", "Run with --scale for raw counts")
+        factor = finding.factors[0][1] if finding.factors else 1.0
+        wrong = (
+            f"{short_number(factor)} times too large" if factor > 1 else f"{short_number(1 / factor)} times too small"
+        )
+        return Words(f"{said}; {looks}", f"Run with {self.option}; all coefficients are now {wrong}")
+
+
+@frozen
+class Gravity(Details, code="gravity"):
+    """A mean acceleration that is not gravity.
+
+    Attributes
+    ----------
+    mean : float
+        Length of the mean vector. [m/s^2]
+    deviation : float
+        Relative difference from standard gravity; negative if smaller. [1]
+    low, high : float
+        Gravity on the ground. [m/s^2]
+    cause : {"bias_or_scale", "removed", "unknown"}
+        Possible cause.
+    """
+
+    mean: float
+    deviation: float
+    low: float
+    high: float
+    cause: Literal["bias_or_scale", "removed", "unknown"]
+
+    def words(self, finding: Finding) -> Words:
+        mean = f"mean acceleration of {self.mean:.3g} m/s^2"
+        if self.cause == "bias_or_scale":
+            off = f"{percent(abs(self.deviation))} {'more' if self.deviation > 0 else 'less'} than gravity"
+            return Words(
+                f"{mean} is {off}: bias or scale error; a scale error changes all coefficients",
+                "Calibrate in six positions if the scale matters",
+            )
+        if self.cause == "removed":
+            return Words(
+                f"{mean}: gravity was subtracted, which may add the noise of an estimated attitude",
+                "Record the raw output of the sensor if possible",
+            )
+        times = f"{1 + self.deviation:.3g} times the true values"
+        said = f"{mean}, gravity is {self.low:g} to {self.high:g}; all coefficients may be {times}"
+        return Words(said, "Check --unit, --scale and --channels")
+
+
+@frozen
+class MeanRate(Details, code="mean_rate"):
+    """A mean angular rate beyond the zero-rate offset of most gyros: the sensor may turn steadily.
+
+    Attributes
+    ----------
+    mean : float
+        Length of the mean vector. [rad/s]
+    usual : float
+        Largest offset of usual gyros. [rad/s]
+    """
+
+    mean: float
+    usual: float
+
+    def words(self, finding: Finding) -> Words:
+        mean, usual = (short_number(math.degrees(rate)) for rate in (self.mean, self.usual))
+        return Words(
+            f"mean rate of {mean} deg/s: the sensor turns, or has an offset beyond the {usual} deg/s of usual gyros",
+            "Record it at rest, or check its offset in the datasheet",
+        )
+
+
+def _degrees_per_hour(rate: float) -> str:
+    return short_number(math.degrees(rate) * 3600)
+
+
+def _small_noise(details: ImplausibleUnit) -> str:
+    noise = details.noise or 0.0
+    if details.quantity == "angular_rate":
+        return f"{short_number(60 * math.degrees(noise))} deg/√h"
+    return f"{short_number(noise / (1e-9 * STANDARD_GRAVITY))} ng/√Hz"

@@ -30,6 +30,7 @@ def warning(details, **more):
 
 EXAMPLES = [
     warning(ImplausibleRate(rate=0.05, unit="s", other_rate=50.0, other_unit="ms"), size=0.05, unit="Hz"),
+    warning(ImplausibleRate(rate=0.5, unit="s", other_rate=500.0, other_unit="ms", stride=2), size=0.5, unit="Hz"),
     info(RateNotNominal(rate=99.3, nominal=100.0), size=-0.007),
     warning(RateMismatch(used=120.0, other=100.0), size=0.2, factors=FACTORS),
     warning(RateMismatch(used=101.0, other=100.0), size=0.01, factors=(("random_walk", 1.01**-0.5),)),

@@ -291,3 +291,43 @@ class TestOverflows:
     def test_other_steps_back_are_refused(self, tmp_path, stamps):
         with pytest.raises(StampError, match=r"time (goes backwards|begins again)"):
             read(log(tmp_path, "time [s]", np.round(stamps, 3)))
+
+    @pytest.mark.parametrize("stride", [2, 5, 10])
+    def test_those_of_every_other_sample_are_told(self, tmp_path, stride):
+        path = log(tmp_path, "timestamp_s", np.arange(N) * stride)
+        (finding,) = read(path).findings
+        assert (finding.code, finding.details.stride) == ("implausible_rate", stride)
+        record = read(path, channels={"time": "none"}, rate=73.0)
+        assert (rate_of(record), record.findings) == (73.0, ())
+
+    def test_times_at_other_intervals_are_no_numbers(self, tmp_path):
+        (finding,) = read(log(tmp_path, "time [s]", np.arange(N) * 2.5)).findings
+        assert (finding.code, finding.details.stride) == ("implausible_rate", 0)
+
+
+@pytest.mark.parametrize(("since", "exponent"), [(1.238e15, 6), (1.2e12, 3), (1.4e9, 0)])
+def test_a_clock_since_the_start_of_a_device_is_no_date(tmp_path, since, exponent):
+    """Nanoseconds of a phone that is on for two weeks have as many digits as microseconds since 1970."""
+    stamps = int(since) + np.arange(N) * (10**7 if exponent == 6 else 10**4 if exponent == 3 else 10)
+    with pytest.raises(OptionError, match=r"unit of the time stamps .*is not stated.* 100 Hz"):
+        read(log(tmp_path, "timestamp", stamps))
+
+
+@pytest.mark.parametrize(
+    "names", [("hour", "minute", "second", "millisecond"), ("h", "min", "s", "ms"), ("", "t.min", "t.sec", "t.usec")]
+)
+def test_hours_and_minutes_in_columns_are_joined(tmp_path, names):
+    """Over midnight, or over the hour if there is no column of hours."""
+    ticks = np.arange(N) * 10 + 1000 * (86400 - 7)  # ms
+    per_second = 10**6 if names[-1].endswith("usec") else 1000
+    parts = (ticks // 3_600_000 % 24, ticks // 60_000 % 60, ticks // 1000 % 60, ticks % 1000 * (per_second // 1000))
+    columns = {name: part for name, part in zip(names, parts, strict=True) if name}
+    rng = np.random.default_rng(seed_of("".join(names)))
+    rows = np.column_stack([*columns.values(), rng.normal(0, 0.01, (N, 3))])
+    path = tmp_path / "log.csv"
+    header = ",".join([*columns, *(f"gyro_{axis} [rad/s]" for axis in "xyz")])
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt=["%d"] * len(columns) + ["%.6f"] * 3)
+    record = read(path)
+    assert rate_of(record) == pytest.approx(100.0)
+    assert record.streams[0].grid.n == N
+    assert record.findings == ()

@@ -20,18 +20,23 @@ class ImplausibleRate(Details, code="implausible_rate"):
         Rate by the stamps in use, and in the other unit. [Hz]
     unit, other_unit : str
         The units of time.
+    stride : int
+        From one stamp to the next, if they may be the numbers of samples; 0 if not.
     """
 
     rate: float
     unit: str
     other_rate: float
     other_unit: str
+    stride: int = 0
 
     def words(self, finding: Finding) -> Words:
+        numbers = ", and may be numbers of samples" if self.stride else ""
         return Words(
             f"the time stamps give {self.rate:.4g} Hz if they are in {self.unit}, {self.other_rate:.4g} Hz if they are in"
-            f" {self.other_unit}; {self.unit} is used",
-            f"Give --unit time={self.other_unit} if the sensor's rate is {self.other_rate:.4g} Hz",
+            f" {self.other_unit}{numbers}; {self.unit} is used",
+            f"Give --unit time={self.other_unit} if the sensor's rate is {self.other_rate:.4g} Hz"
+            + (", or --channels time=none --rate HZ for numbers" if self.stride else ""),
         )
 
 

@@ -31,7 +31,7 @@ _BESIDE_SAMPLES = (
 
 def column_findings(table: Table, choice: Choice, options: Options, *, by_name: bool) -> list[Finding]:
     """Findings about the columns that are read, and about those that are left over if names tell which are read."""
-    used = {*choice.channels.values(), choice.time, None if choice.temperature is None else choice.temperature.index}
+    used = {*choice.columns, None if choice.temperature is None else choice.temperature.index}
     by_file = {
         channel: i
         for channel, i in choice.channels.items()

@@ -43,7 +43,7 @@ class Choice:
     def columns(self) -> tuple[int, ...]:
         """All columns that are read, without the temperature."""
         times = () if self.time is None else (self.time,)
-        return tuple(dict.fromkeys((*self.channels.values(), *times, *((self.split.part,) if self.split else ()))))
+        return tuple(dict.fromkeys((*self.channels.values(), *times, *(self.split.columns if self.split else ()))))
 
 
 def choose(
@@ -216,9 +216,9 @@ def find_time(
     else; `strict`: whether several such columns are an error.
     """
     keys = [sensor_key(unit_of(column)[0]) for column in columns]
-    pairs = [pair for pair in find_split_stamps(columns) if not {pair.seconds, pair.part} & set(taken)]
+    pairs = [pair for pair in find_split_stamps(columns) if not set(pair.columns) & set(taken)]
     halves = [i for i, key in enumerate(keys) if SPLIT_STAMP.search(key) and i not in taken]
-    excluded = {*taken, *(index for pair in pairs for index in (pair.seconds, pair.part))}
+    excluded = {*taken, *(index for pair in pairs for index in pair.columns)}
     times = [
         i
         for i, match in enumerate(matches)
@@ -234,7 +234,7 @@ def find_time(
     if pair is not None and not ranked[0]:
         stem = re.sub(r"_?[a-z]+$", "", keys[pair.seconds])
         if _OF_SENSOR.fullmatch(stem) or not ranked[1]:
-            names = f"{columns[pair.seconds].name!r} and {columns[pair.part].name!r}"
+            names = " and ".join(repr(columns[k].name) for k in pair.columns)
             joined = (f"time from {names}, joined",)
             return ChosenTime(column=pair.seconds, notes=joined, split=pair, others=tuple(times))
     best = next((group for group in ranked if group), times if len(times) == 1 else [])

@@ -226,7 +226,7 @@ def _check_rate(name: str, table: Table, choice: Choice, timing: Timing, rows: i
     n = timing.n or rows
     is_dated = is_date(table.columns[choice.time].first)
     refuse_implausible(name, table.label(choice.time), timing.rate, n, None if is_dated else timing.second)
-    return () if is_dated else slow_rate(timing.rate, n, timing.second)
+    return () if is_dated else slow_rate(timing.rate, n, timing.second, timing.stride)
 
 
 def _resolved(table: Table, options: Options) -> tuple[Resolved, Loaded]:
@@ -235,7 +235,7 @@ def _resolved(table: Table, options: Options) -> tuple[Resolved, Loaded]:
     loaded, choice = _loaded(table, resolved[0])
     if choice.split is not None:
         split = choice.split
-        joined = join(split, loaded.columns[split.seconds], loaded.columns[split.part])
+        joined = join(split, loaded.columns)
         if joined is None:  # two clocks
             whole = np.all(np.mod(loaded.columns[split.seconds][:_MIN_ROWS], 1) == 0)
             resolved = resolve(table, options, without_times={split.seconds if whole else split.part})
@@ -244,7 +244,7 @@ def _resolved(table: Table, options: Options) -> tuple[Resolved, Loaded]:
             loaded = replace(loaded, columns={**loaded.columns, split.seconds: joined})
     if choice.time is not None and len(choice.other_times) == 1 and _is_constant(loaded.columns[choice.time]):
         loaded_first = loaded.columns[choice.time]
-        idle = {choice.time, *((choice.split.part,) if choice.split else ())}
+        idle = {choice.time, *(choice.split.columns if choice.split else ())}
         resolved = resolve(table, options, without_times=idle)
         loaded, second = _loaded(table, resolved[0])
         if second.time is not None:

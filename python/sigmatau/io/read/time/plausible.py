@@ -63,10 +63,14 @@ def epoch_unit(stamp: float) -> str | None:
 
 def unit_by_size(first: float, last: float, interval: float, n: int) -> str | None:
     """The unit of stamps that count from 1970: 10 digits are seconds, 13 milliseconds, 16 microseconds, 19 nanoseconds;
-    or days, of the day numbers of Excel and MATLAB. None if they do not, or if no log has the rate that this unit gives.
+    or days, of the day numbers of Excel and MATLAB. None if they do not, or if no log has the rate that this unit gives; or
+    if it gives less than 1 Hz and another one a usual log: nanoseconds of a phone that is on for weeks have 16 digits too.
     """
-    possible = {reading.unit for reading in readings(interval, n) if reading.is_possible}
+    by_unit = {reading.unit: reading for reading in readings(interval, n)}
+    possible = {unit for unit, reading in by_unit.items() if reading.is_possible}
     unit = epoch_unit(first)
+    if unit is not None and by_unit[unit].rate < _SLOW and any(by_unit[other].is_usual for other in _UNITS):
+        return None
     if unit is None and possible.isdisjoint(_UNITS):
         unit = "d" if any(low <= first <= last <= high for low, high in _DAY_NUMBERS) else None
     elif epoch_unit(last) != unit:
@@ -94,11 +98,15 @@ def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: floa
     )
 
 
-def counts_samples(stamps: NDArray[Any], intervals: NDArray[np.float64]) -> bool:
-    """Whether stamps may be the numbers of the samples: whole numbers from 0 or 1 that go up by 1, but for lost samples."""
-    if len(stamps) < _LEAST_SAMPLES or stamps[0] not in _FIRST_NUMBERS or intervals[0] != 1:
-        return False
-    return bool(np.all(intervals >= 1) and np.all(intervals == np.round(intervals)) and np.median(intervals) == 1)
+def find_stride(stamps: NDArray[Any], intervals: NDArray[np.float64]) -> int:
+    """From one stamp to the next, if stamps may be the numbers of the samples: whole numbers from 0 or 1 that go up by this
+    stride, but for lost samples; 0 if not.
+    """
+    stride = intervals[0]
+    if len(stamps) < _LEAST_SAMPLES or stamps[0] not in _FIRST_NUMBERS or not stride >= 1 or stride % 1:
+        return 0
+    whole = np.all(intervals >= stride) and not np.any(intervals % stride) and np.median(intervals) == stride
+    return int(stride) if whole else 0
 
 
 def ask_for_sample_numbers(name: str, stamps: NDArray[Any]) -> OptionError:
@@ -111,8 +119,10 @@ def ask_for_sample_numbers(name: str, stamps: NDArray[Any]) -> OptionError:
     )
 
 
-def slow_rate(rate: float, n: int, second: float) -> tuple[Finding, ...]:
-    """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; none if no smaller one is plausible."""
+def slow_rate(rate: float, n: int, second: float, stride: int) -> tuple[Finding, ...]:
+    """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; none if no smaller one is plausible.
+    `stride`: of the stamps, if they may be the numbers of samples.
+    """
     if rate >= _SLOW:
         return ()
     options = readings(1 / (rate * second), n)
@@ -120,7 +130,7 @@ def slow_rate(rate: float, n: int, second: float) -> tuple[Finding, ...]:
     usual = next((r for r in options if r.is_usual and r.unit in _UNITS), None)
     if used is None or usual is None:
         return ()
-    details = ImplausibleRate(rate=rate, unit=used.unit, other_rate=usual.rate, other_unit=usual.unit)
+    details = ImplausibleRate(rate=rate, unit=used.unit, other_rate=usual.rate, other_unit=usual.unit, stride=stride)
     return (Finding(details=details, severity="warning", size=rate, unit="Hz"),)
 
 

@@ -1,8 +1,8 @@
-"""Time stamps that are split into two columns: whole seconds, and the part of a second as an integer."""
+"""Time stamps that are split into columns: whole seconds, the part of a second, and perhaps minutes and hours."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau.io.read.names import key_of, unit_of
 from sigmatau.io.read.table import Column
-from sigmatau.io.read.time.dates import NO_STAMP
+from sigmatau.io.read.time.dates import NO_STAMP, continued
 
 # The last word of a name, or its unit in brackets.
 _SECONDS = frozenset(("s", "sec", "secs", "second", "seconds"))
@@ -24,6 +24,10 @@ _PARTS = {
         ("ms", "msec", "msecs", "milli", "millis", "millisec", "millisecs", "millisecond", "milliseconds")
     ),
 }
+_LARGER = {
+    60: frozenset(("m", "min", "mins", "minute", "minutes")),
+    3600: frozenset(("h", "hr", "hour", "hours")),
+}  # seconds of the units above
 _NANOSECONDS = 10**9  # per second
 _MAX_OUTSIDE = 0.01  # share of the rows whose part may be a second or more: damaged ones
 _LARGEST = 1 << 62  # of joined stamps [ns]
@@ -31,11 +35,17 @@ _LARGEST = 1 << 62  # of joined stamps [ns]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SplitStamp:
-    """Two columns that hold a time stamp together."""
+    """Columns that hold a time stamp together."""
 
     seconds: int
     part: int  # The column of the part of a second
     per_second: int  # Its unit: 10⁹, 10⁶ or 10³ in a second
+    larger: tuple[tuple[int, int], ...] = ()  # Columns of minutes and hours, each with its seconds
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """All columns of the time stamp."""
+        return (self.seconds, self.part, *(column for column, _ in self.larger))
 
 
 def find_split_stamps(columns: Sequence[Column]) -> list[SplitStamp]:
@@ -45,15 +55,23 @@ def find_split_stamps(columns: Sequence[Column]) -> list[SplitStamp]:
     for index, (stem, _, word) in enumerate(keys):
         if word not in _SECONDS:
             continue
+        larger = [
+            (k, size) for size, words in _LARGER.items() for k, half in enumerate(keys) if _fits(half, stem, words)
+        ]
+        is_clock = [size for _, size in larger] in ([60], [60, 3600])
         parts = [
-            SplitStamp(seconds=index, part=k, per_second=per_second)
+            SplitStamp(seconds=index, part=k, per_second=per_second, larger=tuple(larger) if is_clock else ())
             for per_second, words in _PARTS.items()
             for k, half in enumerate(keys)
-            if half[2] in words and half[0] == stem
+            if _fits(half, stem, words)
         ]
         if len(parts) == 1:
             pairs += parts
     return pairs
+
+
+def _fits(key: tuple[str, str, str], stem: str, words: frozenset[str]) -> bool:
+    return key[2] in words and key[0] == stem
 
 
 def _key(column: Column) -> str:
@@ -62,22 +80,32 @@ def _key(column: Column) -> str:
     return key_of(f"{name}_{unit}") if unit else key_of(name)
 
 
-def join(split: SplitStamp, seconds: NDArray[Any], part: NDArray[Any]) -> NDArray[np.int64] | None:
-    """The stamps in nanoseconds, the smallest integer for a missing one; None if the second column is not the part of a
-    second, but a clock of its own.
+def join(split: SplitStamp, columns: Mapping[int, NDArray[Any]]) -> NDArray[np.int64] | None:
+    """The stamps in nanoseconds, counted on after an hour or midnight, the smallest integer for a missing one; None if the
+    second column is not the part of a second, but a clock of its own.
     """
-    missing = _is_missing(seconds) | _is_missing(part)
-    whole = [np.where(missing, 0, array) for array in (seconds, part)]
+    arrays = [columns[k] for k in split.columns]
+    missing = np.logical_or.reduce([_is_missing(array) for array in arrays])
+    whole = [np.where(missing, 0, array) for array in arrays]
     if any(array.dtype.kind == "f" and not np.all(array == np.rint(array)) for array in whole):
         return None
     outside = np.count_nonzero((whole[1] < 0) | (whole[1] >= split.per_second))
     if outside > _MAX_OUTSIDE * len(whole[1]):
         return None
-    sizes = [float(_NANOSECONDS), _NANOSECONDS / split.per_second]
+    sizes = [
+        float(_NANOSECONDS),
+        _NANOSECONDS / split.per_second,
+        *(float(_NANOSECONDS * size) for _, size in split.larger),
+    ]
     if any(np.abs(array).max(initial=0) * size > _LARGEST for array, size in zip(whole, sizes, strict=True)):
         return None
-    stamps = whole[0].astype(np.int64) * _NANOSECONDS + whole[1].astype(np.int64) * (_NANOSECONDS // split.per_second)
-    return np.where(missing, NO_STAMP, stamps)
+    counts = [array.astype(np.int64) for array in whole]
+    stamps = counts[0] * _NANOSECONDS + counts[1] * (_NANOSECONDS // split.per_second)
+    for count, (_, size) in zip(counts[2:], split.larger, strict=True):
+        stamps += count * size * _NANOSECONDS
+    stamps = np.where(missing, NO_STAMP, stamps)
+    period = split.larger[-1][1] * (24 if len(split.larger) > 1 else 60) if split.larger else 0
+    return continued(stamps, period * _NANOSECONDS) if period else stamps
 
 
 def _is_missing(array: NDArray[Any]) -> NDArray[np.bool_]:

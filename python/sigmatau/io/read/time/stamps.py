@@ -69,6 +69,7 @@ class Timing:
     step: float = 0.0  # Resolution of their clock; 0 if they show none. [s]
     on_grid: bool = False  # Whether the stamps lie on a grid, so that lost samples are visible
     is_regular: bool = False  # Whether the stamps show a rate: they have steps, and no more pauses than can be cut out
+    stride: int = 0  # From one stamp to the next, if they may be the numbers of the samples
     contradiction: RateContradiction | None = None  # The given rate against that of the log, if they contradict
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
@@ -183,7 +184,11 @@ def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
     offered = ", ".join(f"as {symbol} {float(f'{rate:.4g}'):g} Hz" for symbol, rate in likely)
     # A clock that counts from 1970 shows a present year in one unit only.
     first = float(stamps[0])
-    dated = [row for row in likely if _PRESENT_TIMES[0] <= first * units.find(row[0]).factor <= _PRESENT_TIMES[1]]
+    dated = [
+        (unit, rate)
+        for unit, rate in likely
+        if rate >= 1 and _PRESENT_TIMES[0] <= first * units.find(unit).factor <= _PRESENT_TIMES[1]
+    ]
     ordered = sorted(dated or likely, key=lambda row: abs(math.log(row[1] / _FREQUENT)))
     ways = [f"--unit time={symbol}" for symbol, _ in ordered]
     *others, last = [*ways, "--rate HZ"]

@@ -22,7 +22,7 @@ from sigmatau.io.read.resolve import SI
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.clock_digits import read_clock_digits
-from sigmatau.io.read.time.plausible import ask_for_sample_numbers, counts_samples, unit_by_size
+from sigmatau.io.read.time.plausible import ask_for_sample_numbers, find_stride, unit_by_size
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.io.read.time.stamps import Timing
 from sigmatau.io.read.time.stated_rate import (
@@ -80,11 +80,11 @@ def timed(
         raise RecordTooShortError(
             f"has {len(used.stamps)} rows with a time stamp", need=MIN_SAMPLES, got=len(used.stamps)
         )
-    if _may_count_samples(spelled, choice, options) and counts_samples(used.stamps, used.intervals):
-        if options.rate is None:
-            raise ask_for_sample_numbers(name, used.stamps)
-        if not is_one_nominal_rate(options.rate, 1.0):
-            spelled = None
+    stride = find_stride(used.stamps, used.intervals) if _may_count_samples(spelled, choice, options) else 0
+    if stride == 1 and options.rate is None:
+        raise ask_for_sample_numbers(name, used.stamps)
+    if stride == 1 and options.rate is not None and not is_one_nominal_rate(options.rate, 1.0):
+        spelled = None
     second, by_size, by_rate = None, "", ""
     if spelled is None:
         ends, mean = used.stamps[[0, -1]].astype(np.float64), float(used.intervals.sum()) / len(used.intervals)
@@ -131,6 +131,7 @@ def timed(
         notes=notes,
         findings=findings,
         contradiction=contradiction,
+        stride=stride,
     )
 
 

@@ -31,6 +31,16 @@ def found_in(x):
     return spike_mask(stream, "signal"), finding
 
 
+def test_spans_are_all_spikes():
+    """Of more than 1000 the first are listed, because all are of one length, and the others counted."""
+    for number in (300, 1100):
+        x, at = white(f"spans {number}"), np.arange(50, N, 150)[:number]
+        x[at] += 100.0
+        _, finding = found_in(x)
+        assert finding.spans == tuple((k / RATE, k / RATE) for k in at[:1000])
+        assert finding.more_spans == max(number - 1000, 0)
+
+
 @pytest.mark.parametrize("width", [1, 2, 3])
 @pytest.mark.parametrize("height", [-16.0, 16.0, 1e3])
 def test_planted_spikes_are_found_where_they_are(width, height):

@@ -24,6 +24,7 @@ class FindingForm:
     message: str = ""
     action: str = ""
     spans_s: tuple[Span, ...] = ()
+    more_spans: int = 0
     size: float | None = None
     unit: str = ""
     factors: Mapping[str, float] = field(default_factory=dict)
@@ -49,6 +50,7 @@ def decode_finding(form: FindingForm) -> Finding:
         severity=form.severity,
         channels=form.channels or (() if form.channel is None else (form.channel,)),
         spans=form.spans_s,
+        more_spans=form.more_spans,
         size=form.size,
         unit=form.unit,
         factors=tuple(form.factors.items()),

@@ -99,7 +99,9 @@ class Finding:
     channels : tuple of str
         The channels concerned; empty for the whole record.
     spans : tuple of (float, float)
-        Start and end times, from the beginning of the whole record. [s]
+        Start and end times of all stretches that it is about, from the beginning of the whole record. [s]
+    more_spans : int
+        Number of stretches that `spans` does not list, because there are more than 1000: it has the longest.
     size : float or None
         Size of the fault. [`unit`]
     unit : str
@@ -130,6 +132,7 @@ class Finding:
     severity: Severity
     channels: tuple[str, ...] = ()
     spans: tuple[Span, ...] = ()
+    more_spans: int = 0
     size: float | None = None
     unit: str = ""
     factors: tuple[tuple[str, float], ...] = ()
@@ -183,6 +186,7 @@ class Finding:
             "message": self.message,
             "action": self.action,
             **({"spans_s": [list(span) for span in self.spans]} if self.spans else {}),
+            **({"more_spans": self.more_spans} if self.more_spans else {}),
             **({} if self.size is None else {"size": plain(self.size), "unit": self.unit}),
             **({"factors": plain(dict(self.factors))} if self.factors else {}),
             **({"left_out": self.left_out} if self.left_out else {}),

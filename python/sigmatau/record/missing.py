@@ -8,8 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import Ints
 from sigmatau.errors import NonFiniteError
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.spans import longest_spans
 from sigmatau.findings.stamps import MissingValues
 from sigmatau.record.streams import CHUNK, Columns
 
@@ -51,10 +53,11 @@ def missing_values(
         return ()
     total = max((of or {}).get(channel, len(missing[channel])) for channel in counts)
     strongest = max(counts, key=lambda channel: counts[channel])
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], missing[strongest].view(np.int8), [0]))))
-    starts, lengths = edges[::2], edges[1::2] - edges[::2]
+    runs = {channel: _runs(missing[channel]) for channel in counts}
+    lengths = np.diff(runs[strongest])
     k = int(np.argmax(lengths))
-    start, longest = int(starts[k]), int(lengths[k])
+    start, longest = int(runs[strongest][k, 0]), int(lengths[k, 0])
+    spans, more_spans = longest_spans(*np.unique(np.concatenate([*runs.values()]), axis=0).T * tau0)
     details = MissingValues(
         total=total,
         counts=tuple(counts.values()),
@@ -72,10 +75,16 @@ def missing_values(
             details=details,
             severity="error" if dropped else "info" if few_missing else "warning",
             channels=tuple(counts),
-            spans=((start * tau0, (start + longest) * tau0),) if unit == "samples" else (),
+            spans=spans if unit == "samples" else (),
+            more_spans=more_spans if unit == "samples" else 0,
             size=counts[strongest],
         ),
     )
+
+
+def _runs(missing: NDArray[np.bool_]) -> Ints:
+    """First rows of the runs of missing numbers, and the rows after them; shape (n, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate(([0], missing.view(np.int8), [0])))).reshape(-1, 2)
 
 
 def mask_of(samples: Columns, channels: Sequence[str], *, finite: bool) -> NDArray[np.bool_] | None:

@@ -172,7 +172,7 @@ def _verdict(analysis: Analysis) -> str:
 
 def _told(finding: Finding) -> Told:
     spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MOST_SPANS]]
-    more = len(finding.spans) - _MOST_SPANS
+    more = len(finding.spans) + finding.more_spans - _MOST_SPANS
     return Told(
         severity=finding.severity,
         axes=printable(": ".join(filter(None, (finding.topic, short_axes(finding.channels))))),

@@ -12,6 +12,7 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Span
+from sigmatau.findings.spans import longest_spans
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 
@@ -219,14 +220,10 @@ def mask_of_runs(n: int, first: Ints, lengths: Ints) -> Bools:
     return mask
 
 
-MOST_SPANS = 8  # spans that a finding of many runs lists: the longest
-
-
-def longest_spans(stream: Stream, first: Ints, lengths: Ints) -> tuple[Span, ...]:
-    """Beginnings and ends of the longest `MOST_SPANS` runs, in order of time, from the beginning of the whole record. [s]"""
-    time = stream.grid.time
-    kept = np.sort(np.argsort(-lengths, kind="stable")[:MOST_SPANS])
-    return tuple((time(int(a)), time(int(a + m))) for a, m in zip(first[kept], lengths[kept], strict=True))
+def spans_of_runs(stream: Stream, first: Ints, lengths: Ints) -> tuple[tuple[Span, ...], int]:
+    """Runs of samples as `longest_spans`, from the beginning of the whole record. [s]"""
+    grid = stream.grid
+    return longest_spans(grid.lead + first * grid.tau0, grid.lead + (first + lengths) * grid.tau0)
 
 
 def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
@@ -244,6 +241,7 @@ def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
             severity="warning" if any(one.severity == "warning" for _, one in findings) else "info",
             channels=tuple(channel for _, one in findings for channel in one.channels),
             spans=_united(span for _, one in findings for span in one.spans),
+            more_spans=sum(one.more_spans for _, one in findings),
         )
     ]
 

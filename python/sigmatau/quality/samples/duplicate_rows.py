@@ -9,7 +9,7 @@ import numpy as np
 from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
-from sigmatau.quality.samples.common import longest_spans, mask_of_runs
+from sigmatau.quality.samples.common import mask_of_runs, spans_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
@@ -59,6 +59,7 @@ def copies(stream: Stream) -> list[Found]:
         return []
     share, rate = float(rows.mean()), stream.grid.rate
     first, lengths = runs_of_places(np.flatnonzero(rows))
+    spans, more_spans = spans_of_runs(stream, first, lengths)
     finding = Finding(
         details=RepeatedSamples(
             pattern="rows",
@@ -77,7 +78,8 @@ def copies(stream: Stream) -> list[Found]:
         ),
         severity="warning",
         channels=tuple(stream.channels),
-        spans=longest_spans(stream, first, lengths),
+        spans=spans,
+        more_spans=more_spans,
         size=share,
     )
     return [(finding, np.repeat(rows[:, None], len(stream.channels), axis=1))]

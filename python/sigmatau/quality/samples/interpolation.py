@@ -10,8 +10,9 @@ import numpy as np
 from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import FilledOutages, FilledSamples, Interpolated, Upsampled
-from sigmatau.quality.samples.common import longest_spans, mask_of_runs, sample_of
+from sigmatau.quality.samples.common import mask_of_runs, sample_of, spans_of_runs
 from sigmatau.quality.samples.masking import Found
+from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
 from sigmatau.record.streams import Stream
 
@@ -83,13 +84,15 @@ def filled_outages(stream: Stream) -> list[Found]:
     masks = [mask_of_runs(stream.grid.n, *gaps.get(channel, (empty, empty))) for channel in stream.channels]
     strongest = max(gaps, key=lambda c: int(gaps[c][1].max()))
     first, lengths = gaps[strongest]
+    spans, more_spans = spans_of_runs(stream, *runs_of_places(np.flatnonzero(np.any(masks, axis=0))))
     k, grid = int(np.argmax(lengths)), stream.grid
     outages = FilledOutages(count=len(first), start=grid.time(int(first[k])), longest=int(lengths[k]) * grid.tau0)
     finding = Finding(
         details=Interpolated(strongest=strongest, share=float(lengths.sum()) / stream.grid.n, outages=outages),
         severity="warning",
         channels=tuple(gaps),
-        spans=longest_spans(stream, first, lengths),
+        spans=spans,
+        more_spans=more_spans,
         size=outages.longest,
         unit="s",
     )
@@ -128,12 +131,14 @@ def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
 def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled], warn_factor: float) -> Finding:
     strongest = max(gaps, key=lambda c: gaps[c].singles)
     one = gaps[strongest]
+    spans, more_spans = spans_of_runs(stream, one.first, one.lengths)
     singles = FilledSamples(random_walk=one.random_walk, sigma_one_sample=one.short)
     return Finding(
         details=Interpolated(strongest=strongest, share=one.singles, singles=singles),
         severity="warning" if max(one.random_walk, 1 / one.short) > warn_factor else "info",
         channels=tuple(gaps),
-        spans=longest_spans(stream, one.first, one.lengths),
+        spans=spans,
+        more_spans=more_spans,
         size=one.singles,
         factors=(("random_walk", one.random_walk),),
     )

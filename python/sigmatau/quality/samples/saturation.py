@@ -11,7 +11,7 @@ import numpy as np
 from sigmatau.arrays import Floats, Ints, median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Saturation
-from sigmatau.quality.samples.common import block_rms, growing_step, longest_spans, merged_axes, present
+from sigmatau.quality.samples.common import block_rms, growing_step, merged_axes, present, spans_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import Resolution, resolution
@@ -154,5 +154,8 @@ def _finding(
         longest=longest,
         spread=spread,
     )
-    spans = longest_spans(stream, *runs_of_places(at))
-    return Finding(details=details, severity="warning", channels=(channel,), spans=spans, size=share, factors=factors)
+    spans, more_spans = spans_of_runs(stream, *runs_of_places(at))
+    return Finding(
+        details=details, severity="warning", channels=(channel,), spans=spans, more_spans=more_spans, size=share,
+        factors=factors,
+    )  # fmt: skip

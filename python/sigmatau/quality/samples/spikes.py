@@ -12,11 +12,12 @@ from sigmatau._native.neighbours import outliers
 from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
+from sigmatau.findings.spans import longest_spans
 from sigmatau.quality.facts import channel_fact, stream_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.local_scatter import neighbours
-from sigmatau.quality.samples.masking import Found, in_seconds, masked
+from sigmatau.quality.samples.masking import Found, masked
 from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.record.streams import Stream
 
@@ -137,6 +138,8 @@ def _finding(stream: Stream, channel: str, found: Bools) -> Finding:
     clean = np.where(found, np.nan, x)
     heights = _heights(x, clean, at)
     largest = int(np.argmax(np.abs(heights)))
+    times = stream.grid.lead + at * stream.grid.tau0
+    spans, more_spans = longest_spans(times, times)
     return Finding(
         details=Spikes(
             unit=stream.unit,
@@ -149,7 +152,8 @@ def _finding(stream: Stream, channel: str, found: Bools) -> Finding:
         ),
         severity="warning",
         channels=(channel,),
-        spans=in_seconds(stream, [(int(at[0]),) * 2]),  # the first one
+        spans=spans,
+        more_spans=more_spans,
         size=float(np.abs(heights[largest])),
         unit=stream.unit,
     )

@@ -16,9 +16,9 @@ from sigmatau.quality.samples.common import (
     block_rms,
     growing_step,
     longest_of_tail,
-    longest_spans,
     mask_of_runs,
     present,
+    spans_of_runs,
 )
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, runs_of_places
@@ -154,5 +154,8 @@ def held(kind: type[Dropout | StuckSamples], stream: Stream, mask: Bools) -> lis
         longest=int(lengths[k]) * stream.grid.tau0,
     )
     channels = tuple(channel for channel, count in zip(stream.channels, counts, strict=True) if count)
-    spans, share = longest_spans(stream, first, lengths), details.share
-    return [(Finding(details=details, severity="warning", channels=channels, spans=spans, size=share), mask)]
+    spans, more_spans = spans_of_runs(stream, first, lengths)
+    finding = Finding(
+        details=details, severity="warning", channels=channels, spans=spans, more_spans=more_spans, size=details.share
+    )
+    return [(finding, mask)]

@@ -15,6 +15,7 @@ from sigmatau.arrays import median
 from sigmatau.errors import OptionError, StampError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.rates import RateChange, RateDrift, RateMismatch, RateNotNominal
+from sigmatau.findings.spans import longest_spans
 from sigmatau.findings.stamps import CoarseStamps, Gap, Gaps, HostStamps, IrregularStamps, LongPauses
 from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
@@ -218,6 +219,8 @@ def _gaps(
         )
         for k in at[np.argsort(-holes[at], kind="stable")][:_LISTED_GAPS]
     )
+    starts = (found.places[at] + 1) * tau0
+    spans, more_spans = longest_spans(starts, starts + holes[at] * tau0)
     even_rate = None
     if found.period:
         even_rate = found.period / (float(found.places[found.period] - found.places[0]) * tau0)
@@ -234,7 +237,8 @@ def _gaps(
         Finding(
             details=details,
             severity="info" if max(lost, longest[0].samples) <= few_lost * found.n else "warning",
-            spans=tuple((gap.start, gap.start + gap.length) for gap in longest),
+            spans=spans,
+            more_spans=more_spans,
             size=lost,
         ),
     )

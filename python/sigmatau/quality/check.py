@@ -226,8 +226,7 @@ def check_fits(
         between = between_steps(still, [*(found or ()), *said])
         steady = bridged(between)
         said += non_stationary(steady, fitted)
-        if stream.grid.source.kind != "simulated":
-            said += [one for fit in fitted.values() for one in beyond_class(fit, beside=found or ())]
+        said += [one for fit in fitted.values() for one in beyond_class(fit, beside=found or ())]
         if steady is not between:
             forget(steady)
         return said

@@ -23,18 +23,10 @@ _LEAST_SHARE = 0.5  # share of the noise of the noisiest sensor that each axis h
 # 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins University Press, 1990.
 _BELOW, _TREMOR, _ABOVE = (2.5, 6.5), (7.5, 12.5), (15.0, 40.0)
 _SEGMENT, _LEAST_SEGMENTS = 2.0, 4  # length of the periodograms [s], and their number
-# Least ratios of the density in the band of tremor to those below and above it: geometric mean over the axes, and each axis.
-# A low-pass filter makes the second one, and not the first; in a record of 10 s the mean of three axes scatters by 13 %.
-# Studied in studies/rest.py.
-_OVER, _OVER_ON_EACH_AXIS = 1.5, 0.9
 # Band below the vibration of engines [Hz], length of its periodograms [s], and the factor over the noise of the noisiest
 # accelerometer from which on no sensor makes it.
 _BELOW_VIBRATION, _LONG_SEGMENT, _BEYOND = (0.75, 2.0), 4.0, 1.25
 _LEAST_NYQUIST = 18.0  # so that there are frequencies above the tremor [Hz]
-# Least ratios of the medians of the density, in the band of tremor to those below and above it, of a tremor that is no
-# louder than a sensor: below by the geometric mean over the axes, and on each axis; above on each axis. Real and simulated
-# records at rest have up to 1.8 below; vibration in lines does not raise a median. Hands have six and more.
-_FAINT_OVER_BELOW, _FAINT_OVER_BELOW_ON_EACH_AXIS, _FAINT_OVER_ABOVE = 2.5, 1.5, 3.0
 # A slower motion may hide all but the valley before the peak [Hz]; the lobes of a moving average beyond its first zero stand
 # out from such a valley too, and exceed those above by 20 at most.
 _VALLEY, _VALLEY_OVER_ABOVE = (5.0, 6.5), 40.0
@@ -56,22 +48,21 @@ def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
     that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there,
     and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit in doubt.
     """
-    gyros = [axis for axis in means if axis.quantity == "angular_rate" and not axis.slow]
-    if (faint := _faint_tremor(means)) is not None:
-        return faint
+    axes = [axis for axis in means if not axis.slow]
+    gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
+    loud = _loud_motion(gyros)
+    if (tremor := _tremor(axes, is_loud=loud is not None)) is not None:
+        return tremor
     if not gyros and len(means) < _AXES:
-        return _loud_without_tremor(_loud_motion([axis for axis in means if not axis.slow]))
-    accelerometers = [axis for axis in means if axis.unit_is_sure and not axis.slow]
+        return _loud_without_tremor(_loud_motion(axes))
+    accelerometers = [axis for axis in axes if axis.unit_is_sure]
     if (slow_shaking := _loud_below_vibration(accelerometers)) is not None:
         return slow_shaking
-    loud = _loud_motion(gyros)
     if loud is None:
         return None
     if _loud_motion(accelerometers) is not None or all(map(_is_unsteady, gyros)):
         return loud
-    if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST and (doubtful := _loud_without_tremor(loud)) is not None:
-        return doubtful
-    return _tremor(gyros)
+    return _loud_without_tremor(loud) if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST else None
 
 
 def _loud_without_tremor(motion: Motion | None) -> Motion | None:
@@ -127,24 +118,23 @@ def _is_unsteady(means: OctaveMeans) -> bool:
     return max(levels) > _UNSTEADY * min(levels)
 
 
-def _tremor(gyros: Sequence[OctaveMeans]) -> Motion | None:
-    """The tremor of a hand: noise at 8 to 12 Hz that exceeds the noise below and above, on all axes."""
-    bands = [_band_densities(densities) for densities in gyros]
-    measured = [densities for densities in bands if densities is not None]
-    if len(measured) < len(bands):
-        return None
-    over_below = [tremor / below for below, tremor, _ in measured]
-    over_above = [tremor / above for _, tremor, above in measured]
-    if min(*over_below, *over_above) <= _OVER_ON_EACH_AXIS:
-        return None
-    mean_below, mean_above = (math.exp(sum(map(math.log, x)) / len(x)) for x in (over_below, over_above))
-    if min(mean_below, mean_above) <= _OVER:
-        return None
-    shaken_gyro, density = max(
-        zip(gyros, (densities[1] for densities in measured), strict=True), key=lambda pair: pair[1]
-    )
-    rms = math.sqrt(2 * density * (_TREMOR[1] - _TREMOR[0]))
-    return shaken_gyro.motion("shakes", rms, math.sqrt(density) / NOISIEST["angular_rate"], 1 / sum(_TREMOR))
+@dataclass(frozen=True, slots=True)
+class _LeastRatios:
+    """Least ratios of the density in the band of tremor to that below it, by the geometric mean over the axes and on each
+    axis, and to that above it on each axis.
+    """
+
+    below_by_mean: float
+    below: float
+    above: float
+
+
+# Of medians of the density, which vibration in lines does not raise: real and simulated records at rest have up to 1.8
+# below; the lobes of filters and the angle noise of optical gyros up to 3.3 above. Hands have six and more.
+_FAINT = _LeastRatios(2.5, 1.5, 3.0)
+# Of means of the density, which scatter less, of gyros that are loud: a low-pass filter makes the ratio above, and not the
+# one below. In a record of 10 s the mean of three axes scatters by 13 %.
+_LOUD = _LeastRatios(1.5, 0.9, 1.2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,55 +148,48 @@ class _Peak:
     over_above: float
 
 
-def _faint_tremor(means: Sequence[OctaveMeans]) -> Motion | None:
-    """The tremor of a hand that is fainter than the noise of some sensors, on all axes of gyros and accelerometers.
+def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
+    """The tremor of a hand: a band of noise at 8 to 12 Hz, where neither a low-pass filter nor a drift has a peak.
 
-    It stands out from the noise of this sensor in a band, where neither a low-pass filter nor a drift has a peak.
+    On all axes of gyros and accelerometers, but that gyros that are loud as those of a hand show it alone.
     """
-    axes = [one for one in means if not one.slow]
-    if len([one for one in axes if one.quantity == "angular_rate"]) < _AXES:
+    gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
+    if not is_loud and len(gyros) < _AXES:
         return None
+    least = _LOUD if is_loud else _FAINT
     peaks: list[_Peak] = []
-    for axis in axes:
-        peak = _peak(axis)
-        if peak is None or peak.rms < _LEAST_TREMOR[axis.quantity] or peak.over_above < _FAINT_OVER_ABOVE:
+    for axis in gyros if is_loud else axes:
+        peak = _peak(axis, by_median=not is_loud)
+        if peak is None or peak.rms < _LEAST_TREMOR[axis.quantity] or peak.over_above < least.above:
             return None
         peaks.append(peak)
-    gyros = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
-    accelerometers = [peak for peak in peaks if peak.axis.quantity == "acceleration"]
-    by_sensor = [alike for alike in (gyros, accelerometers) if alike]
-    is_beyond_lobes = min(peak.over_above for peak in peaks) > _VALLEY_OVER_ABOVE
-    stands_out = all(_stand_out([peak.over_below for peak in alike]) for alike in by_sensor)
-    if not stands_out and is_beyond_lobes:
-        stands_out = all(_stand_out([peak.over_valley for peak in alike]) for alike in by_sensor)
+    by_sensor = [
+        [peak for peak in peaks if peak.axis.quantity == quantity]
+        for quantity in dict.fromkeys(peak.axis.quantity for peak in peaks)
+    ]
+    stands_out = all(_stand_out([peak.over_below for peak in alike], least) for alike in by_sensor)
+    if not stands_out and min(peak.over_above for peak in peaks) > _VALLEY_OVER_ABOVE:
+        stands_out = all(_stand_out([peak.over_valley for peak in alike], least) for alike in by_sensor)
     if not stands_out:
         return None
-    largest = max(gyros, key=lambda peak: peak.rms)
+    largest = max((peak for peak in peaks if peak.axis.quantity == "angular_rate"), key=lambda peak: peak.rms)
     return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(_TREMOR))
 
 
-def _stand_out(ratios: Sequence[float]) -> bool:
+def _stand_out(ratios: Sequence[float], least: _LeastRatios) -> bool:
     geometric_mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
-    return geometric_mean > _FAINT_OVER_BELOW and min(ratios) > _FAINT_OVER_BELOW_ON_EACH_AXIS
+    return geometric_mean > least.below_by_mean and min(ratios) > least.below
 
 
-def _peak(axis: OctaveMeans) -> _Peak | None:
+def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:
     if axis.stream.grid.rate / 2 < _LEAST_NYQUIST:
         return None
-    densities = _densities(axis, (_BELOW, _VALLEY, _TREMOR, _ABOVE), segment=_SEGMENT, by_median=True)
+    densities = _densities(axis, (_BELOW, _VALLEY, _TREMOR, _ABOVE), segment=_SEGMENT, by_median=by_median)
     if densities is None:
         return None
     below, valley, tremor, above = densities
     rms = math.sqrt(2 * tremor * (_TREMOR[1] - _TREMOR[0]))
     return _Peak(axis, rms, tremor / below, tremor / valley, tremor / above)
-
-
-def _band_densities(gyro: OctaveMeans) -> tuple[float, float, float] | None:
-    """Two-sided densities below, in and above the band of tremor; None if there are no samples for them."""
-    if gyro.stream.grid.rate / 2 < _LEAST_NYQUIST:
-        return None
-    densities = _densities(gyro, (_BELOW, _TREMOR, _ABOVE), segment=_SEGMENT)
-    return (densities[0], densities[1], densities[2]) if densities is not None else None
 
 
 def _densities(

@@ -48,6 +48,16 @@ def test_a_hand_is_recognised_whatever_the_length(rate, seconds, size, slow, sen
     assert np.degrees(found.motion.size) == pytest.approx(size, rel=0.5)
 
 
+@pytest.mark.parametrize("name", ["once", "again"])
+@pytest.mark.parametrize(("rate", "seconds", "size"), [(50, 60, 0.4), (100, 12, 0.3), (100, 40, 0.12), (400, 20, 0.8)])
+def test_a_hand_whose_slow_motion_is_as_large_as_its_tremor(rate, seconds, size, name):
+    """The tremor stands out from the valley between the two."""
+    name = f"slow hand {rate} {seconds} {size} {name}"
+    gyro = np.radians(shaking(name + " gyro", rate, seconds, size, 1.0))
+    accel = shaking(name + " accel", rate, seconds, size / 9, 1.0)
+    assert verdict(record(name, rate=rate, seconds=seconds, gyro=gyro, accel=accel)).verdict == "not_at_rest"
+
+
 @pytest.mark.parametrize("noise", [0.36, 3.0])
 @pytest.mark.parametrize("corner", [5.0, 10.0, 20.0])
 def test_a_low_pass_filter_is_not_a_hand(corner, noise):
@@ -55,7 +65,7 @@ def test_a_low_pass_filter_is_not_a_hand(corner, noise):
 
 
 @pytest.mark.parametrize("noise", [0.36, 3.0])
-@pytest.mark.parametrize("length", [4, 8, 12, 16, 20, 32])
+@pytest.mark.parametrize("length", [4, 8, 12, 15, 16, 18, 20, 25, 32])
 def test_a_moving_average_is_not_a_hand(length, noise):
     """Its lobes stand out on all axes."""
     x = record(f"moving average {length} {noise}", seconds=60, noise=noise)

@@ -27,9 +27,9 @@ _SEGMENT, _LEAST_SEGMENTS = 2.0, 4  # length of the periodograms [s], and their 
 # accelerometer from which on no sensor makes it.
 _BELOW_VIBRATION, _LONG_SEGMENT, _BEYOND = (0.75, 2.0), 4.0, 1.25
 _LEAST_NYQUIST = 18.0  # so that there are frequencies above the tremor [Hz]
-# A slower motion may hide all but the valley before the peak [Hz]; the lobes of a moving average beyond its first zero stand
-# out from such a valley too, and exceed those above by 20 at most.
-_VALLEY, _VALLEY_OVER_ABOVE = (5.0, 6.5), 40.0
+# A slower motion may hide all but the valley before the peak [Hz]. The lobes of a moving average stand out from its zeros
+# too; they fall with the frequency, to less than this share of those below, and exceed those above by 20 at most.
+_VALLEY, _LOBES_BELOW, _LOBES_OVER_ABOVE = (5.0, 6.5), 0.8, 40.0
 # Root mean square in that band from which on it may be a hand: half of the steadiest of the simulated ones. [SI unit]
 _LEAST_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
 # Noise of the loudest axis over that of the noisiest sensor, from which on it is not that of a sensor: twice the power, for
@@ -151,34 +151,44 @@ class _Peak:
 def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
     """The tremor of a hand: a band of noise at 8 to 12 Hz, where neither a low-pass filter nor a drift has a peak.
 
-    On all axes of gyros and accelerometers, but that gyros that are loud as those of a hand show it alone.
+    On all axes of gyros and accelerometers; gyros that are loud show it alone, and on one axis too.
     """
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
-    if not is_loud and len(gyros) < _AXES:
+    peaks = _peaks(axes, _FAINT, by_median=True) if len(gyros) >= _AXES else ()
+    if not peaks and is_loud:
+        peaks = _peaks(gyros, _LOUD, by_median=False)
+    of_gyros = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
+    if not of_gyros:
         return None
-    least = _LOUD if is_loud else _FAINT
-    peaks: list[_Peak] = []
-    for axis in gyros if is_loud else axes:
-        peak = _peak(axis, by_median=not is_loud)
-        if peak is None or peak.rms < _LEAST_TREMOR[axis.quantity] or peak.over_above < least.above:
-            return None
-        peaks.append(peak)
-    by_sensor = [
-        [peak for peak in peaks if peak.axis.quantity == quantity]
-        for quantity in dict.fromkeys(peak.axis.quantity for peak in peaks)
-    ]
-    stands_out = all(_stand_out([peak.over_below for peak in alike], least) for alike in by_sensor)
-    if not stands_out and min(peak.over_above for peak in peaks) > _VALLEY_OVER_ABOVE:
-        stands_out = all(_stand_out([peak.over_valley for peak in alike], least) for alike in by_sensor)
-    if not stands_out:
-        return None
-    largest = max((peak for peak in peaks if peak.axis.quantity == "angular_rate"), key=lambda peak: peak.rms)
+    largest = max(of_gyros, key=lambda peak: peak.rms)
     return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(_TREMOR))
 
 
+def _peaks(axes: Sequence[OctaveMeans], least: _LeastRatios, *, by_median: bool) -> Sequence[_Peak]:
+    """The peaks of all axes, if each stands out from what is above it, and those of each sensor from what is below."""
+    peaks: list[_Peak] = []
+    for axis in axes:
+        peak = _peak(axis, by_median=by_median)
+        if peak is None or peak.rms < _LEAST_TREMOR[axis.quantity] or peak.over_above < least.above:
+            return ()
+        peaks.append(peak)
+    quantities = dict.fromkeys(axis.quantity for axis in axes)
+    by_sensor = [[peak for peak in peaks if peak.axis.quantity == quantity] for quantity in quantities]
+    if all(_stand_out([peak.over_below for peak in alike], least) for alike in by_sensor):
+        return peaks
+    are_lobes = min(peak.over_above for peak in peaks) <= _LOBES_OVER_ABOVE and any(
+        _geometric_mean([peak.over_below for peak in alike]) <= _LOBES_BELOW for alike in by_sensor
+    )
+    stand_out = all(_stand_out([peak.over_valley for peak in alike], _FAINT) for alike in by_sensor)
+    return peaks if stand_out and not are_lobes else ()
+
+
 def _stand_out(ratios: Sequence[float], least: _LeastRatios) -> bool:
-    geometric_mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
-    return geometric_mean > least.below_by_mean and min(ratios) > least.below
+    return _geometric_mean(ratios) > least.below_by_mean and min(ratios) > least.below
+
+
+def _geometric_mean(x: Sequence[float]) -> float:
+    return math.exp(sum(map(math.log, x)) / len(x))
 
 
 def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:

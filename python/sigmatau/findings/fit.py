@@ -146,6 +146,26 @@ class Disturbed(Details, code="disturbed"):
 
 
 @frozen
+class OtherAxesDisturbed(Details, code="other_axes_disturbed"):
+    """Vibration hides the noise of other axes of the same sensor, and may be in that of these.
+
+    Attributes
+    ----------
+    disturbed : tuple of str
+        Channels with the finding `disturbed`.
+    """
+
+    disturbed: tuple[str, ...]
+
+    def words(self, finding: Finding) -> Words:
+        axes = ", ".join(self.disturbed)
+        return Words(
+            f"vibration hides the noise of {axes}, and may be in that of this sensor's other axes",
+            "Record again without the vibration",
+        )
+
+
+@frozen
 class BeyondClass(Details, code="beyond_class"):
     """More noise than the noisiest sensors for sale, or a steeper ramp; the size is the density, or the ramp.
 

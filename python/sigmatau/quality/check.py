@@ -20,6 +20,7 @@ from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
 from sigmatau.quality.facts import facts_kept, forget, in_threads
+from sigmatau.quality.other_axes_disturbed import other_axes_disturbed
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
 from sigmatau.quality.samples.masking import bridged, mask_of, masked
@@ -227,6 +228,7 @@ def check_fits(
         steady = bridged(between)
         said += non_stationary(steady, fitted)
         said += [one for fit in fitted.values() for one in beyond_class(fit, beside=found or ())]
+        said += other_axes_disturbed(fitted.values())
         if steady is not between:
             forget(steady)
         return said

@@ -6,7 +6,7 @@ tells the kinds is loaded, and the rows of the other columns are chosen by it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,17 +14,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.kind_columns import with_sensor_names
-from sigmatau.io.read.instances import (
-    cycles_with_rows,
-    find_sensor,
-    has_device_name,
-    has_instance_name,
-    has_single_sensor,
-    is_single_sensor_stated,
-    may_be_instance,
-    means_differ,
-    tell_sensors,
-)
+from sigmatau.io.read.instances import find_sensor, has_instance_name, may_be_instance, tells_kinds
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Loaded, RowKind, Table
 
@@ -93,22 +83,20 @@ def _names_sensor(labels: Mapping[str, object], column: int) -> bool:
 
 def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic], labels: dict[str, object]) -> bool:
     order = np.asarray(head).astype(str).tolist() if column < 0 else [str(int(value)) for value in head]
-    if column < 0 and (by_sensor := tell_sensors(tuple(labels), order)) is not None:
-        return by_sensor
-    if is_single_sensor_stated() or not cycles_with_rows(order):
-        return False
-    is_named = has_instance_name(name)
-    if is_named and (column < 0 or has_device_name(name)):
+    if column < 0 and table.format == "json" and _have_fields_of_their_kind(table, order, labels):
         return True
-    if not is_named and not may_be_instance(name):
-        return False
-    codes = {label: k for k, label in enumerate(labels)}
-    order = order[:_HEAD]
-    of_rows = np.array([codes[label] for label in order])
-    values = _values(table, np.arange(len(order)))
-    if len(values) != len(of_rows):  # columns of several lengths
-        return is_named
-    return not has_single_sensor(values, of_rows) if is_named else means_differ(values, of_rows)
+    rows = np.arange(min(len(order), _HEAD))
+    return tells_kinds(name, tuple(labels), order[:_HEAD], lambda: _values(table, rows), words=column < 0)
+
+
+def _have_fields_of_their_kind(table: Table, order: Sequence[str], labels: Collection[str]) -> bool:
+    """Whether rows of each word have other fields than those of another, as messages do."""
+    present = np.isfinite(_values(table, np.arange(min(len(order), _HEAD))))
+    words = np.array(order[: len(present)])
+    fields = [present[words == label] for label in labels]
+    return all(len(rows) and (rows == rows[0]).all() for rows in fields) and len(
+        {rows[0].tobytes() for rows in fields}
+    ) == len(fields)
 
 
 def _values(table: Table, rows: NDArray[np.intp]) -> NDArray[np.float64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 
@@ -30,6 +30,7 @@ _NOT_INSTANCES = (
     r"|index|idx|n|k|row|packet|frame_?(?:no|nr|num|number|count|counter|index|idx)|second|sec|secs|minute|ms|time|temp.*|gain|range"
     r"|batt.*|volt.*|fix|sats?|pps)"
 )
+_OF_SENSORS = r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"  # in words
 _MIN_RUNS = 5  # runs of rows of each kind in the head
 _REGULAR_RUNS = 0.95  # share of the runs up to twice the median: 0.88 for a fair random flag
 _SMALLEST_SHIFT = 0.3  # difference of two means, over the scatter of the rows of one kind
@@ -86,6 +87,35 @@ def may_be_instance(name: str) -> bool:
     key = re.sub(r"[\s./:\-]+", "_", name.strip()).strip("_")
     snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", key).lower()
     return re.fullmatch(_NOT_INSTANCES, snake) is None
+
+
+def tells_kinds(
+    name: str, labels: Sequence[str], order: Sequence[str], values: Callable[[], NDArray[np.float64]], *, words: bool
+) -> bool:
+    """Whether a column of few words or whole numbers tells the kinds of rows.
+
+    `name`: of the column, empty if it has none; `labels`: what it has; `order`: what it has in each row, shape (n,);
+    `values`: makes the numbers of these rows, shape (n, columns), NaN where there is none.
+    """
+    if words and (by_sensor := tell_sensors(labels, order)) is not None:
+        return by_sensor
+    if is_single_sensor_stated():
+        return False
+    if not cycles_with_rows(order):
+        return has_device_name(name) and comes_in_blocks(order)
+    is_named = has_instance_name(name)
+    if words and (is_named or any(re.search(_OF_SENSORS, label) for label in labels)):
+        return True
+    if has_device_name(name) or not may_be_instance(name):
+        return is_named
+    samples = values()
+    codes = {label: k for k, label in enumerate(labels)}
+    of_rows = np.array([codes[label] for label in order])
+    if len(samples) != len(of_rows):  # columns of several lengths
+        return is_named
+    if is_named:  # such a name may be that of a counter, of frames for example
+        return not has_single_sensor(samples, of_rows)
+    return means_differ(samples, of_rows) or (words and scatters_differ(samples, of_rows))
 
 
 def tell_sensors(labels: Sequence[str], order: Sequence[str]) -> bool | None:

@@ -65,6 +65,7 @@ STEMS = {
         "accel_fifo",  # PX4
         "acc_?raw|accel_?raw",
         "acc(?:el)?_?data",
+        "accel_channel",  # OpenBCI
         "acc_?smooth|acc_?adc",  # Betaflight
         "accel_?ln|accel_?wr|low_noise_accelerometer|wide_range_accelerometer",  # Shimmer: two accelerometers
         "accelerometer_?acceleration",  # iOS

@@ -18,19 +18,7 @@ from numpy.typing import NDArray
 
 from sigmatau.io.read.formats.text_lines import COMMENTS, bare_fields, is_number
 from sigmatau.io.read.formats.text_names import names_something
-from sigmatau.io.read.instances import (
-    comes_in_blocks,
-    cycles_with_rows,
-    find_sensor,
-    has_device_name,
-    has_instance_name,
-    has_single_sensor,
-    is_single_sensor_stated,
-    may_be_instance,
-    means_differ,
-    scatters_differ,
-    tell_sensors,
-)
+from sigmatau.io.read.instances import cycles_with_rows, find_sensor, has_device_name, tells_kinds
 from sigmatau.io.read.table import RowKind
 
 _LINES = 2000  # lines of the head that are tested
@@ -42,7 +30,6 @@ _MIN_ROWS = 3  # rows of a kind in the head; rarer texts are not kinds
 _RARE = 0.03  # share of the rows that may have rarer texts
 _CONSTANT_WIDTH = 0.98  # share of the rows of a kind that have its number of fields: the last one may be cut
 _MIN_NUMBERS = 2  # numbers in a row, beside its kind
-_SENSOR_LIKE = r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"
 _WHOLE = re.compile(r"\d{1,4}(?:\.0*)?")
 
 
@@ -247,26 +234,12 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
     if len(usual) > 1:
         return words or cycles_with_rows([row[column] for row in rows if len(row) > column and row[column] in labels])
     of_kinds = [row for row in rows if len(row) in usual and row[column] in labels]
-    order = [row[column] for row in of_kinds]
-    if words and (by_sensor := tell_sensors(labels, order)) is not None:
-        return by_sensor
-    if is_single_sensor_stated():
-        return False
-    if not cycles_with_rows(order):
-        return len(names) in usual and has_device_name(names[column]) and comes_in_blocks(order)
-    is_named = len(names) in usual and has_instance_name(names[column])
-    if is_named and (words or has_device_name(names[column])):
-        return True
-    if words and any(re.search(_SENSOR_LIKE, label) for label in labels):
-        return True
-    if len(names) in usual and not may_be_instance(names[column]):
-        return False
-    values = np.array([[_value(f) for f in row] for row in of_kinds])
-    codes = {label: k for k, label in enumerate(labels)}
-    of_rows = np.array([codes[label] for label in order])
-    if is_named:  # such a name may be that of a counter, of frames for example
-        return not has_single_sensor(values, of_rows)
-    return means_differ(values, of_rows) or (words and scatters_differ(values, of_rows))
+
+    def values() -> NDArray[np.float64]:
+        return np.array([[_value(f) for f in row] for row in of_kinds])
+
+    name = names[column] if len(names) in usual else ""
+    return tells_kinds(name, labels, [row[column] for row in of_kinds], values, words=words)
 
 
 def _value(text: str) -> float:

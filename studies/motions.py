@@ -232,7 +232,13 @@ def sensed(
 
 
 def moving(
-    seed: int, kind: str, *, sensors: str = "both", rate: float | None = None, minutes: float | None = None
+    seed: int,
+    kind: str,
+    *,
+    sensors: str = "both",
+    rate: float | None = None,
+    minutes: float | None = None,
+    grade: str | None = None,
 ) -> st.Record:
     """A record of 1 to 10 min at 50 to 200 Hz, or as stated, of a sensor of either grade that moves all the time."""
     rng = np.random.default_rng(seed)
@@ -240,7 +246,8 @@ def moving(
     rate, minutes = drawn[0] if rate is None else rate, drawn[1] if minutes is None else minutes
     n = round(60 * minutes * rate)
     rates, force = mounted(rng, *kinematics(*(KINDS | SMALL_KINDS)[kind](rng, n, rate), rate), 10 * DEGREE)
-    return sensed(rng, rates, force, rate, str(rng.choice(list(GRADES))), sensors=sensors)
+    drawn_grade = str(rng.choice(list(GRADES)))
+    return sensed(rng, rates, force, rate, grade or drawn_grade, sensors=sensors)
 
 
 def held(seed: int, *, rate: float = 100.0, seconds: float = 60.0, sensors: str = "both") -> st.Record:

@@ -19,7 +19,7 @@ from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.rest import Rest, at_rest_only, rest
 from sigmatau.units import to_si
-from studies import false_alarms, rest_axes, rest_windows
+from studies import false_alarms, rest_axes, rest_small, rest_windows
 from studies.motions import GRADES, KINDS, band, handled, moving
 from studies.runner import run
 
@@ -124,7 +124,7 @@ def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
     for grade in GRADES:
         for k in range(HANDLED // len(GRADES) // A_CELL):
             made[f"handled, {grade}, {k}"] = (of_handled, (grade, A_CELL))
-    return rest_windows.cells() | rest_axes.cells() | made
+    return rest_windows.cells() | rest_axes.cells() | rest_small.cells() | made
 
 
 def main() -> None:
@@ -170,6 +170,7 @@ def main() -> None:
             + " |"
         )
     lines.append(rest_axes.text(found))
+    lines.append(rest_small.text(found))
     lines.append(rest_windows.text(found))
     Path("docs/study/rest.md").write_text("\n".join(lines), encoding="utf-8")
 

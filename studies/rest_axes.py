@@ -5,6 +5,7 @@ The table is a part of docs/study/rest.md, which ``python -m studies.rest`` writ
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +13,8 @@ from typing import Any
 import numpy as np
 
 import sigmatau as st
-from studies.motions import KINDS, SMALL_KINDS, held, moving
+from sigmatau.units import to_si
+from studies.motions import GRADES, KINDS, SMALL_KINDS, held, moving
 from studies.rest_windows import CLASSES, clean, verdict
 
 SENSORS = {
@@ -29,6 +31,19 @@ RATES = (25.0, 50.0, 100.0, 250.0, 1000.0)
 SHORTEST, LONGEST, MOST_SAMPLES = 20.0, 300.0, 60_000
 RECORDS = 20  # a cell
 CLEAN_RECORDS, CLEAN_CELLS = 14, 9  # a cell, and a class of sensors
+UNIT_OF_WALK = {"gyro": "deg/sqrt(h)", "accel": "m/s/sqrt(h)"}
+LARGE = 1.5  # an error of a random walk that makes it of little use
+
+
+def grade_of_axes(seed: int, kind: str) -> str:
+    """The grade of the sensor of `moving_axes`."""
+    return "MEMS" if kind == "held" else str(np.random.default_rng([seed, 1]).choice(list(GRADES)))
+
+
+def random_walk_of(grade: str, sensor: str) -> float:
+    """The true random walk of a sensor. [SI]"""
+    stated = GRADES[grade][sensor == "accel"]["random_walk"]
+    return to_si(float(stated.split()[0]), UNIT_OF_WALK[sensor])
 
 
 def moving_axes(seed: int, kind: str, sensors: str) -> st.Record:
@@ -41,22 +56,34 @@ def moving_axes(seed: int, kind: str, sensors: str) -> st.Record:
     if kind == "held":
         record = held(drawn, rate=rate, seconds=seconds, sensors=sensor)
     else:
-        record = moving(drawn, kind, sensors=sensor, rate=rate, minutes=seconds / 60)
+        record = moving(drawn, kind, sensors=sensor, rate=rate, minutes=seconds / 60, grade=grade_of_axes(seed, kind))
     names = rng.permutation([f"{sensor}_{axis}" for axis in "xyz"])[: int(axes)]
     columns = {str(name): record.stream_of(str(name)).column(str(name)) for name in sorted(names)}
     return st.Record.from_arrays(rate=rate, **columns)  # type: ignore[arg-type]  # names of channels
 
 
-def of_axes(seed: int, kind: str, sensors: str) -> list[str]:
-    """Verdicts; one at rest with an axis of trust "good" is "good"."""
+def of_axes(seed: int, kind: str, sensors: str) -> list[dict[str, Any]]:
+    """Verdicts, where one at rest with an axis of trust "good" is "good"; and the errors of the random walk of such axes."""
     rng = np.random.default_rng(seed)
-    verdicts: list[str] = []
+    sensor = sensors.split(", ")[0]
+    rows = []
     for _ in range(RECORDS):
-        found = st.analyze(moving_axes(int(rng.integers(1 << 62)), kind, sensors), threads=1)
+        drawn = int(rng.integers(1 << 62))
+        found = st.analyze(moving_axes(drawn, kind, sensors), threads=1)
         at_rest = "" if found.rest is None else found.rest.verdict
-        trusted = any(fitted.trust == "good" for fitted in found.fits.values())
-        verdicts.append("good" if trusted and at_rest == "at_rest" else at_rest)
-    return verdicts
+        truth = random_walk_of(grade_of_axes(drawn, kind), sensor)
+        errors = [error_of_walk(fitted, truth) for fitted in found.fits.values() if fitted.trust == "good"]
+        rows.append({"verdict": "good" if errors and at_rest == "at_rest" else at_rest, "errors": errors})
+    return rows
+
+
+def error_of_walk(fitted: st.NoiseFit, truth: float) -> float:
+    """The random walk over the truth, and 1 if its interval or limit has the truth."""
+    walk = fitted.terms["random_walk"]
+    low, high = (walk.low, walk.high) if walk.observed else (0.0, walk.upper_limit)
+    if (low or 0.0) <= truth <= (high or math.inf):
+        return 1.0
+    return float((walk.value or high or 0.0) / truth)
 
 
 def of_clean_axes(seed: int, grade: str) -> list[dict[str, Any]]:
@@ -100,11 +127,26 @@ def text(results: Mapping[str, Any]) -> str:
     for sensors, name in SENSORS.items():
         row = [name]
         for kind in kinds:
-            count = Counter(results.get(f"axes, {kind}, {sensors}", ()))
+            count = Counter(row["verdict"] for row in results.get(f"axes, {kind}, {sensors}", ()))
             numbers = count["not_at_rest"], count["partly_at_rest"], count["at_rest"], count["good"]
             row.append(" / ".join(map(str, numbers)) if count else "–")
         lines.append(f"| {' | '.join(row)} |")
-    lines.append(_TAIL)
+    errors = {
+        kind: [
+            error
+            for sensors in SENSORS
+            for row in results.get(f"axes, {kind}, {sensors}", ())
+            if row["verdict"] == "good"
+            for error in row["errors"]
+        ]
+        for kind in kinds
+    }
+    lines += [_TAIL, _ERRORS]
+    for kind, of_kind in errors.items():
+        if of_kind:
+            outside = sum(error != 1 for error in of_kind)
+            large = sum(max(error, 1 / error) > LARGE for error in of_kind)
+            lines.append(f"| {kind} | {len(of_kind)} | {outside} | {large} |")
     names = [f"clean axes, {grade}, {k}" for grade in CLASSES for k in range(CLEAN_CELLS)]
     rows = [row for name in names for row in results[name]]
     refused = sum(row["verdict"] != "at_rest" for row in rows)
@@ -128,6 +170,13 @@ that changes faster than in any warm-up. One or two axes do not show whether the
 `beyond_class` bars "good" where the fit exceeds the noisiest sensors. Vibration above 10 Hz is not motion: it averages out.
 A phone that is kept still makes less than the noise of the noisiest accelerometers. A constant rate of a turntable that is
 below the largest bias of gyros is a bias to a single gyro."""
+
+_ERRORS = f"""
+Axes of trust "good" in records at rest; those whose random walk has the truth outside its 95 % interval; and those whose
+random walk is wrong by more than {LARGE:g} times:
+
+| motion | good | outside | wrong by more than {LARGE:g} times |
+|---|---|---|---|"""
 
 _CLEAN = """
 The same axes of clean records (below): {refused} of {records} are not called at rest. Of {axes} fits of one axis, {doubted}

@@ -221,6 +221,10 @@ PROVOKED = {
     "Analysis.from_json": {
         st.DataError: (lambda: st.Analysis.from_json("missing.json"), lambda: st.Analysis.from_json("{}"))
     },
+    "Analysis.mask": {
+        KeyError: (lambda: analysis().mask("gyro_q"),),
+        st.DataError: (lambda: replace(analysis(), masks={}).mask("gyro_x"),),
+    },
     "Analysis.model": {st.DataError: (lambda: st.analyze(record(), method="read-off").model,)},
     "NoiseFit.to_model": {st.DataError: (lambda: replace(analysis()["gyro_x"], verdict="too_short").to_model(),)},
     "Analysis.export": {

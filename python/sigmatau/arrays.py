@@ -89,6 +89,10 @@ def runs(mask: ArrayLike) -> list[tuple[int, int]]:
     >>> runs([False, True, True, False, True])
     [(1, 3), (4, 5)]
     """
-    inside = np.concatenate(([False], np.asarray(mask, dtype=bool), [False]))
-    edges = np.flatnonzero(inside[1:] != inside[:-1])
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return [(start, stop) for start, stop in run_edges(np.asarray(mask, dtype=bool)).tolist()]
+
+
+def run_edges(mask: Bools) -> Ints:
+    """Start and stop of each run of True; shape (n, 2)."""
+    inside = np.concatenate(([False], mask, [False]))
+    return np.flatnonzero(inside[1:] != inside[:-1]).reshape(-1, 2)

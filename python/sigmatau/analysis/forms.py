@@ -218,12 +218,22 @@ class StabilityForm:
 
 
 @frozen
+class ExcludedForm:
+    """Samples that were not used, by reason: the first of each stretch, and the one after the last."""
+
+    samples: int
+    start_s: float
+    spans: Mapping[str, tuple[tuple[int, int], ...]]
+
+
+@frozen
 class ChannelForm:
     """What a channel has."""
 
     quantity: str
     sample_rate_hz: float | None = None
     samples: int = 0
+    excluded: ExcludedForm | None = None
     mean: ChannelMean | None = None
     curve: CurveForm | None = None
     read_off: Mapping[str, CoefficientForm] = field(default_factory=dict)

@@ -15,9 +15,12 @@ from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff
 from sigmatau.frozen import frozen
+from sigmatau.quality.check import Examination
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.means import ChannelMean
+from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.rest import Rest
+from sigmatau.record.mask import Exclusion
 from sigmatau.record.record import Record
 
 if TYPE_CHECKING:
@@ -33,11 +36,15 @@ class State:
     options : AnalysisOptions
     record : Record
         The samples that the next stage uses.
+    whole : Record
+        As it was read.
     findings : tuple of Finding
         In the order of the stages.
+    excluded : tuple of Exclusion
+        What the stages took out of the record, in their order.
     rest : Rest or None
         Verdict on the record; None before `check`.
-    cleaned : Record or None
+    examined : Examination or None
         The record without its disturbances, for `mask`; None if it is not looked at, or moves.
     bounded : frozenset of str
         Streams that are analysed in bounded memory.
@@ -49,9 +56,11 @@ class State:
 
     options: AnalysisOptions
     record: Record
+    whole: Record
     findings: tuple[Finding, ...] = ()
+    excluded: tuple[Exclusion, ...] = ()
     rest: Rest | None = None
-    cleaned: Record | None = None
+    examined: Examination | None = None
     bounded: frozenset[str] = frozenset()
     curves: Mapping[str, DeviationCurve] = field(default_factory=dict)
     fitted_on: Mapping[str, DeviationCurve] = field(default_factory=dict)
@@ -84,7 +93,8 @@ def run(source: object, options: AnalysisOptions) -> Analysis:
 
 @facts_kept()
 def _through_stages(record: Record, options: AnalysisOptions) -> Analysis:
-    state = State(options=options, record=record, findings=tuple(record.findings))
+    record = from_the_start(record)
+    state = State(options=options, record=record, whole=record, findings=tuple(record.findings))
     for stage in STAGES:
         state = stage(state)
     return stages.assemble(state)

@@ -28,6 +28,7 @@ from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.quality.selection.rest import Rest
+from sigmatau.record.mask import ChannelMask, ExcludedSpan
 from sigmatau.record.record import Provenance
 from sigmatau.record.streams import RATES
 
@@ -163,10 +164,22 @@ def _analysis(form: forms.ResultForm) -> Analysis:
         },
         mean_stability={name: tuple(map(_means, c.mean_stability)) for name, c in channels.items() if c.mean_stability},
         rest=None if form.rest is None else _rest(form.rest),
+        masks={name: _mask(name, channel, channel.excluded) for name, channel in channels.items() if channel.excluded},
         means={name: channel.mean for name, channel in form.channels.items() if channel.mean is not None},
         options=options.analysis,
         notes=form.notes,
         version=form.sigmatau,
+    )
+
+
+def _mask(name: str, channel: forms.ChannelForm, form: forms.ExcludedForm) -> ChannelMask:
+    spans = [ExcludedSpan(start, stop, reason) for reason, spans in form.spans.items() for start, stop in spans]
+    spans.sort(key=lambda span: span.start)
+    edges = [0, *(edge for span in spans for edge in (span.start, span.stop)), form.samples]
+    if not 0 <= form.samples < _MOST_SAMPLES or edges != sorted(edges):
+        raise WrongValueError("excluded: its spans overlap, or end after the record")
+    return ChannelMask(
+        channel=name, samples=form.samples, tau0=_interval_of_samples(channel), lead=form.start_s, spans=tuple(spans)
     )
 
 

@@ -24,6 +24,7 @@ from sigmatau.frozen import frozen
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.rest import Rest, reason_without_fits
+from sigmatau.record.mask import ChannelMask
 from sigmatau.record.record import Provenance
 from sigmatau.record.sampling import Sampling
 from sigmatau.results import TablesByChannel, Tabular
@@ -67,9 +68,8 @@ class Analysis(Tabular):
         Standard deviations of 10 s and 100 s means by channel, where the record has ten means or more.
     rest : Rest or None
         Whether the sensor is at rest. If it is not, there are curves but no coefficients. None for curves alone.
-    used : mapping of str to ndarray, shape (n_spans, 2)
-        By channel, beginnings and ends of the stretches that were analysed, from the beginning of the record. Samples
-        between them are missing, or were left out. Empty for curves alone. [s]
+    masks : mapping of str to ChannelMask
+        By channel of the record, see `mask`. Empty for curves alone, and for results of earlier versions.
     means : mapping of str to ChannelMean
         Mean of each channel, with its error where the noise averages out. Empty for curves alone.
     options : mapping
@@ -105,7 +105,7 @@ class Analysis(Tabular):
     stability: Mapping[str, DynamicAllan] = field(default_factory=dict)
     mean_stability: Mapping[str, tuple[MeanStability, ...]] = field(default_factory=dict)
     rest: Rest | None = None
-    used: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    masks: Mapping[str, ChannelMask] = field(default_factory=dict)
     means: Mapping[str, ChannelMean] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
@@ -133,7 +133,7 @@ class Analysis(Tabular):
     def from_json(cls, source: str | bytes | Path) -> Self:
         """Read the JSON of an analysis, whatever version of sigmatau wrote it.
 
-        `grids` and `used` are not in the JSON.
+        `grids` are not in the JSON.
 
         Parameters
         ----------
@@ -186,6 +186,54 @@ class Analysis(Tabular):
         from sigmatau.analysis.reading import as_analysis, result_of_dict
 
         return cast(Self, as_analysis(result_of_dict(content)))
+
+    def mask(self, channel: str) -> ChannelMask:
+        """Samples of the record that were not used, and why: missing, left out as asked, moving, spikes …
+
+        Parameters
+        ----------
+        channel : str
+            Channel of the record.
+
+        Returns
+        -------
+        ChannelMask
+            Its `excluded` is an array with True for each sample of the record that was not used.
+
+        Raises
+        ------
+        KeyError
+            If the record has no such channel.
+        DataError
+            If the result does not have it: of curves alone, read from JSON of an earlier version, or of a channel with more
+            than 1000 such stretches, which JSON does not list.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import sigmatau as st
+        >>> rates = 1e-3 * np.random.default_rng(1).standard_normal(60_000)
+        >>> rates[5000], rates[100:110] = 1.0, np.nan
+        >>> mask = st.analyze(st.Record.from_arrays(rate=100, gyro_x=rates)).mask("gyro_x")
+        >>> mask
+        gyro_x: 11 of 60000 samples not used, in 2 stretches
+        >>> mask.spans[1]
+        ExcludedSpan(start=5000, stop=5001, reason='spikes')
+        >>> rates[~mask.excluded].size
+        59989
+        """
+        if channel in self.masks:
+            return self.masks[channel]
+        if self.masks and channel not in self.curves:
+            raise KeyError(f"no channel {channel!r}; channels: {', '.join(self.masks)}")
+        raise DataError(
+            f"this result does not list the samples of {channel} that were left out; analyze the record again"
+        )
+
+    @property
+    def used(self) -> dict[str, NDArray[np.float64]]:
+        """Beginnings and ends of the stretches that were analysed, by channel with a curve; shape (n_spans, 2). [s]"""
+        return {channel: self.masks[channel].used for channel in self.curves if channel in self.masks}
 
     @property
     def model(self) -> NoiseModel:

@@ -29,14 +29,14 @@ from sigmatau.quality.facts import in_threads
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.means import channel_mean
 from sigmatau.quality.samples.resolution import LEAST_SUMS
-from sigmatau.quality.selection.exclusion import from_the_start, leave_out
+from sigmatau.quality.selection.exclusion import leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.quality.selection.window import choose as choose_window
 from sigmatau.record import memory
+from sigmatau.record.mask import Exclusion, excluded_from, masks_of
 from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream, sampling_of
-from sigmatau.record.used import used_spans
 from sigmatau.results import ByChannel
 
 if TYPE_CHECKING:
@@ -69,16 +69,20 @@ def choose(state: State) -> State:
     """Select the part that the options state, and load it if it is analysed as a whole."""
     options, findings = state.options, list(state.findings)
     ReadOffAt(options.read_off_at).check(channel for stream in state.record.streams for channel in stream.channels)
-    record = from_the_start(state.record)
+    record, excluded = state.record, list[Exclusion]()
     if options.leave_out is not None:
-        record, excluded = leave_out(record, options.leave_out)
-        findings += excluded
+        before = record
+        record, stretches = leave_out(record, options.leave_out)
+        findings += stretches
+        excluded += excluded_from(before, record, "left_out")
     if options.window is not None:
+        before = record
         record, chosen = choose_window(record, options.window)
         findings += chosen
+        excluded += excluded_from(before, record, "window")
     if options.long != "strided":
         record = replace(record, streams=loaded(record.streams, options.threads))
-    return replace(state, record=record, findings=tuple(findings))
+    return replace(state, record=record, findings=tuple(findings), excluded=tuple(excluded))
 
 
 def check(state: State) -> State:
@@ -87,10 +91,14 @@ def check(state: State) -> State:
     resting = rest(state.record, threads=options.threads)
     record, motion = at_rest_only(state.record, resting, assumed=options.at_rest)
     bounded = frozenset(stream.name for stream in record.streams if _in_bounded_memory(stream, options))
-    state = replace(state, record=record, rest=resting, bounded=bounded, findings=(*state.findings, *motion))
+    moved = excluded_from(state.record, record, "partly_at_rest")
+    state = replace(
+        state, record=record, rest=resting, bounded=bounded, findings=(*state.findings, *motion),
+        excluded=(*state.excluded, *moved),
+    )  # fmt: skip
     if state.moves and not resting.unit_in_doubt:
         return state
-    cleaned, faults = examine(
+    examined = examine(
         record,
         bandwidth=options.bandwidth,
         looked_at=LOOKED_AT_BOUNDED if bounded else LOOKED_AT,
@@ -99,13 +107,16 @@ def check(state: State) -> State:
         threads=options.threads,
     )
     if state.moves:
-        return replace(state, findings=(*state.findings, *filter(_doubts_unit, faults)))
-    return replace(state, cleaned=cleaned, findings=(*state.findings, *faults))
+        return replace(state, findings=(*state.findings, *filter(_doubts_unit, examined.findings)))
+    return replace(state, examined=examined, findings=(*state.findings, *examined.findings))
 
 
 def mask(state: State) -> State:
     """Treat the disturbances that were found as missing."""
-    return state if state.cleaned is None else replace(state, record=state.cleaned, cleaned=None)
+    if state.examined is None:
+        return state
+    excluded = (*state.excluded, *state.examined.excluded)
+    return replace(state, record=state.examined.record, excluded=excluded, examined=None)
 
 
 def curves(state: State) -> State:
@@ -197,7 +208,7 @@ def assemble(state: State) -> Analysis:
         stability=ByChannel(state.stability),
         mean_stability=state.mean_stability,
         rest=state.rest,
-        used={channel: used_spans(record, channel) for channel in state.curves},
+        masks=masks_of(state.whole, state.excluded),
         means=state.means,
         options=stated(state.options),
         notes={str(name): str(text) for name, text in (state.options.notes or {}).items()},

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from sigmatau.findings.curves import CheckedInPart
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.units import ImplausibleUnit
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.frozen import frozen
 from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
@@ -28,6 +29,7 @@ from sigmatau.quality.samples.shocks_and_steps import between_steps
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.spectrum.aliasing import aliasing
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
+from sigmatau.record.mask import Exclusion, exclusions
 from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 
@@ -94,7 +96,16 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
             f"{{option}} must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",
             option="looked_at",
         )
-    return examine(from_the_start(record), bandwidth=bandwidth, looked_at=looked_at)[1]
+    return examine(from_the_start(record), bandwidth=bandwidth, looked_at=looked_at).findings
+
+
+@frozen(eq=False)
+class Examination:
+    """What `examine` finds: the record without its disturbances, the findings, and what was taken out for which of them."""
+
+    record: Record
+    findings: tuple[Finding, ...]
+    excluded: tuple[Exclusion, ...]
 
 
 @facts_kept()
@@ -106,8 +117,8 @@ def examine(
     keep: Sequence[str] = (),
     untouched: Collection[str] = (),
     threads: int | None = None,
-) -> tuple[Record, tuple[Finding, ...]]:
-    """The record without its disturbances, except for those to `keep`, and the findings of `check`.
+) -> Examination:
+    """Take the disturbances out of a record, except for those to `keep`, with the findings of `check`.
 
     Nothing is left out of the streams named `untouched`.
     """
@@ -118,9 +129,13 @@ def examine(
         if stream.quantity != "temperature" and (part := _usable(_beginning(stream, looked_at))) is not None
     }
     shaken = in_threads(lambda name: _shaken(usable[name], keep), tuple(usable), threads)
-    undisturbed = {name: _at_times(part, shaken) for name, part in usable.items()}
+    elsewhere = {name: _at_times(part, shaken) for name, part in usable.items()}
+    undisturbed = {
+        name: masked(part, np.logical_or.reduce([*elsewhere[name].values()])) if elsewhere[name] else part
+        for name, part in usable.items()
+    }
     of_streams = in_threads(lambda name: _of_stream(undisturbed[name], stated.get(name)), tuple(usable), threads)
-    streams, found = [], list[Finding]()
+    streams, found, excluded = [], list[Finding](), list[Exclusion]()
     for stream in record.streams:
         part = undisturbed.get(stream.name)
         if part is None:
@@ -128,12 +143,16 @@ def examine(
             continue
         left, told = without(part, keep=tuple(CAUSES) if stream.name in untouched else keep)
         if stream.name not in untouched:
+            for one in disturbances(part):
+                excluded += exclusions(part, None if one.cause in keep else one.mask, one.finding.code)
+            for reason, mask in elsewhere[stream.name].items():
+                excluded += exclusions(part, np.repeat(mask[:, None], len(part.channels), axis=1), reason)
             stream = _with_missing(stream, left)
         streams.append(stream)
         found += [*told, *(_trusting_file(finding, record) for finding in of_streams[stream.name])]
         if part.grid.n < stream.grid.n:
             found.append(_checked_in_part(stream, part))
-    return replace(record, streams=tuple(streams)), tuple(found)
+    return Examination(record=replace(record, streams=tuple(streams)), findings=tuple(found), excluded=tuple(excluded))
 
 
 def _trusting_file(finding: Finding, record: Record) -> Finding:
@@ -149,28 +168,32 @@ def _trusting_file(finding: Finding, record: Record) -> Finding:
 _OF_ALL = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once
 
 
-def _shaken(stream: Stream, keep: Sequence[str]) -> list[Span]:
-    """The times at which a sensor shows what disturbs all sensors of a record, in the clock of the log. [s]"""
+def _shaken(stream: Stream, keep: Sequence[str]) -> dict[str, list[Span]]:
+    """The times at which a sensor shows what disturbs all sensors of a record, by code, in the clock of the log. [s]"""
     tau0, start = stream.grid.tau0, stream.grid.start
     causes = [cause for cause in _OF_ALL if cause not in keep]
-    masks = [one.mask[:, 0] for one in disturbances(stream) if one.cause in causes and one.mask is not None]
-    return [(start + a * tau0, start + b * tau0) for mask in masks for a, b in runs(mask)]
+    return {
+        one.finding.code: [(start + a * tau0, start + b * tau0) for a, b in runs(one.mask[:, 0])]
+        for one in disturbances(stream)
+        if one.cause in causes and one.mask is not None
+    }
 
 
-def _at_times(stream: Stream, shaken: Mapping[str, Sequence[Span]]) -> Stream:
-    """The stream of an inertial sensor with what only others show taken for missing; the same object if there is nothing."""
+def _at_times(stream: Stream, shaken: Mapping[str, Mapping[str, Sequence[Span]]]) -> dict[str, Bools]:
+    """Samples of an inertial sensor that only others show to be disturbed, by code; shape (n,)."""
     if stream.quantity not in ("angular_rate", "acceleration"):
-        return stream
+        return {}
     n, tau0, start = stream.grid.n, stream.grid.tau0, stream.grid.start
 
-    def samples(name: str) -> Bools:
-        return mask_of(n, [(round((a - start) / tau0), round((b - start) / tau0)) for a, b in shaken[name]])
+    def samples(spans: Iterable[Span]) -> Bools:
+        return mask_of(n, [(round((a - start) / tau0), round((b - start) / tau0)) for a, b in spans])
 
-    mask = np.zeros(n, dtype=bool)
-    for name in shaken:
-        if name != stream.name and shaken[name]:
-            mask |= samples(name)
-    return masked(stream, mask & ~samples(stream.name)) if mask.any() else stream
+    shown = samples(span for spans in shaken[stream.name].values() for span in spans)
+    elsewhere: dict[str, Bools] = {}
+    for name, spans_by_code in shaken.items():
+        for code, spans in spans_by_code.items() if name != stream.name else ():
+            elsewhere[code] = elsewhere.get(code, False) | (samples(spans) & ~shown)
+    return {code: mask for code, mask in elsewhere.items() if mask.any()}
 
 
 def _with_missing(stream: Stream, part: Stream) -> Stream:

@@ -105,7 +105,8 @@ def _examined(
 ) -> tuple[Record, tuple[Finding, ...]]:
     """As `sigmatau.analyze` examines it: of a record that does not fit in memory, a part."""
     looked_at = LOOKED_AT_BOUNDED if bounded else LOOKED_AT
-    return examine(record, bandwidth=bandwidth, looked_at=looked_at, keep=keep, untouched=bounded)
+    examined = examine(record, bandwidth=bandwidth, looked_at=looked_at, keep=keep, untouched=bounded)
+    return examined.record, examined.findings
 
 
 def _against_fits(record: Record, found: Sequence[Finding], bounded: Sequence[str]) -> list[Finding]:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.arrays import Ints
+from sigmatau.arrays import run_edges
 from sigmatau.errors import NonFiniteError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.spans import longest_spans
@@ -53,7 +53,7 @@ def missing_values(
         return ()
     total = max((of or {}).get(channel, len(missing[channel])) for channel in counts)
     strongest = max(counts, key=lambda channel: counts[channel])
-    runs = {channel: _runs(missing[channel]) for channel in counts}
+    runs = {channel: run_edges(missing[channel]) for channel in counts}
     lengths = np.diff(runs[strongest])
     k = int(np.argmax(lengths))
     start, longest = int(runs[strongest][k, 0]), int(lengths[k, 0])
@@ -80,11 +80,6 @@ def missing_values(
             size=counts[strongest],
         ),
     )
-
-
-def _runs(missing: NDArray[np.bool_]) -> Ints:
-    """First rows of the runs of missing numbers, and the rows after them; shape (n, 2)."""
-    return np.flatnonzero(np.diff(np.concatenate(([0], missing.view(np.int8), [0])))).reshape(-1, 2)
 
 
 def mask_of(samples: Columns, channels: Sequence[str], *, finite: bool) -> NDArray[np.bool_] | None:

@@ -7,20 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.arrays import Floats, Ints, runs
+from sigmatau.arrays import Floats, Ints
 from sigmatau.errors import OptionError
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
-
-
-def used_spans(record: Record, channel: str) -> Floats:
-    """Beginnings and ends of the stretches without a missing sample, in s from the beginning of the record; shape (n, 2)."""
-    stream = record.stream_of(channel)
-    tau0, lead = stream.grid.tau0, stream.grid.lead
-    spans = [(0, stream.grid.n)] if stream.mask is None else runs(~stream.mask[:, stream.channels.index(channel)])
-    found: Floats = np.asarray(spans, dtype=np.float64).reshape(-1, 2) * tau0 + lead
-    found.setflags(write=False)
-    return found
 
 
 def span_samples(spans: Floats, stream: Stream) -> Ints:

@@ -1,0 +1,163 @@
+"""Samples of a channel that an analysis did not use, and the reason of each stretch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from sigmatau.arrays import Bools, Floats, Ints, run_edges
+from sigmatau.frozen import frozen
+from sigmatau.record.record import Record
+from sigmatau.record.streams import Stream
+from sigmatau.results import Tabular
+
+_MISSING = "missing"  # reason of samples that were not recorded, or have no number
+
+
+@frozen(kw_only=False)
+class ExcludedSpan:
+    """A stretch of samples that an analysis did not use.
+
+    Attributes
+    ----------
+    start, stop : int
+        First sample, and the sample after the last, from the beginning of the record.
+    reason : str
+        ``"missing"`` for samples that the record does not have, ``"window"`` for those outside the window that was asked
+        for; otherwise the code of the finding for which they were left out: ``"spikes"``, ``"left_out"`` …
+    """
+
+    start: int
+    stop: int
+    reason: str
+
+
+@frozen(eq=False)
+class ChannelMask(Tabular):
+    """Samples of a channel that an analysis did not use, and why; as a table, a row a stretch.
+
+    Attributes
+    ----------
+    channel : str
+    samples : int
+        Samples of the channel in the record, as it was given to the analysis.
+    tau0 : float
+        Sample interval. [s]
+    lead : float
+        Time of the first sample from the beginning of the record. [s]
+    spans : tuple of ExcludedSpan
+        In order of time; they do not overlap. A sample has the first reason that was found.
+
+    See Also
+    --------
+    Analysis.mask : gives it.
+    """
+
+    channel: str
+    samples: int
+    tau0: float
+    lead: float = 0.0
+    spans: tuple[ExcludedSpan, ...] = ()
+
+    @property
+    def excluded(self) -> Bools:
+        """True where a sample was not used; shape (samples,)."""
+        mask = np.zeros(self.samples, dtype=bool)
+        for span in self.spans:
+            mask[span.start : span.stop] = True
+        return mask
+
+    @property
+    def used(self) -> Floats:
+        """Beginnings and ends of the stretches that were used, from the beginning of the record; shape (n, 2). [s]"""
+        edges = [0, *(edge for span in self.spans for edge in (span.start, span.stop)), self.samples]
+        stretches = np.array(edges, dtype=np.int64).reshape(-1, 2)
+        used: Floats = np.asarray(
+            stretches[stretches[:, 1] > stretches[:, 0]] * self.tau0 + self.lead, dtype=np.float64
+        )
+        used.setflags(write=False)
+        return used
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a stretch, see `Tabular.columns`."""
+        return {
+            "start": [span.start for span in self.spans],
+            "stop": [span.stop for span in self.spans],
+            "start_s": [self.lead + span.start * self.tau0 for span in self.spans],
+            "stop_s": [self.lead + span.stop * self.tau0 for span in self.spans],
+            "reason": [span.reason for span in self.spans],
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Samples of the record, and stretches by reason."""
+        by_reason: dict[str, list[list[int]]] = {}
+        for span in self.spans:
+            by_reason.setdefault(span.reason, []).append([span.start, span.stop])
+        return {"samples": self.samples, "start_s": self.lead, "spans": by_reason}
+
+    def __repr__(self) -> str:
+        count = sum(span.stop - span.start for span in self.spans)
+        return f"{self.channel}: {count} of {self.samples} samples not used, in {len(self.spans)} stretches"
+
+
+@frozen(eq=False)
+class Exclusion:
+    """Stretches of a channel that a stage of an analysis takes out, in samples after the time `start` of the log's clock."""
+
+    channel: str
+    reason: str
+    start: float
+    spans: Ints
+
+
+def exclusions(part: Stream, mask: Bools | None, reason: str) -> Iterator[Exclusion]:
+    """What a mask of shape (n, n_channels) takes out of a stream; None for nothing."""
+    if mask is None:
+        return
+    for k, channel in enumerate(part.channels):
+        if len(spans := run_edges(mask[:, k])):
+            yield Exclusion(channel=channel, reason=reason, start=part.grid.start, spans=spans)
+
+
+def excluded_from(before: Record, after: Record, reason: str) -> Iterator[Exclusion]:
+    """What a selection takes out of a record: it cuts streams, or takes samples for missing."""
+    for old, new in zip(before.streams, after.streams, strict=True):
+        if new.mask is not old.mask:
+            yield from exclusions(new, new.mask, reason)
+        first = round((new.grid.start - old.grid.start) / old.grid.tau0)
+        outside = np.array([(0, first), (first + new.grid.n, old.grid.n)])
+        for channel in new.channels if new.grid.n < old.grid.n else ():
+            yield Exclusion(channel=channel, reason=reason, start=old.grid.start, spans=outside)
+
+
+def masks_of(whole: Record, excluded: Iterable[Exclusion]) -> dict[str, ChannelMask]:
+    """The mask of each channel of a record; of several reasons a sample has the first."""
+    missing = (one for stream in whole.streams for one in exclusions(stream, stream.mask, _MISSING))
+    by_channel: dict[str, list[Exclusion]] = {channel: [] for channel in whole.channels}
+    for one in (*missing, *excluded):
+        by_channel[one.channel].append(one)
+    masks = {}
+    for channel, parts in by_channel.items():
+        grid = whole.stream_of(channel).grid
+        stretches = [(one.spans + round((one.start - grid.start) / grid.tau0), one.reason) for one in parts]
+        spans = tuple(_without_overlap(stretches)) if stretches else ()
+        masks[channel] = ChannelMask(channel=channel, samples=grid.n, tau0=grid.tau0, lead=grid.lead, spans=spans)
+    return masks
+
+
+def _without_overlap(stretches: list[tuple[Ints, str]]) -> Iterator[ExcludedSpan]:
+    """Spans between the edges of stretches, each with the first reason that covers it."""
+    edges = np.unique(np.concatenate([spans.ravel() for spans, _ in stretches]))
+    first = np.full(len(edges), -1)  # reason of the samples from each edge to the next one
+    for k in range(len(stretches) - 1, -1, -1):
+        covers = np.zeros(len(edges), dtype=np.int64)
+        for edge, change in ((0, 1), (1, -1)):
+            np.add.at(covers, np.searchsorted(edges, stretches[k][0][:, edge]), change)
+        first[np.cumsum(covers) > 0] = k
+    changes = np.concatenate(([0], np.flatnonzero(np.diff(first)) + 1))
+    starts, stops = edges[changes].tolist(), [*edges[changes[1:]].tolist(), int(edges[-1])]
+    for start, stop, k in zip(starts, stops, first[changes].tolist(), strict=True):
+        if k >= 0:
+            yield ExcludedSpan(start, stop, stretches[k][1])

@@ -226,6 +226,9 @@ PROVOKED = {
         st.DataError: (lambda: replace(analysis(), masks={}).mask("gyro_x"),),
     },
     "Analysis.model": {st.DataError: (lambda: st.analyze(record(), method="read-off").model,)},
+    "NoiseModel.from_result": {
+        st.DataError: (lambda: st.NoiseModel.from_result(st.analyze(record(), method="read-off")),)
+    },
     "NoiseFit.to_model": {st.DataError: (lambda: replace(analysis()["gyro_x"], verdict="too_short").to_model(),)},
     "Analysis.export": {
         st.OptionError: (lambda: analysis().export(to="nothing"),),

@@ -12,7 +12,7 @@ ERRORS = {"self", "error", "solved"}  # an error has a message too
 FORMER = {"effect", "remedy"}
 TEXTS = {
     *("analysis/stages.py", "analysis/result.py", "exporting/export.py", "exporting/of_analysis.py"),
-    "lots/lot_judging.py",
+    "lots/lot_remark.py",
 }  # errors, and remarks in files, that a person reads
 MODULES = [path for path in sorted(PACKAGE.rglob("*.py")) if path.relative_to(PACKAGE).parts[0] not in FACES]
 

@@ -10,8 +10,8 @@ import pytest
 import sigmatau as st
 from known import seed_of
 from lot_logs import NAMES, RATE, SPEC, rates
+from sigmatau.lots.lot_findings import difference
 from sigmatau.lots.lot_remark import STATES
-from sigmatau.lots.lot_words import difference
 
 
 def analysed(x, names=NAMES, rate=RATE):
@@ -59,7 +59,7 @@ def test_every_unit_is_exactly_one(units, bad, sheet):
     assert {one.state for one in lot.units} <= set(STATES)
     assert lot["bad"].state == "failed"
     assert lot["bad"].reasons[0].code == "above_maximum"
-    assert lot["bad"].reasons[0].ratio == pytest.approx(6 * 0.103 / 0.16, rel=0.2)
+    assert lot["bad"].reasons[0].details.ratio == pytest.approx(6 * 0.103 / 0.16, rel=0.2)
     assert lot.exit_code == 3
 
 
@@ -86,7 +86,7 @@ def test_typical_values_need_a_factor(units, sheet):
     lot = st.judge_lot(units, sheet(text))
     assert lot.exit_code == 4
     (remark,) = lot["u1"].reasons
-    assert (remark.code, remark.what) == ("no_maximum", "gyro angle random walk")
+    assert (remark.code, remark.details.what) == ("no_maximum", "gyro angle random walk")
     assert "--factor 1.5" in lot["u1"].reason
     assert st.judge_lot(units, sheet(text), factor=1.5).exit_code == 0
     assert st.judge_lot(units, sheet(text), factor=1.0).exit_code in (3, 4)
@@ -198,7 +198,7 @@ def test_an_implausible_value_is_said(units, sheet):
     assert lot.units[0].state == "not_judged"
     (remark,) = lot.units[0].reasons
     assert remark.code == "implausible_value"
-    assert 1 / remark.ratio == pytest.approx(57.3, rel=0.15)  # units differ by 4 %
+    assert 1 / remark.details.ratio == pytest.approx(57.3, rel=0.15)  # units differ by 4 %
     assert re.search(r"is 1/\d\d of the typical value", lot.units[0].reason)
     assert st.judge_lot({"u1": units["u1"]}, sheet(one_sheet(body)), accept=["implausible_value"]).exit_code == 0
 
@@ -212,7 +212,7 @@ def test_without_a_specification(units, bad):
     assert lot.exit_code == 4
     assert "4 units: nothing found." in repr(lot)
     assert lot["bad"].reasons[0].code == "other_scale"
-    assert lot["bad"].reasons[0].ratio == pytest.approx(6, rel=0.15)
+    assert lot["bad"].reasons[0].details.ratio == pytest.approx(6, rel=0.15)
 
 
 def test_the_same_data_twice(units, sheet):

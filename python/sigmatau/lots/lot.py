@@ -17,9 +17,10 @@ from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.datasheets.verdict import Verdict
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
+from sigmatau.lots.lot_findings import CODES, Missing, NoSpecification, NotExpected, OtherScale, Unreadable
 from sigmatau.lots.lot_judging import of_findings, of_verdict
 from sigmatau.lots.lot_others import beside_others, distributions_of
-from sigmatau.lots.lot_remark import CODES, Remark, State
+from sigmatau.lots.lot_remark import Remark, State, remark
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Settings
 from sigmatau.lots.lot_unit import UnitResult, unit_of, without_result
 
@@ -178,7 +179,7 @@ def judge_lot(
         JudgedUnit(
             name=name,
             state="missing",
-            remarks=(Remark(code="missing", kind="data"),),
+            remarks=(remark(Missing(), "data"),),
             result=UnitResult(absent=True),
         )
         for name in absent
@@ -278,38 +279,42 @@ def _judged(
     result = one.result
     if result.error:
         state: State = "missing" if result.absent else "unreadable"
-        remark = Remark(code=state, kind="data", text="" if result.absent else _without_path(result.error, result.path))
-        return JudgedUnit(name=name, state=state, remarks=(remark,), result=result)
+        details = Missing() if result.absent else Unreadable(reason=_without_path(result.error, result.path))
+        return JudgedUnit(name=name, state=state, remarks=(remark(details, "data"),), result=result)
     remarks = [] if one.verdict is None else of_verdict(one.verdict)
     remarks += [*beside, *of_findings(result)]
     if not expected:
-        remarks.append(Remark(code="not_expected", kind="data"))
-    remarks = [_accepted(remark, settings) for remark in remarks]
+        remarks.append(remark(NotExpected(), "data"))
+    remarks = [_accepted(one, settings) for one in remarks]
     if not with_spec:
-        remarks.append(Remark(code="no_specification", kind="note"))
+        remarks.append(remark(NoSpecification(), "note"))
     state = _state(remarks, settings, with_spec=with_spec)
     order = {"limit": 1, "lot": 2, "data": 3, "judging": 4, "note": 5}
-    # Motion and a mistaken unit explain all the rest.
-    remarks.sort(key=lambda one: 0 if one.code in _CAUSES and one.kind != "note" and one.text else order[one.kind])
+    remarks.sort(key=lambda one: 0 if _explains_others(one) else order[one.kind])
     return JudgedUnit(name=name, state=state, remarks=tuple(remarks), result=result, verdict=one.verdict)
+
+
+def _explains_others(one: Remark) -> bool:
+    """Whether a remark explains all others: motion, or a mistaken unit."""
+    details = one.details
+    mistaken = not isinstance(details, OtherScale) or details.likely is not None
+    return one.code in _CAUSES and one.kind != "note" and mistaken
 
 
 def _state(remarks: Sequence[Remark], settings: Settings, *, with_spec: bool) -> State:
     """The state of a unit that has a result."""
-    doubts = [remark for remark in remarks if remark.kind in ("judging", "data", "lot")]
-    warned = settings.fail_on == "warning" and any(remark.kind != "judging" for remark in doubts)
-    open_ = settings.undecided == "fail" and any(remark.code in _OPEN for remark in doubts)
-    if warned or open_ or any(remark.kind == "limit" for remark in remarks):
+    doubts = [one for one in remarks if one.kind in ("judging", "data", "lot")]
+    warned = settings.fail_on == "warning" and any(one.kind != "judging" for one in doubts)
+    open_ = settings.undecided == "fail" and any(one.code in _OPEN for one in doubts)
+    if warned or open_ or any(one.kind == "limit" for one in remarks):
         return "failed"
     return "not_judged" if doubts or not with_spec else "passed"
 
 
-def _accepted(remark: Remark, settings: Settings) -> Remark:
+def _accepted(one: Remark, settings: Settings) -> Remark:
     """A remark that the options take as no obstacle, as a note."""
-    passes = settings.undecided == "pass" and remark.code in _OPEN
-    if remark.kind != "limit" and (remark.code in settings.accept or passes):
-        return replace(remark, kind="note")
-    return remark
+    passes = settings.undecided == "pass" and one.code in _OPEN
+    return replace(one, kind="note") if one.kind != "limit" and (one.code in settings.accept or passes) else one
 
 
 def _without_path(error: str, path: str) -> str:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 
-from sigmatau.datasheets.claims import Claim
 from sigmatau.datasheets.verdict import Judged, Verdict
-from sigmatau.findings.finding import Finding
-from sigmatau.lots.lot_remark import Remark
+from sigmatau.findings.finding import Finding, Stated
+from sigmatau.lots.lot_findings import AboveMaximum, ImplausibleValue, NoMaximum, NoModel, NotMeasured, Undecided
+from sigmatau.lots.lot_remark import Kind, Remark, remark
 from sigmatau.lots.lot_unit import UnitResult
 from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
 
@@ -37,18 +37,16 @@ def of_verdict(verdict: Verdict) -> list[Remark]:
         elif not judged.may_be_out:
             continue  # below its maximum in every convention; the typical value decides nothing
         elif judged.reason in (NOT_ADEQUATE, ONLY_LIMITS):
-            found.append(Remark(code="no_model", kind="judging", channels=(judged.channel,)))
+            found.append(remark(NoModel(), "judging", (judged.channel,)))
         elif not any(reading.measured.anything for reading in judged.readings):
-            found.append(
-                Remark(code="not_measured", kind="judging", channels=(judged.channel,), what=judged.claim.label)
-            )
+            found.append(remark(NotMeasured(what=judged.claim.label), "judging", (judged.channel,)))
         elif judged.status == "undecided":
             found.append(_undecided(judged))
     if open_:
-        found.append(Remark(code="no_maximum", kind="judging", what=", ".join(open_)))
-    found += [Remark(code="not_measured", kind="judging", channels=(name,)) for name in verdict.missing]
+        found.append(remark(NoMaximum(what=", ".join(open_)), "judging"))
+    found += [remark(NotMeasured(), "judging", (name,)) for name in verdict.missing]
     if not verdict.judged and not verdict.missing:
-        found.append(Remark(code="no_maximum", kind="judging", what="the noise of the measured channels"))
+        found.append(remark(NoMaximum(what="the noise of the measured channels"), "judging"))
     return [*_merged(found), *_implausible(verdict)]
 
 
@@ -60,14 +58,10 @@ def _merged(remarks: Iterable[Remark]) -> list[Remark]:
     """Remarks that differ in their channel alone as one."""
     found: dict[tuple[object, ...], Remark] = {}
     for one in remarks:
-        key = (one.code, one.what, one.text) if one.code in ("no_model", "not_measured") else (id(one),)
+        details = one.details
+        key = (details,) if isinstance(details, NoModel | NotMeasured) else (id(one),)
         before = found.get(key)
-        channels = one.channels if before is None else (*before.channels, *one.channels)
-        found[key] = (
-            Remark(code=one.code, kind=one.kind, channels=channels, what=one.what, text=one.text)
-            if (before is not None)
-            else one
-        )
+        found[key] = one if before is None else remark(details, one.kind, (*before.channels, *one.channels))
     return list(found.values())
 
 
@@ -82,10 +76,7 @@ def _above(judged: Judged) -> Remark:
     assert reading.maximum is not None
     text, factor = judged.claim.display()
     value = reading.measured.value if reading.measured.value is not None else reading.measured.lower_limit
-    return Remark(
-        code="above_maximum",
-        kind="limit",
-        channels=(judged.channel,),
+    details = AboveMaximum(
         what=judged.claim.label,
         value=value,
         limit=reading.maximum.limit,
@@ -93,6 +84,7 @@ def _above(judged: Judged) -> Remark:
         unit=text,
         factor=factor * reading.meaning.factor,
     )
+    return remark(details, "limit", (judged.channel,))
 
 
 def _undecided(judged: Judged) -> Remark:
@@ -100,35 +92,31 @@ def _undecided(judged: Judged) -> Remark:
     assert reading.maximum is not None
     text, factor = judged.claim.display()
     several = len(judged.readings) > 1 and len({one.maximum and one.maximum.side for one in judged.readings}) > 1
-    return Remark(
-        code="undecided",
-        kind="judging",
-        channels=(judged.channel,),
+    details = Undecided(
         what=judged.claim.label,
         value=reading.measured.value,
         limit=reading.maximum.limit,
         unit=text,
         factor=factor * reading.meaning.factor,
-        text=f"{judged.reason}; {_convention(judged.claim)}" if several and judged.reason else "",
+        reason=judged.reason if several else "",
+        convention="sided" if judged.claim.key == "noise_density" else "bias",
     )
-
-
-def _convention(claim: Claim) -> str:
-    return "give --sided one or two" if claim.key == "noise_density" else "give --bias minimum or coefficient"
+    return remark(details, "judging", (judged.channel,))
 
 
 def _implausible(verdict: Verdict) -> list[Remark]:
     """The worst value of each sensor that is far from what is stated."""
-    worst: dict[str, Remark] = {}
+    worst: dict[str, tuple[float, Remark]] = {}
     for judged in verdict.judged:
-        for near in _ratios(judged):
-            sensor, known = _sensor(judged.channel), worst.get(_sensor(judged.channel))
-            if known is None or abs(math.log(near.ratio or 1)) > abs(math.log(known.ratio or 1)):
-                worst[sensor] = near
-    return list(worst.values())
+        sensor = _sensor(judged.channel)
+        for details in _ratios(judged):
+            off = abs(math.log(details.ratio or 1))
+            if sensor not in worst or off > worst[sensor][0]:
+                worst[sensor] = off, remark(details, "lot", (judged.channel,))
+    return [one for _, one in worst.values()]
 
 
-def _ratios(judged: Judged) -> Iterator[Remark]:
+def _ratios(judged: Judged) -> Iterator[ImplausibleValue]:
     claim = judged.claim
     ratios = []
     for reading in judged.readings:
@@ -143,36 +131,20 @@ def _ratios(judged: Judged) -> Iterator[Remark]:
     most = _FAR_FROM_TYPICAL if claim.typical is not None else _FAR_FROM_MAXIMUM
     if ratio < 1 / most or (ratio > _FAR_FROM_TYPICAL and (claim.typical is not None or ratio > most)):
         name = claim.usual if claim.typical is not None else "maximum"
-        yield Remark(
-            code="implausible_value",
-            kind="lot",
-            channels=(judged.channel,),
-            what=claim.label,
-            ratio=ratio,
-            text=name,
-        )
+        yield ImplausibleValue(what=claim.label, ratio=ratio, stated=name)
 
 
 def of_findings(unit: UnitResult) -> list[Remark]:
     """The warnings about a record, and the defects that the analysis could leave out; others as notes."""
-    reason = unit.reason
-    remarks = [Remark(code=unit.rest, kind="judging", text=reason)] if reason else []
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for one in unit.findings:
-        if one.code == unit.rest and reason:
-            continue
         kinds.setdefault((one.code, one.severity), []).append(one)
+    remarks = []
+    if unit.reason and all(code != unit.rest for code, _ in kinds):  # a result by hand
+        remarks.append(remark(Stated(stated_code=unit.rest, message=unit.reason), "judging"))
     for (code, severity), alike in kinds.items():
         channels = tuple(dict.fromkeys(channel for one in alike for channel in one.channels))
         grave = (severity != "info" and code not in ALLOWED_FOR) or code in DEFECTS
-        remarks.append(Remark(code=code, kind="data" if grave else "note", channels=channels, text=alike[0].message))
+        kind: Kind = "judging" if unit.reason and code == unit.rest else "data" if grave else "note"
+        remarks.append(Remark(finding=alike[0], kind=kind, channels=channels))
     return remarks
-
-
-def channels_text(unit: UnitResult, usual: Mapping[str, int]) -> str:
-    """Which channels a unit lacks, or has beyond those of the lot."""
-    lacking = [name for name in usual if name not in unit.channels]
-    more = [name for name in unit.channels if name not in usual]
-    parts = [f"no {', '.join(lacking)}"] if lacking else []
-    parts += [f"also {', '.join(more)}"] if more else []
-    return "; ".join(parts)

@@ -10,14 +10,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sigmatau.frozen import frozen
-from sigmatau.lots.lot_judging import channels_text
-from sigmatau.lots.lot_remark import Remark
+from sigmatau.lots.lot_findings import OtherAxes, OtherRate, OtherScale, Outlier, SameData, ShortRecord
+from sigmatau.lots.lot_remark import Remark, remark
 from sigmatau.lots.lot_statistics import Band, Distribution, band, distribution, mistaken_units, scale
 from sigmatau.lots.lot_unit import Coefficient, UnitResult
 from sigmatau.lots.lot_words import what_text, what_unit
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
-from sigmatau.results import duration_text, printable
+from sigmatau.results import printable
 
 _WHATS = (*TERMS, "means_10", "means_100")
 _LEAST = 3  # units from which on there is a median to compare with
@@ -93,8 +93,8 @@ def _same_data(units: Mapping[str, UnitResult], found: dict[str, list[Remark]]) 
             digest.update(channel.encode() + one.tau.tobytes() + one.adev.tobytes())
         first = seen.setdefault(digest.hexdigest(), name)
         if first != name:
-            found[name].append(Remark(code="same_data", kind="data", text=printable(first)))
-            found[first].append(Remark(code="same_data", kind="data", text=printable(name)))
+            found[name].append(remark(SameData(unit=printable(first)), "data"))
+            found[first].append(remark(SameData(unit=printable(name)), "data"))
 
 
 def _other_scales(
@@ -115,9 +115,8 @@ def _other_scales(
             ratio = math.exp(float(values.mean()))
             quantity = unit.channels[next(iter(ratios))].quantity
             likely = mistaken_units(quantity, ratio)
-            text = "" if likely is None else f"wrong unit, {likely[0]} read as {likely[1]}?"
             named.add((name, sensor))
-            found[name].append(Remark(code="other_scale", kind="lot", channels=tuple(ratios), ratio=ratio, text=text))
+            found[name].append(remark(OtherScale(ratio=ratio, likely=likely), "lot", tuple(ratios)))
     return named
 
 
@@ -135,18 +134,14 @@ def _outliers(
                 continue
             channel = units[name].channels[one.channel]
             text, factor = what_unit(one.what, channel.quantity, channel.unit)
-            found[name].append(
-                Remark(
-                    code="outlier",
-                    kind="note" if judged else "lot",
-                    channels=(one.channel,),
-                    what=what_text(one.what, channel.quantity),
-                    value=channel.coefficients[one.what].value,
-                    ratio=ratio,
-                    unit=text,
-                    factor=factor,
-                )
+            details = Outlier(
+                what=what_text(one.what, channel.quantity),
+                value=channel.coefficients[one.what].value,
+                ratio=ratio,
+                unit=text,
+                factor=factor,
             )
+            found[name].append(remark(details, "note" if judged else "lot", (one.channel,)))
 
 
 def _other_records(units: Mapping[str, UnitResult], found: dict[str, list[Remark]]) -> None:
@@ -155,7 +150,6 @@ def _other_records(units: Mapping[str, UnitResult], found: dict[str, list[Remark
     usual_length = float(np.median(list(lengths.values())))
     sets = Counter(tuple(sorted(unit.channels)) for unit in units.values())
     usual_set, count = sets.most_common(1)[0]
-    channels = dict.fromkeys(usual_set, 0)
     rates: dict[str, float] = {}
     for channel in dict.fromkeys(channel for unit in units.values() for channel in unit.channels):
         rates[channel] = float(
@@ -163,11 +157,13 @@ def _other_records(units: Mapping[str, UnitResult], found: dict[str, list[Remark
         )
     for name, unit in units.items():
         if lengths[name] < _SHORT * usual_length:
-            text = f"{duration_text(lengths[name])}, the lot {duration_text(usual_length)}"
-            found[name].append(Remark(code="short_record", kind="data", ratio=lengths[name] / usual_length, text=text))
+            shorter = ShortRecord(ratio=lengths[name] / usual_length, length=lengths[name])
+            found[name].append(remark(shorter, "data"))
         other = [channel for channel, one in unit.channels.items() if abs(one.rate / rates[channel] - 1) > _OTHER_RATE]
         if other:
-            text = f"{unit.channels[other[0]].rate:.4g} Hz, the lot at {rates[other[0]]:.4g} Hz"
-            found[name].append(Remark(code="other_rate", kind="data", channels=tuple(other), text=text))
-        if 2 * count > len(units) and (text := channels_text(unit, channels)):
-            found[name].append(Remark(code="other_axes", kind="data", text=text))
+            rate = OtherRate(rate=unit.channels[other[0]].rate, rate_of_lot=rates[other[0]])
+            found[name].append(remark(rate, "data", tuple(other)))
+        lacking = tuple(channel for channel in usual_set if channel not in unit.channels)
+        extra = tuple(channel for channel in unit.channels if channel not in usual_set)
+        if 2 * count > len(units) and (lacking or extra):
+            found[name].append(remark(OtherAxes(lacking=lacking, extra=extra), "data"))

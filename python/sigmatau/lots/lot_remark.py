@@ -1,10 +1,13 @@
-"""`Remark`: one fact about a unit of a lot that decides on its state, or is told beside it; as data, without words."""
+"""`Remark`: a finding about a unit of a lot, and whether it decides on the state of the unit."""
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
+from sigmatau.findings.finding import Details, Finding, Severity, plain
+from sigmatau.findings.phrases import short_axes
 from sigmatau.frozen import frozen
+from sigmatau.results import printable
 
 State = Literal["passed", "failed", "not_judged", "unreadable", "missing"]
 
@@ -13,77 +16,58 @@ STATES: tuple[State, ...] = ("failed", "not_judged", "unreadable", "missing", "p
 
 Kind = Literal["limit", "judging", "data", "lot", "note"]
 
+_SEVERITIES: dict[Kind, Severity] = {"limit": "error", "note": "info"}
+_NUMBERS = ("what", "value", "limit", "ratio")  # details that the JSON of a remark has
+
 
 @frozen
 class Remark:
-    """A fact about a unit.
+    """A finding about a unit.
 
     Attributes
     ----------
-    code : str
-        A code of `CODES`, or that of a finding of the analysis.
+    finding : Finding
+        Of the lot, see `sigmatau.lots.lot_findings`, or of the analysis.
     kind : {"limit", "judging", "data", "lot", "note"}
         ``"limit"``: a maximum is exceeded. ``"judging"``: a claim cannot be judged. ``"data"``: a warning about the record.
         ``"lot"``: the unit does not fit the others. ``"note"``: told, and decides nothing.
     channels : tuple of str
         Channels; empty for the whole unit.
-    what : str
-        Name of the claim or of the coefficient.
-    value, limit : float or None
-        Measured value and its limit. [`factor` of `unit`]
-    ratio : float or None
-        Value over limit, over the median of the lot, or over the typical value. [1]
-    unit : str
-        Unit in which value and limit are told.
-    factor : float
-        Factor from this unit to that of value and limit.
-    text : str
-        Message of a finding or of an error, in its own words.
     """
 
-    code: str
+    finding: Finding
     kind: Kind
     channels: tuple[str, ...] = ()
-    what: str = ""
-    value: float | None = None
-    limit: float | None = None
-    ratio: float | None = None
-    unit: str = ""
-    factor: float = 1.0
-    text: str = ""
+
+    @property
+    def code(self) -> str:
+        """Code of the finding."""
+        return self.finding.code
+
+    @property
+    def details(self) -> Details:
+        """Parameters of the finding."""
+        return self.finding.details
+
+    @property
+    def text(self) -> str:
+        """The remark in words, one line."""
+        about = f"{short_axes(self.channels)}: " if self.channels else ""
+        return printable(about + self.finding.message)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, and the words."""
-        from sigmatau.lots.lot_words import remark_text
-
-        known = {"what": self.what, "value": self.value, "limit": self.limit, "ratio": self.ratio}
+        details = plain(self.details)
         return {
             "code": self.code,
             "kind": self.kind,
             "channels": list(self.channels),
-            **{key: value for key, value in known.items() if value not in (None, "")},
-            "message": remark_text(self),
+            **{key: details[key] for key in _NUMBERS if details.get(key) not in (None, "")},
+            "message": self.text,
         }
 
 
-CODES = {
-    "above_maximum": "a value is above its maximum",
-    "undecided": "the interval contains the maximum",
-    "no_maximum": "the specification states no maximum of a value",
-    "not_measured": "a value or an axis of the specification is not in the result",
-    "no_model": "no model fits a channel, so that its errors are unknown",
-    "not_at_rest": "the sensor moved",
-    "too_short_to_tell": "the record is too short to tell rest from motion",
-    "no_specification": "there is no specification",
-    "implausible_value": "a value is far from what the specification states: a wrong unit, or another sensor",
-    "other_scale": "all curves of a sensor are several times those of the lot: a wrong unit, or a bad unit",
-    "outlier": "a value does not belong to the distribution of the others",
-    "short_record": "the record is shorter than those of the lot",
-    "other_rate": "the sampling rate is not that of the lot",
-    "other_axes": "the channels are not those of the lot",
-    "same_data": "the data are those of another unit",
-    "not_expected": "the unit is not on the list of those expected",
-    "unreadable": "the log or the result cannot be read",
-    "missing": "the unit is expected, but there is no file",
-}
-"""Codes of the remarks of a lot, and their meaning; findings of the analysis have their own codes."""
+def remark(details: Details, kind: Kind, channels: tuple[str, ...] = ()) -> Remark:
+    """A remark of the lot itself."""
+    finding = Finding(details=details, severity=_SEVERITIES.get(kind, "warning"), channels=channels)
+    return Remark(finding=finding, kind=kind, channels=channels)

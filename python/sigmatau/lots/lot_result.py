@@ -16,7 +16,7 @@ from sigmatau.frozen import frozen
 from sigmatau.lots.lot_remark import STATES, Remark, State
 from sigmatau.lots.lot_statistics import Band, Distribution, Floats
 from sigmatau.lots.lot_unit import UnitResult
-from sigmatau.lots.lot_words import STATE_WORDS, remark_text, what_text, what_unit
+from sigmatau.lots.lot_words import STATE_WORDS, what_text, what_unit
 from sigmatau.noise.terms import BIAS_LEVEL
 from sigmatau.results import Tabular, plain, printable
 
@@ -101,12 +101,12 @@ class JudgedUnit:
     @property
     def reason(self) -> str:
         """Why the unit is not passed, in words; empty if it is."""
-        return "; ".join(dict.fromkeys(remark_text(one) for one in self.reasons))
+        return "; ".join(dict.fromkeys(one.text for one in self.reasons))
 
     @property
     def brief(self) -> str:
         """The first reasons, and how many more there are."""
-        texts = list(dict.fromkeys(remark_text(one) for one in self.reasons))
+        texts = list(dict.fromkeys(one.text for one in self.reasons))
         more = len(texts) - _MOST_REASONS
         return "; ".join(texts[:_MOST_REASONS]) + (f"; and {more} more" if more > 0 else "")
 

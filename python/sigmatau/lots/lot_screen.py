@@ -6,9 +6,10 @@ import math
 import textwrap
 from collections.abc import Sequence
 
+from sigmatau.lots.lot_findings import difference
 from sigmatau.lots.lot_remark import STATES
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
-from sigmatau.lots.lot_words import STATE_WORDS, count_text, difference, listed, percent, what_text
+from sigmatau.lots.lot_words import STATE_WORDS, count_text, listed, percent, what_text
 from sigmatau.results import WIDTH, printable, wrapped
 
 _MOST_UNITS = 10  # that are told, each with its reason

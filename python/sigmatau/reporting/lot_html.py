@@ -7,10 +7,11 @@ from datetime import datetime
 from functools import cache
 
 from sigmatau._version import __version__
-from sigmatau.lots.lot_remark import CODES, STATES, Remark, State
+from sigmatau.lots.lot_findings import CODES
+from sigmatau.lots.lot_remark import STATES, State
 from sigmatau.lots.lot_result import JudgedUnit, Lot, pooled
 from sigmatau.lots.lot_screen import drift_lines
-from sigmatau.lots.lot_words import STATE_WORDS, count_text, remark_text
+from sigmatau.lots.lot_words import STATE_WORDS, count_text
 from sigmatau.reporting.html import POLICY, asset
 from sigmatau.reporting.lot_charts import charts_of
 from sigmatau.reporting.lot_content import (
@@ -129,7 +130,7 @@ def _units(lot: Lot) -> Markup:
 
 def _unit(one: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int]) -> Markup:
     chip = element("span", STATE_WORDS[one.state], class_=f"chip {MARKS[one.state]}")
-    why = one.brief if one.state != "passed" else "; ".join(remark_text(r) for r in one.notes if r.code in CODES)
+    why = one.brief if one.state != "passed" else "; ".join(r.text for r in one.notes if r.code in CODES)
     return element(
         "tr",
         element("th", name(printable(one.name)), scope="row", title=printable(one.name)),
@@ -191,15 +192,10 @@ def _findings(lot: Lot) -> Markup:
 
 def _told(one: JudgedUnit) -> Iterator[str]:
     """Remarks of a unit, with what to do about its findings."""
-    actions = {finding.code: finding.action for finding in one.result.findings}
     for remark in one.remarks:
         if remark.code != "no_specification":
-            yield f"{remark_text(remark)}.{_action(remark, actions)}"
-
-
-def _action(remark: Remark, actions: Mapping[str, str]) -> str:
-    action = actions.get(remark.code, "") if remark.kind == "data" else ""
-    return f" {action}." if action else ""
+            action = remark.finding.action if remark.kind == "data" else ""
+            yield f"{remark.text}." + (f" {action}." if action else "")
 
 
 def _done(lot: Lot, command: str | None, moment: str) -> Markup:

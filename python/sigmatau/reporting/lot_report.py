@@ -13,7 +13,7 @@ from sigmatau._version import __version__
 from sigmatau.errors import OptionError
 from sigmatau.io.atomic import atomic
 from sigmatau.lots.lot_result import JudgedUnit, Lot
-from sigmatau.lots.lot_words import STATE_WORDS, remark_text
+from sigmatau.lots.lot_words import STATE_WORDS
 from sigmatau.results import csv_text, printable
 
 LOT_ENDINGS = (".html", ".pdf", ".csv", ".json", ".xml")
@@ -118,14 +118,14 @@ def _case(one: JudgedUnit, lot: Lot) -> str:
 
 
 def _parts(one: JudgedUnit, lot: Lot) -> Iterator[str]:
-    lines = escape(_xml("\n".join(remark_text(remark) for remark in one.reasons)))
+    lines = escape(_xml("\n".join(remark.text for remark in one.reasons)))
     if one.state == "failed":
         yield f"   <failure type={_quoted(one.reasons[0].code)} message={_quoted(one.reason)}>{lines}</failure>\n"
     elif _is_error(one, lot):
         message = f"{STATE_WORDS[one.state]}: {one.reason}"
         yield f"   <error type={_quoted(one.state)} message={_quoted(message)}>{lines}</error>\n"
     if one.notes:
-        told = "\n".join(remark_text(remark) for remark in one.notes)
+        told = "\n".join(remark.text for remark in one.notes)
         yield f"   <system-out>{escape(_xml(told))}</system-out>\n"
 
 

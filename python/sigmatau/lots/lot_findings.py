@@ -1,0 +1,301 @@
+"""Findings about a unit of a lot: against a specification, and beside the other units."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.frozen import frozen
+from sigmatau.results import duration_text, two_digits
+
+_FAR = 3.0  # ratio from which on a difference is told as a factor: "57 times"
+
+
+def difference(ratio: float) -> str:
+    """A ratio to a reference, whose name follows: ``"12 % above"``, ``"57 times"``, ``"1/57 of"``.
+
+    Examples
+    --------
+    >>> difference(1.123), difference(0.5), difference(57.3), difference(1 / 57.3)
+    ('12 % above', '50 % below', '57 times', '1/57 of')
+    """
+    if ratio >= _FAR:
+        return f"{two_digits(ratio)} times"
+    if ratio <= 1 / _FAR:
+        return f"1/{two_digits(1 / ratio)} of" if ratio > 0 else "far below"
+    percent = 100 * abs(ratio - 1)
+    return f"{two_digits(percent)} % {'above' if ratio >= 1 else 'below'}"
+
+
+@frozen
+class OfLot(Details):
+    """Base of the findings of this module."""
+
+
+@frozen
+class ComparedValue(OfLot):
+    """Base of findings about a value and what it is compared with.
+
+    Attributes
+    ----------
+    what : str
+        Name of the claim or of the coefficient.
+    value, limit : float or None
+        Measured value, and the maximum. [`factor` of `unit`]
+    ratio : float or None
+        Value over the maximum, over the median of the lot, or over what the specification states. [1]
+    unit : str
+        Unit in which value and limit are told.
+    factor : float
+        Factor from this unit to that of value and limit.
+    """
+
+    what: str
+    value: float | None = None
+    limit: float | None = None
+    ratio: float | None = None
+    unit: str = ""
+    factor: float = 1.0
+
+    def _amount(self, value: float | None) -> str:
+        return "unknown" if value is None else f"{value / self.factor:.3g} {self.unit}".rstrip()
+
+
+@frozen
+class AboveMaximum(ComparedValue, code="above_maximum"):
+    """A value is above its maximum."""
+
+    def words(self, finding: Finding) -> Words:
+        maximum = f"the maximum {self._amount(self.limit)}"
+        if self.value is None or self.ratio is None:
+            return Words(f"{self.what} is above {maximum}")
+        return Words(f"{self.what} {self._amount(self.value)} is {difference(self.ratio)} {maximum}")
+
+
+@frozen
+class Undecided(ComparedValue, code="undecided"):
+    """The interval contains the maximum.
+
+    Attributes
+    ----------
+    reason : str
+        Why it cannot be judged, where the conventions of the specification decide; else empty.
+    convention : {"sided", "bias"}
+        What the specification leaves open.
+    """
+
+    reason: str = ""
+    convention: Literal["sided", "bias"] = "bias"
+
+    def words(self, finding: Finding) -> Words:
+        if self.reason:
+            choice = "--sided one or two" if self.convention == "sided" else "--bias minimum or coefficient"
+            return Words(f"{self.what}: {self.reason}; give {choice}")
+        at = "is not observed" if self.value is None else self._amount(self.value)
+        return Words(f"{self.what} {at}: the interval contains the maximum {self._amount(self.limit)}; record longer")
+
+
+@frozen
+class ImplausibleValue(ComparedValue, code="implausible_value"):
+    """A value is far from what the specification states: a wrong unit, or another sensor.
+
+    Attributes
+    ----------
+    stated : str
+        Which value of the specification: ``"typical"``, ``"maximum"`` …
+    """
+
+    stated: str
+
+    def words(self, finding: Finding) -> Words:
+        off = f"{difference(self.ratio or 1.0)} the {self.stated} value of the specification"
+        return Words(f"implausible: {self.what} is {off}; check unit and sensor")
+
+
+@frozen
+class Outlier(ComparedValue, code="outlier"):
+    """A value does not belong to the distribution of the others."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"outlier: {self.what} {self._amount(self.value)} is {difference(self.ratio or 1.0)} the lot's median"
+        )
+
+
+@frozen
+class OtherScale(OfLot, code="other_scale"):
+    """All curves of a sensor are several times those of the lot: a wrong unit, or a bad unit.
+
+    Attributes
+    ----------
+    ratio : float
+        Of the curves to the median of the lot. [1]
+    likely : (str, str) or None
+        Unit of the sensor and the unit that it was probably read as; None if no mistake explains the ratio.
+    """
+
+    ratio: float
+    likely: tuple[str, str] | None = None
+
+    def words(self, finding: Finding) -> Words:
+        off = f"curves are {difference(self.ratio)} the lot's median"
+        if self.likely is None:
+            return Words(f"all {off}")
+        return Words(f"wrong unit, {self.likely[0]} read as {self.likely[1]}? All {off}")
+
+
+@frozen
+class NoMaximum(OfLot, code="no_maximum"):
+    """The specification states no maximum of a value.
+
+    Attributes
+    ----------
+    what : str
+        Names of the claims.
+    """
+
+    what: str
+
+    def words(self, finding: Finding) -> Words:
+        return Words(f"no maximum in the specification; state one, or give --factor 1.5: {self.what}")
+
+
+@frozen
+class NotMeasured(OfLot, code="not_measured"):
+    """A value or an axis of the specification is not in the result.
+
+    Attributes
+    ----------
+    what : str
+        Name of the claim; empty for an axis.
+    """
+
+    what: str = ""
+
+    def words(self, finding: Finding) -> Words:
+        return Words(f"{self.what or 'in the specification'}: not in the result")
+
+
+@frozen
+class NoModel(OfLot, code="no_model"):
+    """No model fits a channel, so that its errors are unknown."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words("no model fits, so that the errors are unknown")
+
+
+@frozen
+class NoSpecification(OfLot, code="no_specification"):
+    """There is no specification."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words("no specification; give --spec SPEC.toml")
+
+
+@frozen
+class ShortRecord(OfLot, code="short_record"):
+    """The record is shorter than those of the lot.
+
+    Attributes
+    ----------
+    ratio : float
+        Its length over the median of the lot. [1]
+    length : float
+        [s]
+    """
+
+    ratio: float
+    length: float
+
+    def words(self, finding: Finding) -> Words:
+        usual = duration_text(self.length / self.ratio)
+        return Words(f"truncated? The record has {duration_text(self.length)}, the lot {usual}")
+
+
+@frozen
+class OtherRate(OfLot, code="other_rate"):
+    """The sampling rate is not that of the lot.
+
+    Attributes
+    ----------
+    rate, rate_of_lot : float
+        [Hz]
+    """
+
+    rate: float
+    rate_of_lot: float
+
+    def words(self, finding: Finding) -> Words:
+        return Words(f"sampled at {self.rate:.4g} Hz, the lot at {self.rate_of_lot:.4g} Hz")
+
+
+@frozen
+class OtherAxes(OfLot, code="other_axes"):
+    """The channels are not those of the lot.
+
+    Attributes
+    ----------
+    lacking, extra : tuple of str
+        Channels of the lot that the unit lacks, and its channels that the lot lacks.
+    """
+
+    lacking: tuple[str, ...]
+    extra: tuple[str, ...]
+
+    def words(self, finding: Finding) -> Words:
+        parts = [f"{word} {', '.join(names)}" for word, names in (("no", self.lacking), ("also", self.extra)) if names]
+        return Words(f"channels differ from the lot: {'; '.join(parts)}")
+
+
+@frozen
+class SameData(OfLot, code="same_data"):
+    """The data are those of another unit.
+
+    Attributes
+    ----------
+    unit : str
+        Its name.
+    """
+
+    unit: str
+
+    def words(self, finding: Finding) -> Words:
+        return Words(f"the data are those of {self.unit}; log this unit again")
+
+
+@frozen
+class NotExpected(OfLot, code="not_expected"):
+    """The unit is not on the list of those expected."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words("not on the list of --expect")
+
+
+@frozen
+class Unreadable(OfLot, code="unreadable"):
+    """The log or the result cannot be read.
+
+    Attributes
+    ----------
+    reason : str
+        Text of the error.
+    """
+
+    reason: str
+
+    def words(self, finding: Finding) -> Words:
+        return Words(self.reason)
+
+
+@frozen
+class Missing(OfLot, code="missing"):
+    """The unit is expected, but there is no file."""
+
+    def words(self, finding: Finding) -> Words:
+        return Words("expected, but there is no file")
+
+
+CODES = frozenset(
+    kind.code for kind in vars().copy().values() if isinstance(kind, type) and issubclass(kind, OfLot)
+) - {""}
+"""Codes of the findings of a lot; findings of the analysis have codes of their own."""

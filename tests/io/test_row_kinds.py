@@ -454,3 +454,44 @@ def test_words_that_cycle_over_one_sensor_are_no_kinds(tmp_path, words):
     path = tmp_path / "log.csv"
     path.write_text("\n".join(["time [s],mode,gyro_x,gyro_y,gyro_z", *rows, ""]))
     assert read(path, unit={"gyro": "rad/s"}).streams[0].grid.n == len(values)
+
+
+@pytest.mark.parametrize("devices", [("0", "1"), ("1", "2", "7")])
+@pytest.mark.parametrize("column", ["I", "imu", "sensor_id"])
+def test_devices_one_after_the_other_are_topics_however_late(tmp_path, column, devices):
+    """Rows of the second device begin below the head of the file, and times begin again or go on."""
+    rows, values = [], {}
+    for number, device in enumerate(devices):
+        t, values[device] = gyro(f"late {column}{device}", 100.0, seconds=90.0)
+        t = t + (90.0 * number if column == "imu" else 0.0)
+        rows += [f"{device},{s:.2f},{','.join(map(str, v))}" for s, v in zip(t, values[device].tolist(), strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([f"{column},time [s],gyro_x,gyro_y,gyro_z", *rows, ""]))
+    listed = " and ".join([", ".join(devices[:-1]), devices[-1]])
+    with pytest.raises(OptionError, match=rf"column 1 '{column}' has {listed}, so the rows are of several sensors"):
+        read(path, unit={"gyro": "rad/s"})
+    for device in devices:
+        record = read(path, unit={"gyro": "rad/s"}, topic=f"imu{device}")
+        np.testing.assert_array_equal(record.stream_of("gyro_y").column("gyro_y"), values[device][:, 1])
+        assert [note for note in record.provenance.conversions if note.startswith("rows with")] == [
+            f"rows with {device} in column 1 '{column}'"
+        ]
+
+
+@pytest.mark.parametrize("rates", [(100.0, 100.0), (100.0, 50.0)])
+@pytest.mark.parametrize("names", [("gyro_{} [rad/s]", "accel_{} [m/s^2]"), ("gyr{}", "acc{}")])
+def test_a_row_for_each_value(tmp_path, names, rates):
+    rows, columns = [], {}
+    for sensor, name, rate in zip((gyro, accel), names, rates, strict=True):
+        t, values = sensor(f"long {name}{rate}", rate)
+        for axis, column in zip("xyz", values.T, strict=True):
+            columns[name.format(axis)] = column
+            rows += [(s, name.format(axis), v) for s, v in zip(t.tolist(), column.tolist(), strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time_s,signal,value", *(f"{s:.2f},{name},{v}" for s, name, v in sorted(rows)), ""]))
+    record = read(path, **({} if "[" in names[0] else {"unit": UNITS}))
+    for sensor, name, rate in zip(("gyro", "accel"), names, rates, strict=True):
+        assert record.stream_of(f"{sensor}_x").grid.rate == pytest.approx(rate)
+        for axis in "xyz":
+            got = record.stream_of(f"{sensor}_{axis}").column(f"{sensor}_{axis}")
+            np.testing.assert_array_equal(got, columns[name.format(axis)])

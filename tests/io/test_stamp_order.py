@@ -12,6 +12,7 @@ from stamping import codes, ordered, record_of
 from known import seed_of
 from sigmatau.errors import DataError, NonFiniteError, OptionError
 from sigmatau.findings.stamps import BadStamps
+from sigmatau.io.read import read
 
 
 class TestOrder:
@@ -147,3 +148,26 @@ def test_any_stamps_make_a_record_or_an_error_of_ours(t, with_rate):
     assert set(kept.tolist()) <= set(x.tolist())
     if "late" not in [f.details.what for f in bad]:
         assert (np.diff(kept) > 0).all()
+
+
+def test_blocks_that_share_their_times_are_several_sensors_without_stamps_too(tmp_path):
+    """FIFO blocks of two sensors; a clock that begins again is one, and a statement of a single sensor settles it."""
+    path = tmp_path / "log.csv"
+    rng = np.random.default_rng(seed_of("blocks that share their times"))
+    blocks = np.concatenate([np.tile(np.arange(10 * k, 10 * k + 10) * 0.01, 2) for k in range(60)])
+    again = np.tile(np.arange(300) * 0.01, 4)
+    for times, refused in ((blocks, True), (again, False), (np.arange(1200) * 0.01, False)):
+        columns = np.column_stack([times, rng.normal(0, 0.01, (len(times), 3))])
+        np.savetxt(
+            path,
+            columns,
+            delimiter=",",
+            fmt="%.6f",
+            header="time [s],gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s]",
+            comments="",
+        )
+        if refused:
+            with pytest.raises(OptionError, match=r"blocks of rows have the same times in column 'time \[s\]'"):
+                read(path, channels={"time": "none"}, rate=100)
+        record = read(path, channels={"time": "none"}, rate=100, interleaved=1 if refused else None)
+        assert record.streams[0].grid.n == len(times)

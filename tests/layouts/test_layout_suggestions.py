@@ -16,7 +16,7 @@ from run import find_suggestion, merge_options, vary_answers
         ("give e.g. --unit gyro=deg/s,accel=g --unit time=s (or ms, us, ns)", ()),
         ("give --unit time=s (or ms, us, ns)", ()),
         ("name them: --channels time=N,gyro=N:N,accel=N:N", ()),
-        ("whole numbers may be counts: then give --scale too", ()),
+        ("whole numbers may be counts: then add --scale gyro=FACTOR --scale accel=FACTOR", ()),
         ("give --rate HZ, or name the column with --channels time=…", ()),
         ("choose one, e.g. --channels accel_x=4, and name all other channels to read", ()),
     ],

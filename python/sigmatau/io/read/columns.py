@@ -37,7 +37,8 @@ class Choice:
     notes: tuple[str, ...] = ()  # Decisions, for the provenance of the record
     temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
     split: SplitStamp | None = None  # The two columns of the time stamps, if they are split; the first one is `time`
-    other_times: tuple[int, ...] = ()  # Other columns that are time by their name, if `channels` does not name the one
+    # Other columns that are time by their name, if `channels` does not name the one; or that which it ignores
+    other_times: tuple[int, ...] = ()
 
     @property
     def columns(self) -> tuple[int, ...]:
@@ -66,7 +67,8 @@ def choose(
         named = _resolve(columns, {c: where for c, where in asked.items() if c.strip() != "time" or not without})
         time = named.pop("time", None)
         if without:
-            chosen = ChosenTime(notes=("no time stamps, as asked",))
+            ignored = find_time(columns, found, taken=set(named.values()), strict=False).column
+            chosen = ChosenTime(notes=("no time stamps, as asked",), others=() if ignored is None else (ignored,))
         elif time is not None:
             pairs = (pair for pair in find_split_stamps(columns) if pair.seconds == time and time not in without_times)
             chosen = ChosenTime(column=time, split=next(pairs, None))

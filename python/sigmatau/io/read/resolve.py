@@ -112,7 +112,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
     overruled: list[Finding] = []
     missing: list[str] = []
     unknown_units: dict[str, str] = {}  # by channel
-    counts = False
+    counted_streams: dict[str, None] = {}  # whose numbers may be counts
     scale_hint = ""
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
     for channel, index in indices.items():
@@ -151,9 +151,10 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
                     scale_hint = f": give --scale too, e.g. --scale {stream_name(missing[0])}=0.01"
                 first = table.columns[index].first
                 is_scaled = channel in options.scale or stream in options.scale
-                counts = counts or (
+                if (
                     not is_scaled and first.lstrip("+-").isdigit() and first.strip("+-0") != ""
-                )  # an integer other than 0
+                ):  # an integer other than 0
+                    counted_streams[stream] = None
             continue
         if stream in SI or channel == "time":
             _check_unit(channel, spelled, stream)
@@ -164,7 +165,8 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if unknown_units and len(unknown_units) == len(missing):
             hint = f" (the file has {', '.join(f'{c} in {u!r}' for c, u in unknown_units.items())}{scale_hint})"
         else:
-            hint = " (whole numbers may be counts: then give --scale too)" if counts else ""
+            factors = " ".join(argument("scale", "FACTOR", key=stream) for stream in counted_streams)
+            hint = f" (whole numbers may be counts: then add {factors})" if counted_streams else ""
         is_unnamed = len(missing) == 1 and stream_name(missing[0]) not in SI and not options.channels
         from sigmatau.io.read.unit_question import ask_for_units
 

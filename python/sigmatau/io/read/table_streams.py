@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import units
-from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.errors import DataError, OptionError, RecordTooShortError, argument
 from sigmatau.findings.columns import GravityOnGyro
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import NeverWritten
@@ -25,6 +25,7 @@ from sigmatau.io.read.table import Loaded, Table, all_without_absurd
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.plausible import refuse_implausible, slow_rate
+from sigmatau.io.read.time.rows import shares_times
 from sigmatau.io.read.time.split_stamps import join
 from sigmatau.io.read.time.stamps import Timing, later
 from sigmatau.io.read.time.stated_rate import RateContradiction
@@ -101,6 +102,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         )
     if not own and options.input != "accumulated" and options.interleaved != 1:
         _refuse_interleaved(table, choice, raw, options.interleaved)
+        if choice.time is None and choice.other_times:
+            _refuse_shared_times(table, choice.other_times[0])
     mostly = {
         channel: index
         for channel, index in choice.channels.items()
@@ -217,6 +220,21 @@ def _refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[
         if count is None
         else interleaving.error_of_count(label, table.topic, count)
     )
+
+
+def _refuse_shared_times(table: Table, column: int) -> None:
+    """Raise `OptionError` if blocks of rows have the same times in a column of stamps that is ignored."""
+    try:
+        stamps = table.load([column], column).columns[column]
+    except DataError:  # perhaps why it is ignored
+        return
+    if shares_times(stamps):
+        single = argument("interleaved", 1)
+        raise OptionError(
+            f"blocks of rows have the same times in column {table.label(column)}, as those of several sensors do. Save each"
+            f" sensor to its own file, or state {single} if it is a single one",
+            option="interleaved",
+        )
 
 
 def _check_rate(name: str, table: Table, choice: Choice, timing: Timing, rows: int) -> tuple[Finding, ...]:

@@ -41,6 +41,7 @@ class Kinds:
     name: str  # of the column; empty if it has none
     labels: tuple[str, ...]  # texts of the column, in the order of the file
     delimiter: str | None
+    are_late: bool = False  # Whether the rows of some kinds begin below the head
 
     def find_kind(self, label: str) -> RowKind:
         """The kind of the rows with this text."""
@@ -80,6 +81,21 @@ def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
         if _is_sensor(labels) or (len(labels) > 1 and _tells_kinds(rows, column, labels, names)):
             name = names[column] if column < len(names) else ""
             return Kinds(column=column, name=name, labels=labels, delimiter=delimiter)
+    return None
+
+
+def find_device_column(text: str) -> Kinds | None:
+    """The column with the name of a device that has one whole number in all rows of a text that begins so: rows of another
+    device may come after them, in blocks. None if there is none.
+    """
+    lines = _row_lines(text.split("\n", _FIRST_LINES + _HEADERS)[:-1])
+    delimiter = _delimiter(lines[:_FIRST_LINES])
+    split = [bare_fields(line, delimiter) for line in lines] if delimiter != _NO_DELIMITER else []
+    rows = [fields for fields in split if _is_row(fields)]
+    for column, name in enumerate(_names(split, text, delimiter) if rows else ()):
+        labels = {row[column] for row in rows if len(row) > column}
+        if has_device_name(name) and len(labels) == 1 and _WHOLE.fullmatch(label := labels.pop()):
+            return Kinds(column=column, name=name, labels=(label,), delimiter=delimiter)
     return None
 
 

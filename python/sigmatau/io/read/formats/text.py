@@ -10,21 +10,27 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import gcsv, ros_csv
 from sigmatau.io.read.formats.layout import Layout, find_layout
+from sigmatau.io.read.formats.long_rows import join_channels
 from sigmatau.io.read.formats.plain_cells import find_decoration
-from sigmatau.io.read.formats.row_kinds import Kinds, find_kinds, first_values, rows_of_kind
+from sigmatau.io.read.formats.row_kinds import Kinds, find_device_column, find_kinds, first_values, rows_of_kind
 from sigmatau.io.read.formats.text_beginning import Beginning, find_first_layout, skip_lines
-from sigmatau.io.read.formats.text_lines import decode
+from sigmatau.io.read.formats.text_lines import bare_fields, decode
 from sigmatau.io.read.formats.text_programs import name_sensor_logger, time_mt_manager
 from sigmatau.io.read.formats.text_rows import Text, refuse_too_large
+from sigmatau.io.read.formats.truncation import last_line
 from sigmatau.io.read.formats.unpacked import read_contents
+from sigmatau.io.read.instances import is_single_sensor_stated
 from sigmatau.io.read.table import HEAD, Head, Loaded, RowKind, Table
 from sigmatau.io.read.time.dates import date_columns
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
 _COPIES = 3  # of a file in memory whose cells have more than numbers
+_MOST_DEVICES = 16  # in one file
 _MIN_LINES = 16  # lines before the first bytes that are not text, to be a damaged table and not a binary file
 
 
@@ -71,8 +77,27 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "", *,
             for table in read_tables(data, plain, name, topic, skip=skip)
         )
     kinds = find_kinds(lines)
-    tables = [] if kinds is None else list(_read_kinds(source, head, beginning, lines, kinds, topic))
+    if kinds is None and not beginning.whole and not is_single_sensor_stated():
+        kinds = _find_blocks(source, head, beginning, lines)
+    tables = () if kinds is None else join_channels(tuple(_read_kinds(source, head, beginning, lines, kinds, topic)))
     return tuple(tables) or (_make_table(source, head, beginning, name, topic),)
+
+
+def _find_blocks(source: Path | bytes, head: Head, beginning: Beginning, lines: str) -> Kinds | None:
+    """The kinds of rows of devices that are logged one after the other, if the last line is of another than the first."""
+    kinds = find_device_column(lines)
+    last = None if kinds is None else last_line(source, beginning.encoding)
+    if kinds is None or last is None or kinds.labels == (*bare_fields(last, kinds.delimiter)[kinds.column :], "")[:1]:
+        return None
+    try:
+        numbers = _make_table(source, head, beginning, "", "").load([kinds.column], None).columns[kinds.column]
+    except DataError:
+        return None  # raised again when the table is read
+    devices = np.unique(numbers[np.isfinite(numbers)])
+    if not 1 < len(devices) <= _MOST_DEVICES or np.any(devices % 1):
+        return None
+    decimals = kinds.labels[0].partition(".")
+    return replace(kinds, labels=tuple(f"{device:.0f}{''.join(decimals[1:])}" for device in devices), are_late=True)
 
 
 def _read_kinds(
@@ -81,12 +106,19 @@ def _read_kinds(
     """The tables of the kinds of rows that have a layout."""
     from sigmatau.io.read.formats.kind_columns import with_sensor_names
 
+    first: Layout | None = None
     for label in kinds.labels:
         rows = rows_of_kind(lines, kinds, label)
         kind_text, skip = rows.text, beginning.skip
         try:
             layout = find_layout(kind_text.encode(), whole=beginning.whole, encoding=beginning.called, skip=skip)
         except DataError:
+            if first is not None and kinds.are_late:  # the rows of this device are below the beginning
+                late = kinds.find_kind(label)
+                described = replace(first, notes=(*first.notes, late.describe_rows()))
+                yield _make_table(
+                    source, head, beginning, "", f"{topic}/{late.topic}" if topic else late.topic, described, late
+                )
             continue  # rows without numbers
         if layout.delimiter != kinds.delimiter or len(layout.columns) <= kinds.column:
             continue
@@ -102,6 +134,7 @@ def _read_kinds(
             notes=(*layout.notes, kind.describe_rows(), *notes),
             skip_lines=skip + rows.numbers[layout.skip_lines - skip] - 1,
         )
+        first = first or replace(named, notes=layout.notes)
         yield _make_table(source, head, beginning, "", f"{topic}/{kind.topic}" if topic else kind.topic, named, kind)
 
 

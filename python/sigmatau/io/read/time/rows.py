@@ -114,6 +114,7 @@ def in_order(
 _LEAST_RUN = 100.0  # shortest run before it; less is disorder [intervals]
 _LEAST_BLOCKS = 3  # steps back that several sensors in turn make
 _LARGEST_SHARE = 0.9  # of the length that the rows of one sensor have: 0.91 for a second one of a tenth of the rate
+_BEGINNINGS = 0.5  # share of the steps back to the first stamp that a clock which begins again has
 _RESTART = 10.0  # distance from the first stamp up to which a log has begun again [intervals]
 
 
@@ -178,6 +179,17 @@ def _repeats_in_blocks(stamps: NDArray[Any], back: NDArray[np.intp], usual: floa
     """Whether blocks of rows share their times: there are more rows than one sensor with such intervals has."""
     length = float(stamps.max()) - float(stamps.min())
     return len(back) >= _LEAST_BLOCKS and length < _LARGEST_SHARE * usual * (len(stamps) - 1)
+
+
+def shares_times(stamps: NDArray[Any]) -> bool:
+    """Whether blocks of rows share their times, and not because the clock begins again."""
+    finite = stamps[np.isfinite(stamps)] if stamps.dtype.kind == "f" else stamps
+    back = np.flatnonzero(finite[1:] < finite[:-1])
+    if not len(back):
+        return False
+    usual = _usual(finite)
+    begins_again = np.abs(finite[back + 1].astype(np.float64) - float(finite[0])) <= _RESTART * usual
+    return _repeats_in_blocks(finite, back, usual) and bool(np.mean(begins_again) < _BEGINNINGS)
 
 
 def _wrapped(stamps: NDArray[Any], row: int) -> str:

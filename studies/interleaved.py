@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sigmatau as st
+from sigmatau.io.read import turns
 from sigmatau.io.read.interleaving import find_interleaving
 from sigmatau.io.read.turn_noise import compare_slow_noise
 from studies.integer_logs import KINDS, integer_log
@@ -28,6 +29,7 @@ AXES = (3, 6)
 STAMPS = {"even": "even stamps or none", "equal pairs": "stamps in groups"}
 CLEAN = 250  # records of each of eight kinds
 NULL = 400  # pairs of series
+EQUAL_MEANS = 100  # logs of 6000 rows
 WINDOW = 6000  # rows of a real record
 CHANNELS = tuple(f"{name}_{axis}" for name in ("gyro", "accel") for axis in "xyz")
 
@@ -70,6 +72,24 @@ def of_null(seed: int, n: int) -> dict[str, int]:
     return dict(Counter(compare_slow_noise(sensor(rng, n, 50.0, 6), sensor(rng, n, 50.0, 6)) for _ in range(NULL)))
 
 
+def of_equal_means(seed: int, kind: str) -> int:
+    """Logs of 100 in which no mean depends on the turn. `kind`: of `SEVERAL` or `SINGLE`, or "zeroed": units of a model
+    whose means of the first 2 s are subtracted, as firmware does with gyros.
+    """
+    rng = np.random.default_rng(seed)
+    make = {**SEVERAL, **SINGLE, "zeroed": SEVERAL["two units of a model"]}[kind]
+    equal = 0
+    for k in range(EQUAL_MEANS):
+        samples = make(rng, WINDOW, 100.0, AXES[k % len(AXES)])
+        if kind == "zeroed":
+            of_units = samples.reshape(-1, 2, samples.shape[1])
+            samples = (of_units - of_units[:100].mean(axis=0)).reshape(samples.shape)
+        starts = turns.starts_of_parts(WINDOW, 2, 16)
+        parts = np.stack([turns.rows_by_turn(axis, starts, 2) for axis in samples.T], axis=-1)
+        equal += turns.means_by_turn(parts) is None
+    return equal
+
+
 def real(folder: Path) -> dict[str, Any]:
     """Windows of real records, and those that are taken for several sensors."""
     windows, asked = 0, []
@@ -96,6 +116,7 @@ def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
             for length in LENGTHS:
                 made[f"{kind}, {how}, {length}"] = (of_kind, (kind, how, length))
     made |= {f"clean, {kind}": (of_clean, (kind,)) for kind in KINDS}
+    made |= {f"equal means, {kind}": (of_equal_means, (kind,)) for kind in ("clean", "two units of a model", "zeroed")}
     made |= {f"null, {n} rows": (of_null, (n,)) for n in (500, 15_000)}
     return made
 
@@ -134,7 +155,7 @@ def main() -> None:
         f" at rest and moving{wrongly}.",
         f"- Slow noise of two independent sensors is called common in {nulls['in common']} of {nulls.total()} pairs of 10 s",
         "  to 5 min, six axes each.",
-        _LIMITS,
+        _LIMITS.format(*(done[f"equal means, {kind}"] for kind in ("clean", "two units of a model", "zeroed"))),
     ]
     Path("docs/study/interleaved.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -176,6 +197,8 @@ _LIMITS = """
 - Two sensors of equal bias and equal noise with even stamps, or none: their rows are those of one sensor at twice the
   rate. They are read as such, and the random walk is too small by √2. Only a column that tells the sensor helps.
 - Samples of one sensor that are sent in groups of two to four, and have white noise alone: asked about too.
+  A rule that rows of equal means are of one sensor would read {} of 100 such logs, and {} of 100 of two units of a model;
+  but also {} of 100 of two units whose means were set to zero at the start, as firmware does with gyros.
 - A line locked to half the rate for the whole log, beside white noise alone. It is asked about; the answer is
   `--interleaved 1`.
 - Two sensors of which one has two or three rows for each row of the other, if their means differ by less than twice

@@ -1,5 +1,6 @@
 """What several tests need: the field data, where there are any."""
 
+import contextlib
 import os
 import shutil
 import uuid
@@ -7,6 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from sigmatau.hints import as_options, speaking
 
 os.environ["LC_ALL"] = "C.UTF-8"  # in the locale C symbols are written in ASCII
 ROOT = Path(__file__).resolve().parent.parent
@@ -20,10 +23,10 @@ def all_digits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.fixture(autouse=True)
-def options_as_typed(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Errors of readers are tested in the words of the command line; `test_errors` tests how Python words them."""
-    if request.path.parent.name in ("io", "layouts"):
-        monkeypatch.setattr("sigmatau.errors.as_arguments", lambda message: message)
+def as_typed(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Messages of readers are tested in the words of the command line; `test_errors` tests those of Python."""
+    with speaking(as_options) if request.path.parent.name in ("io", "layouts") else contextlib.nullcontext():
+        yield
 
 
 @pytest.fixture(scope="session")

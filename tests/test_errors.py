@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import sigmatau as st
-from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError, StampError, argument
+from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError, StampError
+from sigmatau.hints import Hint, as_options, command, hints_in, speaking, worded
 
 
 def test_an_option_is_named_as_it_is_given():
@@ -27,9 +28,9 @@ def test_an_option_is_named_as_it_is_given():
     ],
 )
 def test_other_arguments(name, value, key, python, typed):
-    error = OptionError(f"give {argument(name, value, key=key)}, not {{option}}", option="name")
+    error = OptionError(f"give {Hint(name, key, value)}, not {{option}}", option="name")
     assert str(error) == f"give {python}, not `name`"
-    assert error.for_command_line({"walk": "rate-random-walk"}, {"horizon": "s"}) == f"give {typed}, not --name"
+    assert error.for_command_line() == f"give {typed}, not --name"
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,15 @@ that code which does not know sigmatau can catch them. All of them can be pickle
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any, Self
+
+from sigmatau.hints import Hint, as_options, hints_in, worded
 
 
 class _SourcedError(ValueError):
     """Base of all errors: a message, and the file or object that it is about.
+
+    The options that it names are hints in the message; see `sigmatau.hints`.
 
     Attributes
     ----------
@@ -28,8 +29,22 @@ class _SourcedError(ValueError):
 
     @property
     def message(self) -> str:
-        """The message without the source."""
+        """The message without the source, with hints in it."""
         return str(self.args[0])
+
+    @property
+    def text(self) -> str:
+        """The message behind its source, with hints in it."""
+        return _joined(self.source, self.message)
+
+    @property
+    def hints(self) -> tuple[Hint, ...]:
+        """The options that the message names."""
+        return hints_in(self.message)
+
+    def for_command_line(self) -> str:
+        """The error with options as they are typed."""
+        return worded(self.text, as_options)
 
     def about(self, source: str) -> Self:
         """The same error, with the file or object that it is about put in front.
@@ -48,7 +63,7 @@ class _SourcedError(ValueError):
         return self
 
     def __str__(self) -> str:
-        return _joined(self.source, self.message)
+        return worded(self.text)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({str(self)!r})"
@@ -69,49 +84,14 @@ def _rebuilt(kind: type[_SourcedError], args: tuple[Any, ...], fields: dict[str,
     return error
 
 
-_PLACEHOLDER = re.compile(r'\{(?:option|@(\w+)(?:\[(\w+)\])?(?:=("[^"]*"|[^"}]*))?)\}')
-
-
-def argument(name: str, value: object = None, *, key: str | None = None) -> str:
-    """A placeholder for an argument in the message of an `OptionError`, in Python and on the command line.
-
-    ``argument("walk")`` is printed as ```walk` `` or ``--walk``, ``argument("walk", "horizon", key="gyro")`` as
-    ```walk={"gyro": "horizon"}` `` or ``--walk gyro=horizon``.
-    """
-    of = "" if key is None else f"[{key}]"
-    text = "" if value is None else f'="{value}"' if isinstance(value, str) else f"={value}"
-    return f"{{@{name}{of}{text}}}"
-
-
-_PAIR = r"[a-z]\w*=[^\s,;)]+"
-_TYPED = re.compile(rf"--([a-z][a-z-]*)((?: {_PAIR}(?:,{_PAIR})*(?: --\1(?= [a-z]\w*=))?)+|=\w+| HZ\b)?")
-
-
-def as_arguments(message: str) -> str:
-    """Options as they are typed, as arguments: ``--unit gyro=deg/s`` as ``unit={"gyro": "deg/s"}``."""
-
-    def argument_of(match: re.Match[str]) -> str:
-        name, value = match[1].replace("-", "_"), (match[2] or "").strip()
-        if "=" not in value.lstrip("="):
-            return f"`{name}={value.lstrip('=')}`" if value else f"`{name}`"
-        pairs = [part.partition("=")[::2] for part in value.replace(",", " ").split() if "=" in part]
-        quoted = (f'"{key}": {text if _NUMBER.fullmatch(text) else chr(34) + text + chr(34)}' for key, text in pairs)
-        return f"`{name}={{{', '.join(quoted)}}}`"
-
-    return _TYPED.sub(argument_of, message)
-
-
-_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
-
-
 class OptionError(_SourcedError):
     """An option is wrong, or a required option is missing.
 
     Parameters
     ----------
     message : str
-        Message with the placeholder ``{option}`` for the option; `argument` makes placeholders for other options. They
-        are printed as arguments in backticks in Python, and as ``--option`` on the command line.
+        Message with the placeholder ``{option}`` for the option, and a `Hint` for other options. They are printed as
+        arguments in backticks in Python, and as ``--option`` on the command line.
     option : str or None
         Name of the option, e.g. ``"unit"``.
     rows : str
@@ -145,42 +125,10 @@ class OptionError(_SourcedError):
         if rows:
             self.add_note(rows)
 
-    def __str__(self) -> str:
-        def python(name: str, key: str | None, value: str | None) -> str:
-            if value is None:
-                return f"`{name}`"
-            return f"`{name}={value}`" if key is None else f'`{name}={{"{key}": {value}}}`'
-
-        return _joined(self.source, as_arguments(self._filled(python)))
-
-    def for_command_line(
-        self, names: Mapping[str, str] = MappingProxyType({}), units: Mapping[str, str] = MappingProxyType({})
-    ) -> str:
-        """The error with options as they are typed, without its rows.
-
-        Parameters
-        ----------
-        names : mapping of str to str
-            Options by argument, where the name differs by more than underscores.
-        units : mapping of str to str
-            Units of values by argument, where the command line needs one.
-
-        Returns
-        -------
-        str
-        """
-
-        def typed(name: str, key: str | None, value: str | None) -> str:
-            option = f"--{names.get(name, name).replace('_', '-')}"
-            if value is None:
-                return option
-            pair = ("" if key is None else f"{key}=") + value.strip('"') + units.get(name, "")
-            return f'{option} "{pair}"' if " " in pair else f"{option} {pair}"
-
-        return _joined(self.source, self._filled(typed))
-
-    def _filled(self, worded: Callable[[str, str | None, str | None], str]) -> str:
-        return _PLACEHOLDER.sub(lambda match: worded(match[1] or str(self.option), match[2], match[3]), self.message)
+    @property
+    def message(self) -> str:
+        """The message without the source, with hints in it."""
+        return super().message.replace("{option}", str(Hint(str(self.option))))
 
 
 class DataError(_SourcedError):

@@ -10,7 +10,8 @@ import scipy.io
 import sigmatau as st
 from known import seed_of
 from sigmatau.cli import main
-from sigmatau.errors import DataError, OptionError, as_arguments
+from sigmatau.errors import DataError, OptionError
+from sigmatau.hints import as_arguments, speaking
 
 
 @pytest.fixture
@@ -137,7 +138,7 @@ def test_no_file_and_wrong_options(tmp_path, csv):
         st.inspect(tmp_path / "none")
     with pytest.raises(OptionError, match="one table and no topics"):
         st.inspect(csv, topic="imu")
-    with pytest.raises(OptionError, match="`rate` must be"):
+    with pytest.raises(OptionError, match="--rate must be"):
         st.inspect(csv, rate=-1)
 
 
@@ -156,15 +157,15 @@ def test_command(csv, tmp_path, capsys):
     assert main(["inspect", str(tmp_path / "none")]) == 1
 
 
-def test_options_are_typed_or_arguments(tmp_path, capsys, monkeypatch):
+def test_options_are_typed_or_arguments(tmp_path, capsys):
     """As they are typed on the command line, as arguments in Python."""
-    monkeypatch.setattr("sigmatau.errors.as_arguments", as_arguments)
     bare, named = tmp_path / "c.npy", tmp_path / "b.csv"
     np.save(bare, np.ones((30, 7)))
     named.write_text("gx,gy,gz,ax,ay,az\n" + "1,2,3,4,5,6\n" * 40)
     assert main(["inspect", str(bare)]) == 0
     assert "--channels time=N,gyro=N:N,accel=N:N" in capsys.readouterr().out
-    assert '`channels={"time": "N", "gyro": "N:N", "accel": "N:N"}`' in repr(st.inspect(bare))
+    with speaking(as_arguments):
+        assert '`channels={"time": "N", "gyro": "N:N", "accel": "N:N"}`' in repr(st.inspect(bare))
+        assert 'give e.g. `unit={"gyro": "deg/s", "accel": "UNIT"}, rate=HZ`' in repr(st.inspect(named))
     assert main(["inspect", str(named)]) == 0
     assert "give e.g. --unit gyro=deg/s,accel=UNIT --rate HZ or --unit gyro=rad/s" in capsys.readouterr().out
-    assert 'give e.g. `unit={"gyro": "deg/s", "accel": "UNIT"}` `rate=HZ`' in repr(st.inspect(named))

@@ -47,7 +47,7 @@ def test_exact_with_the_rate_of_the_waveform(tmp_path, pieces):
 def test_the_rate_that_is_given_is_compared_with_the_waveform(tmp_path):
     save(tmp_path / "log")
     assert [f.code for f in read(tmp_path / "log", rate=190).findings] == ["rate_mismatch"]
-    with pytest.raises(OptionError, match=r"wf_increment.*200 Hz, which contradicts `rate=100`\. For 200 Hz, omit"):
+    with pytest.raises(OptionError, match=r"wf_increment.*200 Hz, which contradicts --rate 100\. For 200 Hz, omit"):
         read(tmp_path / "log", rate=100)
     record = read(tmp_path / "log", rate=100, channels={"time": "none"})
     assert [f.code for f in record.findings] == ["rate_mismatch"]

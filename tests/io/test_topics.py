@@ -64,7 +64,7 @@ class TestChoice:
         ("tables", "words"),
         [
             ([table("/imu0", (*GYRO, *ACCEL)), table("/imu1", (*GYRO, *ACCEL))], "several sensors: /imu0 .*50 rows"),
-            ([table("gyro:0", GYRO), table("gyro:1", GYRO), table("accel", ACCEL)], "--topic 'gyro:0' --topic 'accel'"),
+            ([table("gyro:0", GYRO), table("gyro:1", GYRO), table("accel", ACCEL)], "--topic gyro:0 --topic accel"),
             ([table("a", ["p"]), table("b", ["q"])], "has no IMU: none of its 2 topics"),
         ],
     )
@@ -163,7 +163,7 @@ class TestRecord:
 
     @pytest.mark.parametrize("topic", [3, [1], {"a": 1}])
     def test_no_name(self, topic):
-        with pytest.raises(OptionError, match="`topic`"):
+        with pytest.raises(OptionError, match="--topic"):
             options(topic=topic)
 
 
@@ -196,9 +196,9 @@ class TestDevices:
         [
             (
                 ("left/gyro", "left/accel", "right/gyro", "right/accel"),
-                r"e\.g\. --topic 'left/gyro' --topic 'left/accel', or --topic 'right/gyro' --topic 'right/accel'",
+                r"e\.g\. --topic left/gyro --topic left/accel, or --topic right/gyro --topic right/accel",
             ),
-            (("cam/gyro", "cam/accel", "gyro"), "e.g. --topic 'cam/gyro' --topic 'cam/accel'$"),
+            (("cam/gyro", "cam/accel", "gyro"), "e.g. --topic cam/gyro --topic cam/accel$"),
         ],
     )
     def test_several_devices_are_proposed(self, topics, words):

@@ -15,6 +15,7 @@ from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.fitting.arguments import wanted_terms
 from sigmatau.fitting.read_off_lines import Span
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, as_options
 from sigmatau.noise.terms import TERMS
 from sigmatau.options import check_choices, option
 from sigmatau.quality.options import CheckOptions
@@ -88,7 +89,7 @@ class AnalysisOptions(CheckOptions):
             form="seconds",
             unit="s",
             kind="float, optional",
-            typed="In seconds or with a unit, 500ms. Needs --method gls.",
+            typed=f"In seconds or with a unit, 500ms. Needs {as_options([Hint('method', value='gls')])}.",
         ),
     )
     read_off_at: Mapping[str, Span] | None = field(
@@ -191,4 +192,4 @@ def _check_time(tau_min: object, method: Method) -> None:
     if isinstance(tau_min, bool) or not (isinstance(tau_min, int | float | np.number) and 0 < tau_min < np.inf):
         raise OptionError(f"{{option}} must be a positive number of seconds, not {tau_min!r}", option="tau_min")
     if method != "gls":
-        raise OptionError("{option} needs least squares: --method gls", option="tau_min")
+        raise OptionError(f"{{option}} needs least squares: {Hint('method', value='gls')}", option="tau_min")

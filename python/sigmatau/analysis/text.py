@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sigmatau.errors import as_arguments
 from sigmatau.findings.wording import causes
 from sigmatau.fitting.overview import overview as fit_overview
 from sigmatau.fitting.overview import overview_rows
@@ -144,4 +143,4 @@ def printed(self: Analysis) -> str:
 
 
 def _causes(analysis: Analysis) -> list[str]:
-    return [as_arguments(line) for line in causes(analysis.findings, rest="analysis.findings")]
+    return causes(analysis.findings, rest="analysis.findings")

@@ -12,6 +12,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from sigmatau.hints import as_options, speaking
 from sigmatau.process import keep_freed
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ _OTHER_NAMES = {
 """What to give in place of an option of another command or program."""
 
 
+@speaking(as_options)
 def main(argv: Sequence[str] | None = None) -> int:
     """Run ``sigmatau`` with the given arguments and return its exit code.
 
@@ -82,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except CycloptsError as error:
         return _fail(_in_words(error), 2)
     except OptionError as error:
-        return _fail(error.for_command_line(), 2, rows=error.rows)
+        return _fail(str(error), 2, rows=error.rows)
     except (DataError, ImportError) as error:
         return _fail(str(error), 1)
     except MemoryError:
@@ -162,7 +164,7 @@ def _of_kind(kind: str) -> str:
     try:
         estimator(kind)
     except OptionError as error:
-        return error.for_command_line()
+        return str(error)
     return ""
 
 

@@ -433,7 +433,6 @@ def _failures_written(log: Path, json: Path | None, notes: Mapping[str, str]) ->
     except (OptionError, DataError, ImportError) as error:
         usage = isinstance(error, OptionError)
         if json is not None:
-            message = error.for_command_line() if isinstance(error, OptionError) else str(error)
-            failure = FailedAnalysis(path=str(log), message=message, exit_code=2 if usage else 1, notes=notes)
+            failure = FailedAnalysis(path=str(log), message=str(error), exit_code=2 if usage else 1, notes=notes)
             write_result("", failure.to_dict(), json)
         raise

@@ -34,6 +34,5 @@ class Attempts:
             return code
         *others, last = sorted(self.errors, key=lambda error: isinstance(error, OptionError))
         for error in others:
-            text = error.for_command_line() if isinstance(error, OptionError) else str(error)
-            print_error(text)
+            print_error(str(error))
         raise last

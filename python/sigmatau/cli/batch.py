@@ -203,9 +203,9 @@ def _outcome(
         marks = marks_of(analysis.fits)
         kept = None if keep is None else keep(log, analysis)
         return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=kept)
-    except OptionError as error:
-        return Outcome(log=log, error=error.for_command_line(), usage=True)
-    except (DataError, ImportError) as error:
+    except (OptionError, DataError) as error:
+        return Outcome(log=log, error=error.for_command_line(), usage=isinstance(error, OptionError))
+    except ImportError as error:
         return Outcome(log=log, error=str(error))
     except MemoryError:
         return Outcome(log=log, error=f"{log}: not enough memory for this record")

@@ -78,22 +78,19 @@ class Choosing:
 
         walks = key_values(self.rate_random_walk or [], "rate-random-walk", "gyro=upper-limit")
         noises = key_values(self.random_walk or [], "random-walk", "gyro=upper-limit")
-        with as_typed():
-            time = "want a value with its unit, e.g. 10s, 5min, 2h"
-            return Choices(
-                axes=self.axes,
-                walk=walks,
-                noise=noises,
-                horizon=None
-                if self.horizon is None
-                else time_of(self.horizon, self.horizon, option="horizon", forms=time),
-                noise_factor=self.noise_factor,
-                walk_factor=self.walk_factor,
-                filter_rate=self.filter_rate,
-                step=None if self.step is None else seconds_of(self.step, option="step"),
-                names=key_values(self.name or [], "name", "topic=/imu0"),
-                strict=self.strict,
-            )
+        time = "want a value with its unit, e.g. 10s, 5min, 2h"
+        return Choices(
+            axes=self.axes,
+            walk=walks,
+            noise=noises,
+            horizon=None if self.horizon is None else time_of(self.horizon, self.horizon, option="horizon", forms=time),
+            noise_factor=self.noise_factor,
+            walk_factor=self.walk_factor,
+            filter_rate=self.filter_rate,
+            step=None if self.step is None else seconds_of(self.step, option="step"),
+            names=key_values(self.name or [], "name", "topic=/imu0"),
+            strict=self.strict,
+        )
 
     def given(self) -> str | None:
         """An option that was given, in the form of the command line; None if none was."""
@@ -110,17 +107,13 @@ def targets_for_shell(context: CompletionContext) -> list[str]:
     return [f"{name}=" if context.argument.name == "--export" else name for name in NAMES]
 
 
-_NAMES = {"walk": "rate-random-walk", "noise": "random-walk", "names": "name"}
-_UNITS = {"horizon": "s"}
-
-
 @contextmanager
-def as_typed(before: str = "", after: str = "") -> Iterator[None]:
-    """Translate errors of an export to options of the command line."""
+def _of_export(after: str = "") -> Iterator[None]:
+    """Put the option in front of errors of an export, and what else can be done behind them."""
     try:
         yield
     except OptionError as error:
-        raise OptionError(f"{before}{error.for_command_line(_NAMES, _UNITS)}{after}", option=error.option) from None
+        raise OptionError(f"--export {error.text}{after}", option=error.option) from None
 
 
 def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
@@ -171,10 +164,9 @@ class Exports:
         if method == "read-off":
             raise OptionError("--export needs a fit: --method likelihood", option="method")
         choices = choosing.choices()
-        with as_typed():
-            for name, file in files.items():
-                check_path(target(name), file)
-            check_all(files, choices)
+        for name, file in files.items():
+            check_path(target(name), file)
+        check_all(files, choices)
         return cls(files=files, choices=choices)
 
     def check_reading(self, reading: Reading | None) -> None:
@@ -206,7 +198,7 @@ class Exports:
         from sigmatau.exporting.choices import KINDS
         from sigmatau.exporting.export import check_record
 
-        with as_typed("--export "):
+        with _of_export():
             check_record(self.files, self.choices, {name: of for name, of in rates.items() if name in KINDS})
 
     def write(self, attempts: Attempts, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
@@ -219,7 +211,7 @@ class Exports:
 
         again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
         failures: list[OptionError | DataError] = []
-        with attempts.attempt(), as_typed("--export ", again):
+        with attempts.attempt(), _of_export(again):
             files = prepare_all(analysis, self.files, choices=self.choices, named=True, failures=failures)
             print_findings((finding for file in files for finding in file.findings), quiet=quiet)
             for file in files:
@@ -227,5 +219,5 @@ class Exports:
                     file.write()
                     say(f"{file.path}: written for {file.to}", quiet=quiet)
         for failure in failures:
-            with attempts.attempt(), as_typed("--export ", again):
+            with attempts.attempt(), _of_export(again):
                 raise failure

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sigmatau.analysis.inputs import read_source
-from sigmatau.cli.choosing import Choosing, as_typed, print_findings, targets_for_shell
+from sigmatau.cli.choosing import Choosing, print_findings, targets_for_shell
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
@@ -89,19 +89,18 @@ def export_command(
         refuse_same(source, output=output)
         check_model(source, "take --from-datasheet {0}")
     choices = (choosing or Choosing()).choices()
-    with as_typed():
-        if from_datasheet is not None and rate is not None:
-            raise not_of_a_log(rate)
-        # Before a file is read. Whether a datasheet needs the horizon, its values tell.
-        check_choices(wanted, choices if from_datasheet is None else choices.without("horizon"))
-        if output is not None:
-            check_path(wanted, output)
-        expect(output)
-        prepared = (
-            _of_datasheet(from_datasheet, wanted, choices, path=output, sided=sided, quiet=quiet)
-            if from_datasheet is not None
-            else _of_source(source, wanted, choices, path=output, rate=rate, inflate=inflate, quiet=quiet)
-        )
+    if from_datasheet is not None and rate is not None:
+        raise not_of_a_log(rate)
+    # Before a file is read. Whether a datasheet needs the horizon, its values tell.
+    check_choices(wanted, choices if from_datasheet is None else choices.without("horizon"))
+    if output is not None:
+        check_path(wanted, output)
+    expect(output)
+    prepared = (
+        _of_datasheet(from_datasheet, wanted, choices, path=output, sided=sided, quiet=quiet)
+        if from_datasheet is not None
+        else _of_source(source, wanted, choices, path=output, rate=rate, inflate=inflate, quiet=quiet)
+    )
     content = prepared.content
     print_findings(prepared.findings, quiet=quiet)
     if output is not None:

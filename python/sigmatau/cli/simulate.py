@@ -167,7 +167,8 @@ def imperfections_of(
             jitter=0.0 if jitter is None else value_in_si(jitter, "s", "--jitter"),
         )
     except OptionError as error:
-        raise OptionError(error.for_command_line(_NAMES), option=error.option) from None
+        error.option = _NAMES.get(error.option or "", error.option)
+        raise
 
 
 def _units(model: NoiseModel) -> dict[str, str]:

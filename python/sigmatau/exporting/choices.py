@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field, replace
 from typing import Any, Literal
 
-from sigmatau.errors import OptionError, argument
+from sigmatau.errors import OptionError
+from sigmatau.hints import Hint
 from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.noise.terms import coefficient_unit
@@ -58,15 +59,10 @@ class Unplaced:
         return OptionError(self.why, option=self.option)
 
 
-def given(choice: str, value: object, sensor: str | None = None) -> str:
-    """A placeholder for a choice in the message of an `OptionError`, worded for Python or for the command line."""
-    return argument(choice, value, key=sensor)
-
-
 def not_of_a_log(rate: float) -> OptionError:
     """The error for a sampling rate where only that of the filter applies."""
     return OptionError(
-        "{option} is the sampling rate of a log; the rate of the filter is " + argument("filter_rate", rate),
+        f"{{option}} is the sampling rate of a log; the rate of the filter is {Hint('filter_rate', value=rate)}",
         option="rate",
     )
 
@@ -143,7 +139,8 @@ class Choices:
             absent = value is None and not name.endswith("factor")
             if not absent and not _between(value, low, high):
                 raise OptionError(
-                    f"{{@{name}}} must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}", option=name
+                    f"{Hint(name)} must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}",
+                    option=name,
                 )
         object.__setattr__(self, "walk", _in_si("walk", self.walk, ("upper-limit", "horizon")))
         object.__setattr__(self, "noise", _in_si("noise", self.noise, ("upper-limit",)))
@@ -151,12 +148,13 @@ class Choices:
             isinstance(text, str) for pair in self.names.items() for text in pair
         ):
             raise OptionError(
-                f'{{@names}} must be a mapping of texts, e.g. {{"topic": "/imu0"}}, not {self.names!r}', option="name"
+                f'{Hint("names")} must be a mapping of texts, e.g. {{"topic": "/imu0"}}, not {self.names!r}',
+                option="name",
             )
         if "horizon" in self.walk.values() and self.horizon is None:
             raise OptionError(
                 f"a random walk that matches the Allan variance at a horizon needs {{option}} in s, e.g."
-                f" {given('horizon', 10)}",
+                f" {Hint('horizon', value=10)}",
                 option="horizon",
             )
 
@@ -190,24 +188,24 @@ def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str |
     option = _TERMS[name]
     if not isinstance(chosen, Mapping):
         raise OptionError(
-            f"{{@{name}}} must be a mapping by sensor, e.g. {given(name, words[0], 'gyro')}, not {chosen!r}",
+            f"{Hint(name)} must be a mapping by sensor, e.g. {Hint(name, 'gyro', words[0])}, not {chosen!r}",
             option=option,
         )
     found: dict[str, str | float] = {}
     for sensor, wanted in chosen.items():
         if sensor not in KINDS:
-            raise OptionError(f"{{@{name}}}: unknown sensor {sensor!r}; sensors: gyro, accel", option=option)
+            raise OptionError(f"{Hint(name)}: unknown sensor {sensor!r}; sensors: gyro, accel", option=option)
         value = wanted
         if isinstance(wanted, str) and wanted not in words:
             unit = coefficient_unit(option, *_QUANTITIES[sensor])
             try:
-                value = value_in_si(wanted, unit, f"{argument(name)} of {sensor}")
+                value = value_in_si(wanted, unit, f"{Hint(name)} of {sensor}")
             except OptionError as error:
-                others = ", ".join(given(name, word, sensor) for word in words)
+                others = ", ".join(f"{Hint(name, sensor, word)}" for word in words)
                 raise OptionError(f"{error.message}; or {others}", option=option) from None
         if not isinstance(value, str) and not _between(value, SMALLEST, LARGEST):
             raise OptionError(
-                f"{{@{name}}} of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
+                f"{Hint(name)} of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
                 option=option,
             )
         found[sensor] = value

@@ -12,13 +12,14 @@ from typing import Protocol
 
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.choices import KINDS, Choices, Unplaced, given
+from sigmatau.exporting.choices import KINDS, Choices, Unplaced
 from sigmatau.exporting.source import Source, have_several_rates, one_rate, sensor_rates, source_of
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
 from sigmatau.exporting.values import Numbers, Target, filter_rate, filter_step, three_axes
 from sigmatau.findings.exporting import ChoiceWithoutPlace, FastestRate, NotAdequate, OnlyLimits, OtherRate, PoorTrust
 from sigmatau.findings.finding import Finding
+from sigmatau.hints import Hint
 from sigmatau.io.atomic import atomic
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
@@ -233,22 +234,22 @@ def find_unplaced(target: Target, choices: Choices, source: Source | None = None
         for key in sorted(set(choices.names) - set(target.names))
     ]
     if choices.step is not None and not target.has_step:
-        why = f"{{@step}} does not apply to {name}, whose file does not depend on a step"
+        why = f"{Hint('step')} does not apply to {name}, whose file does not depend on a step"
         unplaced.append(Unplaced(choice="step", why=why))
     if choices.horizon is not None and not target.has_horizon and "horizon" not in choices.walk.values():
-        why = f"{{@horizon}} does not apply to {name} without {given('walk', 'horizon', 'gyro')}"
+        why = f"{Hint('horizon')} does not apply to {name} without {Hint('walk', 'gyro', 'horizon')}"
         unplaced.append(Unplaced(choice="horizon", why=why))
     if choices.axes == "each" and not (target.per_axis or target.every_axis):
         why = f"{name} has one number for all axes: choose worst or mean, not each"
         unplaced.append(Unplaced(choice="axes", why=why))
     if choices.axes == "mean" and target.every_axis:
-        why = f"{name} has every axis separately, and no mean: omit {{@axes}}"
+        why = f"{name} has every axis separately, and no mean: omit {Hint('axes')}"
         unplaced.append(Unplaced(choice="axes", why=why))
     for rule in target.unused:
         chosen = [choice for choice in rule.choices if getattr(choices, choice) != getattr(default, choice)]
         if chosen and (rule.when is None or (source is not None and _applies(rule.when, target, source, choices))):
             why = f"does not apply to {name}: {rule.why}"
-            unplaced += [Unplaced(choice=choice, why=f"{{@{choice}}} {why}") for choice in chosen]
+            unplaced += [Unplaced(choice=choice, why=f"{Hint(choice)} {why}") for choice in chosen]
     return unplaced
 
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from sigmatau._native import kernels
 from sigmatau.errors import OptionError
-from sigmatau.exporting.choices import given
 from sigmatau.exporting.values import Number, Numbers, Unused, by_axis, noises, of_channel, slow_avar
 from sigmatau.findings.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.findings.finding import Finding
+from sigmatau.hints import Hint, as_options
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, display_units
@@ -207,7 +207,7 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
             raise OptionError(
                 f"{name}: one Gauss-Markov process can match the flicker noise (bias instability {b / size:.3g} {text}) at"
                 " one averaging time only, and the Allan deviation of the model has no lowest point: give"
-                f" {given('horizon', 10)} or the time over which the filter relies on the bias",
+                f" {Hint('horizon', value=10)} or the time over which the filter relies on the bias",
                 option="horizon",
             )
         left = _left_out(model, "rate_random_walk", "rate_ramp")
@@ -229,7 +229,8 @@ def _of_walk(numbers: Numbers, sensor: str) -> Process:
     k, horizon = numbers.walk(sensor), _walk_horizon(numbers, sensor)
     if horizon is None:
         raise OptionError(
-            f"{sensor}: a rate random walk as a Gauss-Markov process needs {{option}}, e.g. {given('horizon', 10)}, in s;"
+            f"{sensor}: a rate random walk as a Gauss-Markov process needs {{option}}, e.g."
+            f" {Hint('horizon', value=10)}, in s;"
             f" the correlation time is {WALK_TIME:g} times the horizon",
             option="horizon",
         )
@@ -285,8 +286,8 @@ def replaced_noise(numbers: Numbers) -> list[str]:
             omitted += [OmittedTerm(channel=name, term="resonance", value=r.sigma) for r in model.resonance]
         if parts:
             sentences.append(
-                f"Observed, and omitted for the chosen random walk: {'; '.join(parts)}. --rate-random-walk {sensor}=horizon"
-                " approximates all slow noise."
+                f"Observed, and omitted for the chosen random walk: {'; '.join(parts)}."
+                f" {as_options([Hint('walk', sensor, 'horizon')])} approximates all slow noise."
             )
             channels = tuple(dict.fromkeys(one.channel for one in omitted))
             details = SlowNoiseLeftOut(sensor=sensor, omitted=tuple(omitted))
@@ -334,8 +335,8 @@ def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: st
     if "rate_random_walk" in model:
         return (
             f"{name}: the model has a rate random walk and no bias instability; this target has a Gauss-Markov bias: give"
-            f" {given('horizon', 10)}, the time in s up to which the process follows the walk, or add gauss_markov to the"
-            " channel in the model file"
+            f" {Hint('horizon', value=10)}, the time in s up to which the process follows the walk, or add"
+            " gauss_markov to the channel in the model file"
         )
     known = ""
     if "bias_instability" in model.limits:
@@ -344,9 +345,9 @@ def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: st
     # One number is for all axes of a sensor, so that all need a limit.
     others = [m for n, m in numbers.whole.channels.items() if stream_name(n) == sensor]
     known_limits = all("rate_random_walk" in m.limits or "rate_random_walk" in m for m in others)
-    limit = f"{given('walk', 'upper-limit', sensor)} or " if known_limits else ""
+    limit = f"{Hint('walk', sensor, 'upper-limit')} or " if known_limits else ""
     return (
         f"{name}: the model has no slow noise{known}; this target needs a Gauss-Markov bias: choose"
-        f" {limit}{given('walk', f'1e-6 {si}', sensor)} (a value with unit) with"
-        f" {given('horizon', 10)}, or add gauss_markov to the channel in the model file"
+        f" {limit}{Hint('walk', sensor, f'1e-6 {si}')} (a value with unit) with"
+        f" {Hint('horizon', value=10)}, or add gauss_markov to the channel in the model file"
     )

@@ -260,8 +260,8 @@ def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBa
 def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> ReadBack:
     if rate is None:
         raise OptionError(
-            "gyr_n and acc_n of imu_utils are standard deviations of a sample, not densities: give --rate, the sampling rate"
-            " of the record in Hz",
+            "gyr_n and acc_n of imu_utils are standard deviations of a sample, not densities: give {option}, the sampling"
+            " rate of the record in Hz",
             option="rate",
         )
     for path in values:

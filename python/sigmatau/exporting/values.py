@@ -12,11 +12,12 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, TypeVar
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.choices import KINDS, RANGES, Choices, given
+from sigmatau.exporting.choices import KINDS, RANGES, Choices
 from sigmatau.exporting.source import Source, have_several_rates, one_rate
 from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten
 from sigmatau.findings.finding import Finding
+from sigmatau.hints import Hint, as_options
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
 from sigmatau.model.noise_model import NoiseModel
@@ -141,7 +142,7 @@ class Numbers:
             covered = self.choices.walk.get(sensor) == "horizon"
             left = fast + ([] if covered else slow)
             if left:
-                more = f" --rate-random-walk {sensor}=horizon approximates slow noise by a random walk."
+                more = f" {as_options([Hint('walk', sensor, 'horizon')])} approximates slow noise by a random walk."
                 terms = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
                 said.append(
                     f"This format has no field for {terms} of the {KINDS[sensor]}; omitted."
@@ -252,7 +253,9 @@ class Numbers:
         some = len(lacking) < len(every)
         who = ", ".join(lacking) if some else KINDS[sensor]
         more = self._choices_of(sensor, term, limit=bool(known))
-        more += [f"{given('axes', 'worst')} (the value of the others for all)"] * (some and not self.choices.strict)
+        more += [f"{Hint('axes', value='worst')} (the value of the others for all)"] * (
+            some and not self.choices.strict
+        )
         why = (
             f"{who}: no {TERMS[term].label(model.quantity)} observed{known}, this target needs one: choose"
             f" {' or '.join(more)}"
@@ -265,13 +268,13 @@ class Numbers:
         choice = "noise" if term == "random_walk" else "walk"
         channels = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
         si = next(iter(channels.values())).unit_of(term)
-        found = [given(choice, "upper-limit", sensor)] if limit else []
-        found.append(f"{given(choice, f'1e-6 {si}', sensor)} (a value with unit)")
+        found = [str(Hint(choice, sensor, "upper-limit"))] if limit else []
+        found.append(f"{Hint(choice, sensor, f'1e-6 {si}')} (a value with unit)")
         whole = Numbers(self.whole, self.choices)
         if choice == "walk" and horizon and any(map(whole.has_slow_noise, channels)):
             found.append(
-                f"{given('walk', 'horizon', sensor)} with {given('horizon', 10)} (matches the Allan variance of the model"
-                " there)"
+                f"{Hint('walk', sensor, 'horizon')} with {Hint('horizon', value=10)} (matches the Allan variance of the"
+                " model there)"
             )
         return found
 
@@ -286,7 +289,7 @@ class Numbers:
             limit = all("rate_random_walk" in m.limits for m in self.channels(stream_name(channel)).values())
             more = self._choices_of(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
             if self.choices.axes == "each":
-                more.append(f"{given('axes', 'worst')} (the value of the other axes for all)")
+                more.append(f"{Hint('axes', value='worst')} (the value of the other axes for all)")
             line = (
                 " except a sinusoid, which a random walk does not match"
                 if self.model.channels[channel].sinusoid
@@ -388,7 +391,7 @@ def filter_step(rates: Mapping[str, float], choices: Choices) -> float:
         of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
         more = f"; the channels have several rates ({of_record})" if rates else ""
         raise OptionError(
-            f"the step of the filter is needed: give {{option}} in seconds, or {{@filter_rate}} in Hz{more}",
+            f"the step of the filter is needed: give {{option}} in seconds, or {Hint('filter_rate')} in Hz{more}",
             option="step",
         )
     return 1 / filter_rate(rates, choices)
@@ -400,8 +403,8 @@ def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
     missing = [name for name in names if name not in channels]
     if missing:
         raise OptionError(
-            f"{given('axes', 'each')} needs three axes, and there is no {', '.join(missing)}; {given('axes', 'worst')}"
-            " writes one value for all",
+            f"{Hint('axes', value='each')} needs three axes, and there is no {', '.join(missing)};"
+            f" {Hint('axes', value='worst')} writes one value for all",
             option="axes",
         )
     return names

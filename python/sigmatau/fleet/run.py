@@ -339,9 +339,9 @@ class _Run:
             self._give_up(task, "its worker ended each time it was tried, which happens when memory is short")
 
     def _failed(self, task: _Task, error: BaseException) -> None:
-        if isinstance(error, OptionError):
-            self._give_up(task, error.for_command_line(), code=2)
-        elif isinstance(error, DataError | ImportError):
+        if isinstance(error, OptionError | DataError):
+            self._give_up(task, error.for_command_line(), code=2 if isinstance(error, OptionError) else 1)
+        elif isinstance(error, ImportError):
             self._give_up(task, str(error))
         else:
             self._give_up(task, f"{type(error).__name__}: {error}")

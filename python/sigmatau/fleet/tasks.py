@@ -137,9 +137,9 @@ def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> 
         source = replace(analysis.source, path=log.place, options=job.options.get("reading", {}))
         analysis = replace(analysis, source=source, options=job.options.get("analysis", {}))
         return _entered(log, job, analysis, code)
-    except OptionError as error:
-        return failed(log, job, _about(log, error.for_command_line()), code=2)
-    except (DataError, ImportError) as error:
+    except (OptionError, DataError) as error:
+        return failed(log, job, _about(log, error.for_command_line()), code=2 if isinstance(error, OptionError) else 1)
+    except ImportError as error:
         return failed(log, job, _about(log, str(error)))
     except MemoryError:
         return failed(log, job, _about(log, "not enough memory for this record"))

@@ -23,6 +23,7 @@ from sigmatau._native import formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.rates import RateChange
+from sigmatau.hints import RATE
 from sigmatau.io.live_lines import (
     find_named_layout,
     has_repeated_rows,
@@ -245,7 +246,7 @@ class Live:
             if self.options.rate is None:
                 what = "has seconds and their fractions in two columns" if choice.split else "has dates or clock times"
                 raise OptionError(
-                    f"column {table.label(choice.time)} {what}, which watch does not read: give --rate HZ",
+                    f"column {table.label(choice.time)} {what}, which watch does not read: give {RATE}",
                     option="rate",
                 )
             choice = replace(choice, time=None, split=None)  # lines are read as plain numbers here
@@ -261,7 +262,7 @@ class Live:
             good = [without_repeats(columns, None) if self._repeats else columns for columns in good]
             stamps = np.concatenate([stamps, *(columns[at] for columns in good)])
             if len(stamps) < 3 and self.options.rate is None:
-                raise OptionError("gives too few time stamps to tell the rate: say --rate HZ", option="rate")
+                raise OptionError(f"gives too few time stamps to tell the rate: give {RATE}", option="rate")
         if len(stamps) < 3:  # nothing to check
             choice = replace(choice, time=None)
         self.rate, self.source_of_rate, counted = find_rate(table, choice, stamps, unit.get("time"), self.options)

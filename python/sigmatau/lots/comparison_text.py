@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sigmatau.hints import Hint, command
 from sigmatau.lots.repeatability import Judgement, RandomEffects
 from sigmatau.lots.runs import MEAN, SIGNED, Label
 from sigmatau.noise.terms import TERMS, display_units
@@ -21,6 +22,7 @@ _SCREEN = 23  # lines, and a prompt
 _LEAST_ROWS = 6  # of the table of one group
 _MOST_ROWS = 13  # of the table of many groups
 _ALL_NAMED = 7  # runs that are all named in the first line, as the days of a week
+_CSV = command("compare", Hint("csv", value="FILE"))
 _MOST_NAMED = 4  # runs, groups or results that are named in a line
 _STD = 3  # column of STD %, which a table that is too wide leaves to --table
 _LARGEST = 1.0  # relative spread up to which it is printed
@@ -93,7 +95,7 @@ def _of_one(comparison: RunComparison) -> list[str]:
         order = [at for at in order if at in worst]
     lines = [_head(comparison), *_table(comparison, order, judgements)]
     if len(compared) > len(order):
-        lines.append(f"{len(compared) - len(order)} more rows, none worse: --table")
+        lines.append(f"{len(compared) - len(order)} more rows, none worse: {command('compare', Hint('table'))}")
     return lines + below
 
 
@@ -226,7 +228,7 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
     if len(lines) > _MOST_NAMED:
         lines = [
             *lines[:_MOST_NAMED],
-            f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: --csv",
+            f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: {_CSV}",
         ]
     alike = sum(judgements[at] == "too_alike" for at in rows)
     if alike:
@@ -318,7 +320,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
     lines = [f"{used} results of {len(comparison.groups)} {group}s"]
     lines += ["  ".join(text.ljust(w) for text, w in zip(row, widths, strict=True)).rstrip() for row in cells]
     if len(listed) > _MOST_ROWS:
-        lines.append(f"{len(listed) - _MOST_ROWS} more rows: --csv, --json")
+        lines.append(f"{len(listed) - _MOST_ROWS} more rows: {_CSV}")
     lines.append(f"STD and between {what}s: medians over the {group}s")
     outliers = comparison.outliers() if "outlier" in judgements else {}
     named: dict[str, list[str]] = {}
@@ -330,7 +332,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
         more = f" and {len(runs) - 1} more" if len(runs) > 1 else ""
         lines.append(f"! {name}: {what} {runs[0]}{more} does not belong")
     if len(named) > _MOST_NAMED:
-        lines.append(f"! {len(named) - _MOST_NAMED} more {group}s have a {what} that does not belong: --csv")
+        lines.append(f"! {len(named) - _MOST_NAMED} more {group}s have a {what} that does not belong: {_CSV}")
     return wrapped(lines)
 
 

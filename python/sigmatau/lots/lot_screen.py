@@ -6,6 +6,7 @@ import math
 import textwrap
 from collections.abc import Sequence
 
+from sigmatau.hints import Hint, worded
 from sigmatau.lots.lot_findings import difference
 from sigmatau.lots.lot_remark import STATES
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
@@ -56,7 +57,8 @@ def _only_described(lot: Lot, width: int) -> list[str]:
     fit = sum(one.state == "not_judged" and one.name not in told for one in lot.units)
     if lot.spec is not None or not fit:
         return []
-    found = f"{fit} {'unit' if fit == 1 else 'units'}: nothing found. Give --spec SPEC.toml to judge"
+    spec = worded(str(Hint("spec", value="SPEC.toml")))
+    found = f"{fit} {'unit' if fit == 1 else 'units'}: nothing found. Give {spec} to judge"
     return wrapped([f"{found} {'it' if fit == 1 else 'them'}."], width=width)
 
 
@@ -66,8 +68,9 @@ def _only_typical(lot: Lot, rows: Sequence[Pooled], width: int) -> list[str]:
         return []
     if any(claim.maximum is not None for claim in lot.spec.claims):
         return []
-    hint = "has typical values only, which pass no unit. --factor 1.5: 1.5 times these values are maxima."
-    return wrapped([f"{lot.spec.name} {hint}"], width=width)
+    factor = worded(str(Hint("factor", value=1.5)))
+    text = f"{lot.spec.name} has typical values only, which pass no unit. {factor}: 1.5 times these values are maxima."
+    return wrapped([text], width=width)
 
 
 def told_units(lot: Lot) -> list[JudgedUnit]:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from sigmatau.analysis.reading import read_result
 from sigmatau.errors import DataError
+from sigmatau.hints import Hint, command
 from sigmatau.lots.runs import LIMITED, OBSERVED, SIGNED, WITHOUT_ERROR, Run, RunsBuilder, RunTable, error_of, joined
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit
@@ -38,7 +39,9 @@ def gather(places: Sequence[Path]) -> list[Path]:
         tables = (file for file in inside if file[-4:].lower() == ".csv" and not file.endswith(_CURVES))
         results += [file for file in tables if file[:-4] not in named and _header(Path(file)) is not None]
         if not results:
-            raise DataError(f"{place}: no result in this folder; sigmatau analyze LOGS --json {place} writes them")
+            raise DataError(
+                f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
+            )
         found += map(Path, results)
     return found
 
@@ -95,7 +98,7 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
             raise DataError(f"{file}: No such file or directory")
         raise DataError(
             f"{file}: not a table of coefficients: columns channel, term and value are needed;"
-            " a log must first be analysed: sigmatau analyze LOG --json RESULT.json"
+            f" a log must first be analysed: {command('analyze', 'LOG', Hint('json', value='RESULT.json'))}"
         )
     if "unit" not in columns:
         raise DataError(f"{file}: the column 'unit' is missing: the unit of each value")

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, command
 from sigmatau.io.atomic import atomic
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import channels_of, correlation_of, toml
@@ -134,7 +135,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
                 raise DataError(f"{path}: no TOML file: {error}") from None
             raise DataError(
                 f"{path}: not a model file (.toml), result (.json) or, for sigmatau export, YAML (.yaml). If this is a log:"
-                f" first sigmatau analyze {path} --json {path.with_suffix('.json')}"
+                f" first {command('analyze', str(path), Hint('json', value=path.with_suffix('.json')))}"
             ) from None
         try:
             return cls.from_dict(content)

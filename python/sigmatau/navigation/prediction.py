@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.hints import Hint, worded
 from sigmatau.model.channel import alike_text
 from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
 from sigmatau.noise.terms import TERMS
@@ -278,8 +279,10 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 + ", ".join(_bias(name, value) for name, value in self.turn_on.items())
                 + " (standard deviations)."
                 if self.turn_on
-                else "A bias at turn-on, which no record at rest shows, is not in it: give it (--turn-on, `turn_on`),"
-                " or calibrate."
+                else worded(
+                    f"A bias at turn-on, which no record at rest shows, is not in it: give it ({Hint('turn_on')}),"
+                    " or calibrate."
+                )
             )
         if self.flicker_in_records is not None:
             least, largest = (f"{ratio:.2g}" for ratio in self.flicker_in_records)

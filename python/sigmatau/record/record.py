@@ -20,6 +20,7 @@ from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.record.missing import mask_of, missing_values
 from sigmatau.record.sampling import GIVEN, RateSource
 from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform, check_kind, check_rate, check_rates
@@ -432,7 +433,9 @@ def _factor(spelled: str, channel: str, si: str, kind: InputKind) -> float:
     if found.si != wanted:
         choices = ", ".join(units.known(wanted))
         if kind == "rate":
-            remedy = f"is not a unit of a rate: give one of {choices}; or --input increments or accumulated"
+            remedy = (
+                f"is not a unit of a rate: give one of {choices}; or {Hint('input', value='increments')} or accumulated"
+            )
         else:
             remedy = f"is the unit of a rate, but the input is {kind}: give one of {choices}"
         raise OptionError(f"{channel}: {spelled!r} {remedy}", option="unit")

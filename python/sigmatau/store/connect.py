@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.hints import Hint, command
 
 if TYPE_CHECKING:
     from alembic.config import Config
@@ -133,7 +134,9 @@ def _file(path: Path, *, create: bool) -> Path:
         raise DataError(f"{path}: is a directory; give the name of a file")
     if not path.exists():
         if not create:
-            raise DataError(f"{path}: there is no such store; sigmatau store add RESULTS --store {path} makes one")
+            raise DataError(
+                f"{path}: there is no such store; {command('store', 'add', 'RESULTS', Hint('store', value=path))} makes one"
+            )
         if not path.absolute().parent.is_dir():
             raise DataError(f"{path}: there is no directory {path.parent}")
         return path

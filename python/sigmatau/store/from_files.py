@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, command, worded
 from sigmatau.process import end_with_parent, uninterrupted
 from sigmatau.store.ingest import BATCH, Added, add_rows
 from sigmatau.store.naming import Naming, UnknownUnitError
@@ -73,7 +75,9 @@ def gather(places: Sequence[Path]) -> list[Path]:
             continue
         inside = sorted(file for file in place.rglob("*") if file.suffix.lower() == ".json" and file.is_file())
         if not inside:
-            raise DataError(f"{place}: no result in this folder; sigmatau analyze LOGS --json {place} writes them")
+            raise DataError(
+                f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
+            )
         found |= dict.fromkeys(inside)
     return list(found)
 
@@ -103,7 +107,7 @@ def add_files(
     found = _read_all(batches, naming, jobs if len(files) > _FEW else 1)
     with _without_collection():
         for batch, (rows, wrong) in zip(batches, found, strict=True):
-            problems += wrong
+            problems += [replace(problem, reason=worded(problem.reason)) for problem in wrong]
             if rows:
                 total += add_rows(engine, rows)
             count += len(batch)
@@ -135,7 +139,7 @@ def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> I
         except BrokenProcessPool:
             raise DataError(
                 "a process that read files was ended, as the system does when memory is short; what was added stays, and the"
-                " same command with --jobs 1 adds the others"
+                f" same with {Hint('jobs', value=1)} adds the others"
             ) from None
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -167,7 +171,7 @@ def _read(files: Sequence[Path], naming: Naming) -> _Read:
             rows.append(_rows_of(file, naming))
         except DataError as error:
             unknown = isinstance(error, UnknownUnitError)
-            problems.append(Problem(file=file, reason=str(error), unit_unknown=unknown))
+            problems.append(Problem(file=file, reason=error.text, unit_unknown=unknown))
     return rows, problems
 
 
@@ -180,7 +184,11 @@ def _rows_of(file: Path, naming: Naming) -> Rows:
     try:
         content = loads(data)
     except (ValueError, RecursionError) as error:
-        what = "not JSON, which sigmatau analyze --json writes" if data.lstrip()[:1] != b"{" else f"not JSON: {error}"
+        what = (
+            f"not JSON, which {command('analyze', Hint('json'))} writes"
+            if data.lstrip()[:1] != b"{"
+            else f"not JSON: {error}"
+        )
         raise DataError(what if data.strip() else "is empty") from None
     if not isinstance(content, dict) or not isinstance(content.get("channels"), dict):
         raise DataError("not a result of sigmatau analyze")

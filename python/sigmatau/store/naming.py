@@ -12,6 +12,7 @@ from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.lots.runs import RUN_NOTES, SERIAL_NOTES
 from sigmatau.store.rows import Entry, in_utc
 
@@ -68,17 +69,17 @@ class Naming:
             For two names of the unit, an empty one, a date that is not ISO 8601, or an expression without a group.
         """
         if self.unit is not None and self.unit_from is not None:
-            raise OptionError("--unit and --unit-from both name the unit; give one of them", option="unit_from")
+            raise OptionError(f"{Hint('unit')} and {{option}} both name the unit; give one of them", option="unit_from")
         if self.unit is not None and not self.unit.strip():
-            raise OptionError("--unit is empty; give the serial number", option="unit")
+            raise OptionError("{option} is empty; give the serial number", option="unit")
         if self.date not in (None, IN_NAME):
             time = _iso(str(self.date))
             if time is None:
-                raise OptionError(f"--date {self.date}: must be like 2026-05-01T12:00, or name", option="date")
+                raise OptionError(f"{{option}} {self.date}: must be like 2026-05-01T12:00, or name", option="date")
             in_utc(time)
         if self.temperature is not None and not -_KELVIN <= self.temperature < math.inf:
             raise OptionError(
-                f"--temperature {self.temperature:g}: must be a temperature in °C, above {-_KELVIN}",
+                f"{{option}} {self.temperature:g}: must be a temperature in °C, above {-_KELVIN}",
                 option="temperature",
             )
         if self.unit_from not in (None, FOLDER, LOG_FOLDER):
@@ -86,12 +87,12 @@ class Naming:
                 groups = re.compile(str(self.unit_from)).groups
             except re.error as error:
                 raise OptionError(
-                    f"--unit-from {self.unit_from}: must be folder, log-folder or a regular expression: {error}",
+                    f"{{option}} {self.unit_from}: must be folder, log-folder or a regular expression: {error}",
                     option="unit_from",
                 ) from None
             if groups < 1:
                 raise OptionError(
-                    f"--unit-from {self.unit_from}: must be folder, log-folder, or a regular expression with a group,"
+                    f"{{option}} {self.unit_from}: must be folder, log-folder, or a regular expression with a group,"
                     r" e.g. '(SN\d+)'",
                     option="unit_from",
                 )
@@ -144,11 +145,13 @@ class Naming:
             found = (match[1] or "") if match else ""
             if not found:
                 raise UnknownUnitError(
-                    f"--unit-from {self.unit_from!r} finds no unit in the path of the log, {log!r:.200}"
+                    f"{Hint('unit_from')} {self.unit_from!r} finds no unit in the path of the log, {log!r:.200}"
                 )
         if not found:
-            raise UnknownUnitError("its unit is not known; give --unit NAME, --unit-from folder, or analyze with --note"
-                                   ' "serial number=A123"')  # fmt: skip
+            raise UnknownUnitError(
+                f"its unit is not known; give {Hint('unit', value='NAME')}, {Hint('unit_from', value='folder')}, or analyze"
+                f" with {Hint('note', 'serial number', 'A123')}"
+            )
         return found
 
     def _recorded(self, notes: Mapping[str, str], log: str) -> datetime | None:
@@ -160,7 +163,9 @@ class Naming:
             if text := notes.get(key):
                 found = _iso(text)
                 if found is None:
-                    raise DataError(f"the note {key} {text!r:.40} is not a date like 2026-05-01T12:00; give --date")
+                    raise DataError(
+                        f"the note {key} {text!r:.40} is not a date like 2026-05-01T12:00; give {Hint('date')}"
+                    )
                 return found
         return None
 
@@ -172,10 +177,10 @@ class Naming:
                 degrees = _celsius(text)
                 if degrees is None:
                     raise DataError(
-                        f"the note {key} {text!r:.40} is not a temperature like 25 degC; give --temperature"
+                        f"the note {key} {text!r:.40} is not a temperature like 25 degC; give {Hint('temperature')}"
                     )
                 if degrees < -_KELVIN:
-                    raise DataError(f"the note {key} {text!r:.40} is below absolute zero; give --temperature")
+                    raise DataError(f"the note {key} {text!r:.40} is below absolute zero; give {Hint('temperature')}")
                 return degrees
         return None
 
@@ -209,4 +214,4 @@ def _in_name(log: str) -> datetime:
             for h, m, s in ((hour, minute, second), (0, 0, 0)):
                 with suppress(ValueError):
                     return datetime(int(year), int(month), int(day), int(h or 0), int(m or 0), int(s or 0))  # noqa: DTZ001  UTC
-    raise DataError(f"no date in the name of the log {log!r:.60}; give --date 2026-05-01")
+    raise DataError(f"no date in the name of the log {log!r:.60}; give {Hint('date', value='2026-05-01')}")

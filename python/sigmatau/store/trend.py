@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import chi2_quantile_above, student_below, student_quantile
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.lots.runs import SIGNED
 from sigmatau.results import Tabular, plain
 
@@ -188,7 +189,9 @@ def trend_of(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "mont
     values = np.array(rows["value"], dtype=np.float64)
     if not dated.any():
         what = (
-            "none of the runs with it has a time; add results with --date" if len(values) else "no selected run has it"
+            f"none of the runs with it has a time; add results with {Hint('date')}"
+            if len(values)
+            else "no selected run has it"
         )
         raise DataError(f"no trend of {term}: {what}")
     position = {name: k for k, name in enumerate(dict.fromkeys(rows["unit"]))}

@@ -12,11 +12,12 @@ import math
 from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
-from sigmatau.exporting.choices import given
 from sigmatau.exporting.text import comment, number, remark, single
 from sigmatau.exporting.values import Numbers, Target
+from sigmatau.hints import Hint, as_options
 from sigmatau.results import seconds
 
+_STEP = as_options([Hint("step")])
 _LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts less often
 
 # EKF2_PREDICT_US as it is delivered.
@@ -58,7 +59,7 @@ def _write_px4(numbers: Numbers) -> str:
     step = _step(numbers, _PX4_STEP)
     lines = [
         f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms, EKF2_PREDICT_US ="
-        f" {round(1e6 * step)}; --step changes it.",
+        f" {round(1e6 * step)}; {_STEP} changes it.",
         "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2. Single precision.",
         *map(remark, numbers.omitted_terms()),
         "# vehicle\tcomponent\tname\tvalue\ttype",
@@ -73,7 +74,7 @@ def _write_ardupilot(numbers: Numbers) -> str:
     step = _step(numbers, _ARDUPILOT_STEP)
     lines = [
         f"# EK3 noise for a filter step of {seconds(1000 * step)} ms. Steps by SCHED_LOOP_RATE: 12.5 ms at 400 Hz, 13.33"
-        " at 300, 10 at 200 or 100, 20 at 50; set it with --step.",
+        f" at 300, 10 at 200 or 100, 20 at 50; set it with {_STEP}.",
         "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2 and (dt^2*p)^2.",
         *map(remark, numbers.omitted_terms()),
     ]
@@ -103,7 +104,8 @@ def _step(numbers: Numbers, default: float) -> float:
     step = numbers.choices.step or default
     if step > _LONGEST_STEP:
         raise OptionError(
-            f"{{option}} {step:g} is too long for an autopilot; the unit is s: {step:g} ms is {given('step', step / 1000)}",
+            f"{{option}} {step:g} is too long for an autopilot; the unit is s: {step:g} ms is"
+            f" {Hint('step', value=step / 1000)}",
             option="step",
         )
     return step
@@ -118,7 +120,7 @@ def _identity(numbers: Numbers, key: str) -> str:
 
 PX4 = Target(
     name="px4",
-    summary="PX4 EKF2 parameters: N/sqrt(dt) and K/sqrt(dt), dt its prediction step (10 ms, --step)",
+    summary=f"PX4 EKF2 parameters: N/sqrt(dt) and K/sqrt(dt), dt its prediction step (10 ms, {_STEP})",
     ending=".params",
     write=_write_px4,
     has_step=True,
@@ -128,7 +130,7 @@ PX4 = Target(
 
 ARDUPILOT = Target(
     name="ardupilot",
-    summary="ArduPilot EK3 parameters: N/sqrt(dt) and K/sqrt(dt), dt the step of its filter (12.5 ms, --step)",
+    summary=f"ArduPilot EK3 parameters: N/sqrt(dt) and K/sqrt(dt), dt the step of its filter (12.5 ms, {_STEP})",
     ending=".parm",
     write=_write_ardupilot,
     has_step=True,

@@ -12,10 +12,10 @@ from __future__ import annotations
 import math
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.exporting.choices import given
 from sigmatau.exporting.gauss_markov import exact_at
 from sigmatau.exporting.text import comment, joined, vector
 from sigmatau.exporting.values import Number, Numbers, Target, Unused, by_axis, noises
+from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds, two_digits
 
@@ -82,20 +82,19 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
         time = max((found for found in bottoms if found is not None), default=None)
     rate = numbers.known_rate()
     if time is None or rate is None:
-        lacking = (
-            "{@filter_rate}" if time is not None else "{@horizon}" if rate is not None else "{@filter_rate}, {@horizon}"
-        )
+        lacking = [Hint("filter_rate")] * (rate is None) + [Hint("horizon")] * (time is None)
         raise OptionError(
             f"{sensor}: MATLAB simulates bias instability with a filter of one pole per sample of the time up to which it"
-            f" is accurate: give {lacking}",
+            f" is accurate: give {', '.join(map(str, lacking))}",
             option="filter_rate" if time is not None else "horizon",
         )
     poles = max(math.ceil(time * rate - 1e-9), 1)
     if poles > _MOST_POLES:
         raise OptionError(
             f"{sensor}: bias instability up to {seconds(time)} s at {rate:g} Hz needs a filter of {poles} poles, more than"
-            f" {_MOST_POLES}, which is too slow: give {given('horizon', two_digits(_MOST_POLES / rate / 1.1))} or less, or"
-            f" {given('walk', 'horizon', sensor)} to approximate it by a random walk",
+            f" {_MOST_POLES}, which is too slow: give"
+            f" {Hint('horizon', value=two_digits(_MOST_POLES / rate / 1.1))} or less, or"
+            f" {Hint('walk', sensor, 'horizon')} to approximate it by a random walk",
             option="horizon",
         )
     return poles, time

@@ -18,6 +18,7 @@ from xml.sax.saxutils import quoteattr
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.text import comment, digits, joined, measured, number, plain_name, remark, vector
 from sigmatau.exporting.values import Number, Numbers, Target
+from sigmatau.hints import Hint, as_options
 from sigmatau.results import seconds
 from sigmatau.units import find
 
@@ -72,9 +73,8 @@ def _plugin(
     numbers: Numbers, found: dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]
 ) -> list[str]:
     if numbers.choices.axes == "each":
-        return [
-            _comment("    ", "the plugins of RotorS and PX4 have one number for three axes: --axes worst writes them")
-        ]
+        worst = as_options([Hint("axes", value="worst")])
+        return [_comment("    ", f"the plugins of RotorS and PX4 have one number for three axes: {worst} writes them")]
     filename = quoteattr(plain_name(numbers.name("plugin", "libgazebo_imu_plugin.so"), "plugin"))
     lines = [
         _comment(
@@ -97,7 +97,10 @@ def _plugin(
                 "      ", f"s, correlation time {seconds(bias.time)} s of a standard deviation {bias.sigma:.4g} {unit}"
             ),
             f"      <{word}BiasCorrelationTime>{measured(bias.time)}</{word}BiasCorrelationTime>",
-            _comment("      ", f"{unit}; not visible in an Allan variance: set it with --name {key}=VALUE"),
+            _comment(
+                "      ",
+                f"{unit}; not visible in an Allan variance: set it with {as_options([Hint('names', key, 'VALUE')])}",
+            ),
             f"      <{word}TurnOnBiasSigma>{digits(turn_on)}</{word}TurnOnBiasSigma>",
         ]
     return [*lines, "    </plugin>"]

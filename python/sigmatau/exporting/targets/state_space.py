@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.values import Numbers, Target, Unused, filter_step
+from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
 from sigmatau.record.record import stream_name
@@ -124,7 +125,8 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     if sensor in choices.walk and "rate_random_walk" not in model:
         if choices.walk[sensor] == "horizon":
             raise OptionError(
-                "a state space contains the flicker noise, no walk has to approximate it: omit {@walk}, or give upper-limit"
+                f"a state space contains the flicker noise, no walk has to approximate it: omit"
+                f" {Hint('walk')}, or give upper-limit"
                 " or a value",
                 option="rate_random_walk",
             )

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.errors import OptionError, argument
+from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Damaged
+from sigmatau.hints import Hint
 from sigmatau.io.read.instances import find_sensor
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.options import Options
@@ -30,7 +31,7 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Re
     if len(tables) > 1 and options.channels and not _of_own_sensors(tables):
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
-            f"--channels applies to one topic, but {topics} are read; choose one by --topic", option="channels"
+            f"{{option}} applies to one topic, but {topics} are read; choose one by {Hint('topic')}", option="channels"
         )
     parts = [part(table, of_table(table, tables, options)) for table in tables]
     record = joined(of_one_clock(parts), tables, file)
@@ -63,9 +64,9 @@ def check_common_rate(rate: float, measured: Mapping[str, float]) -> None:
     if not measured or is_one_nominal_rate(max(measured.values()), min(measured.values())):
         return
     listed = ", ".join(f"{name} {hertz:.6g} Hz" for name, hertz in measured.items())
-    stated = ",".join(f"{name}={hertz:.4g}" for name, hertz in measured.items())
+    stated = Hint("rate", value={name: f"{hertz:.4g}" for name, hertz in measured.items()})
     raise OptionError(
-        f"{{option}} {rate:g} is one rate, but the log has several ({listed}); omit it, or give --rate {stated}",
+        f"{{option}} {rate:g} is one rate, but the log has several ({listed}); omit it, or give {stated}",
         option="rate",
     )
 
@@ -88,7 +89,7 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
     for stream in streams:
         if sum(other.name == stream.name for other in streams) > 1:
             topics = " and ".join(table.topic for table in tables)
-            raise OptionError(f"{topics} both have {stream.name}; choose one by --topic", option="topic")
+            raise OptionError(f"{topics} both have {stream.name}; choose one by {{option}}", option="topic")
     several = len(tables) > 1
     findings = with_topics([(each.topic, each.findings) for each in parts])
     return Record(
@@ -255,10 +256,10 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
     if (kind := tables[0].kind) is not None:
         what = f"{kind.place()}, so the rows are of several sensors"
         if both and kind.label.replace(".", "").isdigit():
-            counter = f". If the column is a counter of one sensor, state {argument('interleaved', 1)}"
+            counter = f". If the column is a counter of one sensor, state {Hint('interleaved', value=1)}"
     examples = [device.tables for device in devices[:_PROPOSED]]
     examples = examples or ([[gyro[0], accel[0]]] if gyro and accel and not both else [likely[:1]])
-    example = ", or ".join(" ".join(f"--topic {table.topic!r}" for table in chosen) for chosen in examples)
+    example = ", or ".join(f"{Hint('topic', value=[table.topic for table in chosen])}" for chosen in examples)
     raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}{counter}", option="topic")
 
 
@@ -266,7 +267,8 @@ def _no_imu(tables: Sequence[Table]) -> OptionError:
     """The question for a file none of whose tables has a sensor: no table is proposed."""
     counted = f"none of its {len(tables)} topics or tables has a column of a gyro or accelerometer"
     return OptionError(
-        f"has no IMU: {counted}: {_listed(tables)}; record one, or name a topic and its columns by --topic and --channels",
+        f"has no IMU: {counted}: {_listed(tables)}; record one, or name a topic and its columns by {{option}} and"
+        f" {Hint('channels')}",
         option="topic",
     )
 
@@ -299,7 +301,7 @@ def _named(tables: Sequence[Table], name: str) -> Table:
         if same:
             raise OptionError(f"several topics match {name!r}: {_listed(same)}; give the whole name", option="topic")
     if not any(table.topic for table in tables):
-        raise OptionError(f"has one table and no topics; leave out --topic {name}", option="topic")
+        raise OptionError(f"has one table and no topics; leave out {Hint('topic', value=name)}", option="topic")
     raise OptionError(f"has no topic {name!r}; it has {_listed(tables)}", option="topic")
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from sigmatau import units
 from sigmatau.errors import OptionError
+from sigmatau.hints import Hint
 from sigmatau.io.read.name_tables import NOT_A_CLOCK, SPLIT_STAMP, TIMES
 from sigmatau.io.read.names import (
     SPELLED,
@@ -99,7 +100,7 @@ def choose(
             first = channels[channel]
             raise OptionError(
                 f"columns {first + 1} {columns[first].name!r} and {index + 1} {columns[index].name!r} both look like"
-                f" {channel}; choose one and name all channels to read, e.g. --channels {_first_of_each(found, time)}",
+                f" {channel}; choose one and name all channels to read, e.g. {_first_of_each(found, time)}",
                 option="channels",
             )
         channels[channel] = index
@@ -120,31 +121,31 @@ def choose(
     )
 
 
-def _first_of_each(matches: Sequence[tuple[str, str | None] | None], time: int | None) -> str:
-    """The first column of each channel that is recognised, as an option."""
+def _first_of_each(matches: Sequence[tuple[str, str | None] | None], time: int | None) -> Hint:
+    """Names the first column of each channel that is recognised."""
     channels = {} if time is None else {"time": time}
     for index, match in enumerate(matches):
         if match is not None and match[0] != "time":
             channels.setdefault(match[0], index)
-    return as_option(channels)
+    return channels_hint(channels)
 
 
 def _unknown_names(columns: Sequence[Column]) -> OptionError:
     what = "has no column names" if not any(column.name for column in columns) else "has no column with a known name"
-    return OptionError(f"{what} (columns: {listing(columns)}); name them by --channels", option="channels")
+    return OptionError(f"{what} (columns: {listing(columns)}); name them by {{option}}", option="channels")
 
 
-def as_option(channels: Mapping[str, int]) -> str:
-    """Channels as the option for them, three consecutive axes as a range: ``time=1,gyro=2:4``."""
-    parts: dict[str, str] = {}
+def channels_hint(channels: Mapping[str, int]) -> Hint:
+    """The option that names channels, three consecutive axes as a range: ``time=1,gyro=2:4``."""
+    places: dict[str, str | int] = {}
     for channel, index in channels.items():
         sensor = channel.split("_")[0]
         axes = [channels[name] for name in (f"{sensor}_{axis}" for axis in "xyz") if name in channels]
         if len(axes) == len("xyz") and axes == list(range(axes[0], axes[0] + 3)):
-            parts[sensor] = f"{sensor}={axes[0] + 1}:{axes[-1] + 1}"
+            places[sensor] = f"{axes[0] + 1}:{axes[-1] + 1}"
         else:
-            parts[channel] = f"{channel}={index + 1}"
-    return ",".join(parts.values())
+            places[channel] = index + 1
+    return Hint("channels", value=places)
 
 
 def _of_one_kind(
@@ -170,10 +171,10 @@ def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> Non
         axes = {channel: index for channel, index in channels.items() if channel.startswith(sensor)}
         found = {match[0] if (match := _IMU.search(columns[i].name.lower())) else "" for i in axes.values()}
         if len(found) > 1:
-            example = ",".join(f"{channel}={index + 1}" for channel, index in axes.items())
+            example = Hint("channels", value={channel: index + 1 for channel, index in axes.items()})
             whose = ", ".join(sorted(one or "no IMU" for one in found))
             raise OptionError(
-                f"the columns of {sensor} belong to several IMUs ({whose}); choose the columns, e.g. --channels {example}",
+                f"the columns of {sensor} belong to several IMUs ({whose}); choose the columns, e.g. {example}",
                 option="channels",
             )
 
@@ -243,7 +244,7 @@ def find_time(
     if len(best) > 1 and strict:
         listed = " and ".join(f"{i + 1} {columns[i].name!r}" for i in best)
         raise OptionError(
-            f"columns {listed} both look like time; choose one, e.g. --channels time={best[0] + 1}",
+            f"columns {listed} both look like time; choose one, e.g. {Hint('channels', 'time', best[0] + 1)}",
             option="channels",
         )
     if len(best) != 1:
@@ -265,10 +266,10 @@ def _resolve(columns: Sequence[Column], asked: Mapping[str, str | int]) -> dict[
     named: dict[str, int] = {}
     for channel, where in asked.items():
         if not channel.strip():
-            raise OptionError(f"--channels has a channel without a name (={where})", option="channels")
+            raise OptionError(f"{{option}} has a channel without a name (={where})", option="channels")
         for name, index in _places(columns, channel.strip(), where):
             if name in named:
-                raise OptionError(f"{name} is given twice in --channels", option="channels")
+                raise OptionError(f"{name} is given twice in {{option}}", option="channels")
             named[name] = index
     return named
 
@@ -289,7 +290,8 @@ def _places(columns: Sequence[Column], channel: str, where: str | int) -> list[t
             if text and len(same) > 1:
                 numbers = " and ".join(str(i + 1) for i in same)
                 raise OptionError(
-                    f"columns {numbers} are both named {text!r}; give the number, e.g. --channels {channel}={same[0] + 1}",
+                    f"columns {numbers} are both named {text!r}; give the number,"
+                    f" e.g. {Hint('channels', channel, same[0] + 1)}",
                     option="channels",
                 )
     if re.fullmatch(r"\d{1,9}", text):

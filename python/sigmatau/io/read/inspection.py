@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from sigmatau import errors
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.columns import ColumnsByGravity
@@ -136,10 +135,10 @@ class Inspection(Printed):
 
     def __repr__(self) -> str:
         lines = (*self.contents(), *map(str, self.findings), *self.wants())
-        return lines_text([errors.as_arguments(line) for line in lines])
+        return lines_text(lines)
 
     def contents(self) -> list[str]:
-        """Lines that describe the tables, with options as they are typed."""
+        """Lines that describe the tables."""
         lines = [f"{self.path}: {self.format}"]
         for table in self.tables:
             lines += _lines(table, several=len(self.tables) > 1)
@@ -213,7 +212,7 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
         except OptionError as error:
             if options.topic:
                 raise
-            chosen, wanting = [], error.for_command_line()
+            chosen, wanting = [], str(error)
         infos, parts, places, read = list[TableInfo](), list[Part](), list[int](), list[int]()
         for table in tables:
             wanted = any(table is one for one in chosen)
@@ -251,7 +250,7 @@ def _looked_into(
         made = part(table, assemble.of_table(table, tables, options))
         assemble.refuse_contradictions([made], options)
     except OptionError as error:
-        asked = _counted(table, replace(info, wanting=error.for_command_line()))
+        asked = _counted(table, replace(info, wanting=str(error)))
         by_mean = None if options.channels else by_gravity(table)
         return asked if by_mean is None else _by_gravity(asked, (by_mean[1], *asked.findings)), None
     except RecordTooShortError as error:

@@ -16,7 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import OptionError, argument
+from sigmatau.errors import OptionError
+from sigmatau.hints import Hint, command
 from sigmatau.io.read import turns
 from sigmatau.io.read.turn_groups import find_groups
 from sigmatau.io.read.turn_noise import SlowNoise, compare_slow_noise
@@ -53,19 +54,18 @@ class Interleaving:
 
     def error(self, label: str, topic: str) -> OptionError:
         """The question for a log with such rows. `label`: column of the channel; `topic`: that of the table, or empty."""
-        single = argument("interleaved", 1)
+        single = Hint("interleaved", value=1)
         if self.sensors != self.period:
             advice = f"Save each to its own file, or state {single} if it is a single one"
         else:
-            advice = (
-                f"State {argument('interleaved', self.sensors)} {argument('topic', f'{topic}/imu0'.removeprefix('/'))}"
-            )
+            first = Hint("topic", value=f"{topic}/imu0".removeprefix("/"))
+            advice = f"State {Hint('interleaved', value=self.sensors)} {first}"
             advice += f", or {single}" + (" if it is a single one" if self.certain else "")
         return OptionError(f"{self._reading()}: {self._sign(label)}. {advice}", option="interleaved")
 
     def error_of_live(self, label: str) -> OptionError:
         """The question for samples that are followed while they come."""
-        advice = f"Save the log and run sigmatau analyze FILE, or state {argument('interleaved', 1)}"
+        advice = f"Save the log and run {command('analyze', 'FILE')}, or state {Hint('interleaved', value=1)}"
         return OptionError(f"{self._reading()}: {self._sign(label)}. {advice}", option="interleaved")
 
     def error_of_count(self, label: str, topic: str, count: int) -> OptionError:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import partial
+from typing import Literal
 
 from sigmatau import units
-from sigmatau.errors import OptionError, argument
+from sigmatau.errors import OptionError
 from sigmatau.findings.columns import UnitOverruled
 from sigmatau.findings.finding import Finding
+from sigmatau.hints import TIME_COLUMN, Hint
 from sigmatau.io.read.column_findings import column_findings
 from sigmatau.io.read.columns import Choice, choose
 from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
@@ -78,7 +80,7 @@ def _check_keys(choice: Choice, options: Options) -> None:
                 continue
             if key == "time" and choice.time is None:
                 raise OptionError(
-                    f"has no time column, for which a {name} is given; name it by --channels time=…", option=name
+                    f"has no time column, for which a {name} is given; name it by {TIME_COLUMN}", option=name
                 )
             channels = ", ".join(choice.channels)
             raise OptionError(f"--{name} {key}=…: no such channel is read; channels: {channels}", option=name)
@@ -89,7 +91,8 @@ def _check_kind(table: Table, choice: Choice, options: Options) -> None:
         for channel, index in choice.channels.items():
             if stream_name(channel) in SI and holds_increments(table.columns[index]):
                 raise OptionError(
-                    f"column {table.label(index)} holds increments by its name; give --input increments", option="input"
+                    f"column {table.label(index)} holds increments by its name; give {Hint('input', value='increments')}",
+                    option="input",
                 )
 
 
@@ -148,7 +151,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
                 if unknown is not None:
                     unknown_units[channel] = unknown[:_UNIT_SHOWN]
                 if unknown is not None and units.needs_scale(unknown):
-                    scale_hint = f": give --scale too, e.g. --scale {stream_name(missing[0])}=0.01"
+                    scale_hint = f": give {Hint('scale')} too, e.g. {Hint('scale', stream_name(missing[0]), 0.01)}"
                 first = table.columns[index].first
                 is_scaled = channel in options.scale or stream in options.scale
                 if (
@@ -165,7 +168,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if unknown_units and len(unknown_units) == len(missing):
             hint = f" (the file has {', '.join(f'{c} in {u!r}' for c, u in unknown_units.items())}{scale_hint})"
         else:
-            factors = " ".join(argument("scale", "FACTOR", key=stream) for stream in counted_streams)
+            factors = " ".join(str(Hint("scale", stream, "FACTOR")) for stream in counted_streams)
             hint = f" (whole numbers may be counts: then add {factors})" if counted_streams else ""
         is_unnamed = len(missing) == 1 and stream_name(missing[0]) not in SI and not options.channels
         from sigmatau.io.read.unit_question import ask_for_units
@@ -177,7 +180,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
             options.input,
             stated={stream_name(c) for c in unit},
             scaled=set(map(stream_name, options.scale)),
-            more=_lacks_rate(table, choice, unit, options),
+            lacks=_lacks_for_rate(table, choice, unit, options),
             hint=hint,
             column=choice.channels[missing[0]] + 1 if is_unnamed else None,
         )
@@ -191,7 +194,7 @@ def _unknown_unit(unknown_units: Mapping[str, str]) -> OptionError:
     key = stream_name(first)
     return OptionError(
         f"the unit {unit!r} of {channels} is not known. State a known unit and the factor that converts to it:"
-        f" {argument('unit', 'UNIT', key=key)} {argument('scale', 'FACTOR', key=key)}",
+        f" {Hint('unit', key, 'UNIT')} {Hint('scale', key, 'FACTOR')}",
         option="unit",
     )
 
@@ -215,12 +218,14 @@ def _overruled(channel: str, given: str, stated: str, *, known: bool = True, sca
     return Finding(details=details, severity="warning", channels=(channel,))
 
 
-def _lacks_rate(table: Table, choice: Choice, unit: Mapping[str, str], options: Options) -> str:
-    """The option that is needed for the rate, beside the units."""
+def _lacks_for_rate(
+    table: Table, choice: Choice, unit: Mapping[str, str], options: Options
+) -> Literal["rate", "unit of time"] | None:
+    """What is needed for the rate, beside the units."""
     is_timed = table.rate is not None if choice.time is None else "time" in unit or _shows_unit(table, choice.time)
     if options.states_rate or is_timed:
-        return ""
-    return " --rate HZ" if choice.time is None else " --unit time=s (or ms, us, ns)"
+        return None
+    return "rate" if choice.time is None else "unit of time"
 
 
 def _shows_unit(table: Table, time: int) -> bool:
@@ -234,8 +239,8 @@ def _shows_unit(table: Table, time: int) -> bool:
 def _check_unit(channel: str, spelled: str, stream: str) -> None:
     if units.needs_scale(spelled):
         raise OptionError(
-            f"{channel}: {spelled} have no size; give the unit that --scale makes of them, e.g. --unit {stream}=deg/s"
-            f" --scale {stream}=0.01",
+            f"{channel}: {spelled} have no size; give the unit that {Hint('scale')} makes of them, e.g."
+            f" {Hint('unit', stream, 'deg/s')} {Hint('scale', stream, 0.01)}",
             option="unit",
         )
     kinds = ("s",) if stream == "time" else (SI[stream], units.integral(SI[stream]))

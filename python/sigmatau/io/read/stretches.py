@@ -63,7 +63,7 @@ def _streams(table: Table, options: Options) -> tuple[tuple[Stream, ...], tuple[
     rate = options.rate if options.rate is not None else table.rate
     if rate is None:
         raise OptionError(
-            "states no rate, and time stamps of a record in stretches are not read; give --rate", option="rate"
+            "states no rate, and time stamps of a record in stretches are not read; give {option}", option="rate"
         )
     if options.rate is not None and (contradiction := of_statement(table, options)) is not None:
         raise contradiction.error()

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.columns import ColumnsByGravity
 from sigmatau.findings.finding import Finding
+from sigmatau.hints import Hint
 from sigmatau.io.read.column_values import Identified, Triple, identify, load_columns
-from sigmatau.io.read.columns import as_option, find_time
+from sigmatau.io.read.columns import channels_hint, find_time
 from sigmatau.io.read.gravity import GYRO_MEAN
 from sigmatau.io.read.name_tables import INERTIAL, NOT_A_SENSOR
 from sigmatau.io.read.names import bare_name, key_of, names_sensor, recognise, signal_name, stated_unit
@@ -72,24 +73,24 @@ def ask_for_columns(table: Table) -> OptionError:
         "has no column names" if not any(column.name for column in table.columns) else "has no column with a known name"
     )
     if signals := _signals(table.columns):
-        text = f"{what} (columns: {listing(table.columns)}); name them, e.g. by --channels {signals}"
+        text = f"{what} (columns: {listing(table.columns)}); name them, e.g. by {Hint('channels', value=signals)}"
         return OptionError(text, option="channels")
     loaded = load_columns(table)
     suggestion = _suggest(table, loaded)
     if suggestion is not None:
-        return OptionError(f"{what}; {suggestion.evidence}: run with --channels {suggestion.option}", option="channels")
+        return OptionError(f"{what}; {suggestion.evidence}: run with {suggestion.options}", option="channels")
     unnamed = not any(column.name for column in table.columns)
     listed = "" if loaded and unnamed else f" (columns: {listing(table.columns)})"
-    text = f"{what}{listed}, and the values do not tell which sensor is where; name the columns by --channels {_FORM}"
+    text = f"{what}{listed}, and the values do not tell which sensor is where; name the columns by {_FORM}"
     return OptionError(text, option="channels", rows=_first_rows(table, loaded) if loaded else "")
 
 
-_FORM = "time=N,gyro=N:N,accel=N:N"
+_FORM = Hint("channels", value={"time": "N", "gyro": "N:N", "accel": "N:N"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Suggestion:
-    option: str  # Value of the option for channels, with further options
+    options: str  # Hints for channels, and for the scale of counts
     evidence: str  # What the values show
 
 
@@ -121,7 +122,7 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
         channel: min(channels.get(f"{channel[:-1]}{axis}", index) for axis in "xyz")
         for channel, index in channels.items()
     }
-    option = as_option(dict(sorted(channels.items(), key=lambda item: (first[item[0]], item[0]))))
+    options = str(channels_hint(dict(sorted(channels.items(), key=lambda item: (first[item[0]], item[0])))))
     if identified.accel is None:
         evidence = "columns have the mean and the noise of a gyro, and none has gravity"
     else:
@@ -130,8 +131,8 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
         )
     if identified.counts_per_g is not None:
         evidence += f", {identified.counts_per_g} counts per g"
-        option += f" --unit accel=g --scale accel={1 / identified.counts_per_g:.6g}"
-    return _Suggestion(option=option, evidence=evidence)
+        options += f" {Hint('unit', 'accel', 'g')} {Hint('scale', 'accel', f'{1 / identified.counts_per_g:.6g}')}"
+    return _Suggestion(options=options, evidence=evidence)
 
 
 def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[str, int] | None:
@@ -152,18 +153,16 @@ def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[
     return dict(sorted(zip(letters, axes, strict=True)))
 
 
-def _signals(columns: Sequence[Column]) -> str:
-    """Columns with names and units that are no sensor's, as an option; nothing if they are many."""
+def _signals(columns: Sequence[Column]) -> dict[str, int]:
+    """Numbers of columns with names and units that are no sensor's; none if they are many."""
     matches = recognise(columns)
     if any(names_sensor(column) for column in columns):
-        return ""  # an option for the signals alone would drop the sensor
+        return {}  # an option for the signals alone would drop the sensor
     signals: dict[str, int] = {}
     for index, column in enumerate(columns):
         if matches[index] is None and column.name.strip() and stated_unit(column) and not is_date(column.first):
             signals[signal_name(column, taken=signals)] = index
-    if not 0 < len(signals) <= _EXAMPLE_SIGNALS:
-        return ""
-    return ",".join(f"{name}={index + 1}" for name, index in signals.items())
+    return {name: index + 1 for name, index in signals.items()} if len(signals) <= _EXAMPLE_SIGNALS else {}
 
 
 def _first_rows(table: Table, loaded: Mapping[int, NDArray[Any]]) -> str:

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
+from sigmatau.hints import Hint
 from sigmatau.results import printable
 
 HEAD = 1 << 18  # The format, and the layout of a text table, are detected from this many bytes. [bytes]
 FORMATS = (
     "text tables, names with values, JSON, LabVIEW .lvm, VectorNav, NovAtel, MCAP, ROS bags, ULog, DataFlash, MATLAB, HDF5,"
-    " Zarr, Parquet, Arrow, TDMS, Excel .xlsx, .npy, .npz, or raw numbers with --layout"
+    f" Zarr, Parquet, Arrow, TDMS, Excel .xlsx, .npy, .npz, or raw numbers with {Hint('layout')}"
 )
 """The formats that are read, for the text of errors."""
 

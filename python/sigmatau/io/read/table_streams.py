@@ -15,6 +15,7 @@ from sigmatau.findings.columns import GravityOnGyro
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import NeverWritten
 from sigmatau.findings.wording import sentence
+from sigmatau.hints import TIME_COLUMN, Hint
 from sigmatau.io.read.columns import Choice, Thermometer
 from sigmatau.io.read.gravity import gravity_on_gyro
 from sigmatau.io.read.interleaving import find_interleaving
@@ -97,8 +98,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     own = own_rows(raw, sensors, missing) if missing else {}
     if own and choice.time is None and not all(sensor in options.rates for sensor in own):
         raise DataError(
-            f"has rows of its own for {next(iter(own))}, without time stamps; name them with --channels time=…, or give"
-            f" the rate of each sensor, --rate {','.join(f'{sensor}=HZ' for sensor in by_stream)}"
+            f"has rows of its own for {next(iter(own))}, without time stamps; name them with {TIME_COLUMN}, or give"
+            f" the rate of each sensor, {Hint('rate', value=dict.fromkeys(by_stream, 'HZ'))}"
         )
     if not own and options.input != "accumulated" and options.interleaved != 1:
         _refuse_interleaved(table, choice, raw, options.interleaved)
@@ -135,7 +136,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         if not RATES[0] <= timing.rate <= RATES[1]:
             raise DataError(
                 f"its sampling rate is {timing.rate:g} Hz by {timing.source}, outside {RATES[0]:g} to {RATES[1]:g} Hz;"
-                " give --rate, or the unit of the time stamps by --unit time=…"
+                f" give {Hint('rate')}, or the unit of the time stamps by {Hint('unit', 'time', '…')}"
             )
         if not any(timing is other for other in times):
             times.append(timing)

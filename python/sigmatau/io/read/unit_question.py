@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 
 from sigmatau import units
 from sigmatau.errors import DataError, OptionError
+from sigmatau.hints import RATE, Hint
 from sigmatau.io.read.gravity import ROWS_TESTED, unit_of_gravity
 from sigmatau.io.read.table import Table, all_without_absurd
 from sigmatau.record.record import stream_name
@@ -31,40 +33,40 @@ def ask_for_units(
     *,
     stated: set[str],
     scaled: set[str],
-    more: str,
+    lacks: Literal["rate", "unit of time"] | None,
     hint: str,
     column: int | None,
 ) -> OptionError:
     """The question for the units of the channels `missing`.
 
     `stated`: sensors of which another channel has a unit, which that of the sensor would replace; `scaled`: sensors with a
-    scale, which their numbers do not show; `more`: further options that are needed; `hint`: what the numbers may be;
+    scale, which their numbers do not show; `lacks`: what is needed for the rate; `hint`: what the numbers may be;
     `column`: the only one, from 1, which may be a gyro without its name.
     """
     asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
     gravity = None if "accel" in scaled or kind != "rate" else unit_of_gravity(table, channels)
     accel = (gravity,) if gravity else _OPEN_UNITS["accel"][kind]
-    by_time = more.startswith(" --unit")
-    behind = f"; add{more} too" if by_time else ""
+    behind = f"; add {Hint('unit', 'time', 's')} (or ms, us, ns) too" if lacks == "unit of time" else ""
 
-    def command(gyro: str, accel: str) -> str:
-        """The option for all missing units."""
+    def answer(gyro: str, accel: str) -> str:
+        """The options for all that is missing."""
         of_sensor = {"gyro": gyro, "accel": accel}
-        pairs = ",".join(f"{name}={of_sensor.get(sensor, '1')}" for name, sensor in asked.items())
-        return f"--unit {pairs}{'' if by_time else more}"
+        units_hint = Hint("unit", value={name: of_sensor.get(sensor, "1") for name, sensor in asked.items()})
+        return f"{units_hint} {RATE}" if lacks == "rate" else str(units_hint)
 
     question = f"does not state the unit of {', '.join(missing)}; give e.g. "
     if "gyro" in asked.values():
         noise = None if hint or "gyro" in scaled or kind != "rate" else _noise_of_gyro(table, channels)
         ways = [
-            command(unit, accel[0] if len(accel) == 1 else _UNTOLD) + ("" if noise is None else _noise_in(unit, noise))
+            answer(unit, accel[0] if len(accel) == 1 else _UNTOLD) + ("" if noise is None else _noise_in(unit, noise))
             for unit in _OPEN_UNITS["gyro"][kind]
         ]
     elif "accel" in asked.values():
-        ways = [command("", unit) for unit in accel]
+        ways = [answer("", unit) for unit in accel]
     else:
-        other = f"; if it is a gyro, give --channels gyro={column} --unit gyro=deg/s" if column is not None else ""
-        return OptionError(f"{question}{command('', '')} (any word; 1 for none){hint}{behind}{other}", option="unit")
+        as_gyro = f"{Hint('channels', 'gyro', column)} {Hint('unit', 'gyro', 'deg/s')}"
+        other = f"; if it is a gyro, give {as_gyro}" if column is not None else ""
+        return OptionError(f"{question}{answer('', '')} (any word; 1 for none){hint}{behind}{other}", option="unit")
     doubt = ". The values do not tell which: see the manual of the sensor" if len(ways) > 1 else ""
     return OptionError(f"{question}{' or '.join(ways)}{hint}{behind}{doubt}", option="unit")
 

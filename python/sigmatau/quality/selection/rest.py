@@ -16,6 +16,7 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Span, plain
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
+from sigmatau.hints import Hint, command
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.disturbances import without
 from sigmatau.quality.samples.masking import mask_of, masked
@@ -26,13 +27,14 @@ from sigmatau.record.streams import Stream
 
 Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest", "too_short_to_tell"]
 
+_AS_NOISE = command("analyze", Hint("at_rest", value=True))
 _NO_COEFFICIENTS = {
     "not_at_rest": (
-        "the sensor was not at rest, so the result has no coefficients; sigmatau analyze --at-rest takes motion for noise"
+        f"the sensor was not at rest, so the result has no coefficients; {_AS_NOISE} takes motion for noise"
     ),
     "too_short_to_tell": (
-        "the record is too short to tell rest from motion, so the result has no coefficients; record for longer, or run "
-        "sigmatau analyze --at-rest"
+        "the record is too short to tell rest from motion, so the result has no coefficients; record for longer, or run"
+        f" {_AS_NOISE}"
     ),
 }
 _REASONS = {"not_at_rest": "not at rest", "too_short_to_tell": "too short to tell rest from motion"}

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import sentence
+from sigmatau.hints import Hint
 from sigmatau.io.read.table import Column, Loaded, Table, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
 
@@ -99,7 +100,7 @@ def real_columns(
     lengths = {len(array) for array in raw.values()}
     if len(lengths) > 1:
         listed = ", ".join(f"{columns[i].name} {len(a)}" for i, a in raw.items())
-        raise DataError(f"has columns of unequal length ({listed}); cut them alike, or choose by --channels")
+        raise DataError(f"has columns of unequal length ({listed}); cut them alike, or choose by {Hint('channels')}")
     if exact is not None:
         checked[exact] = whole_stamps(checked[exact])
     return checked

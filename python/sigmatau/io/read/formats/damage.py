@@ -16,6 +16,7 @@ from typing import Any
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import BytesNotRead, Damaged, Place
+from sigmatau.hints import Hint
 
 
 def first_line(error: Exception) -> str:
@@ -94,7 +95,7 @@ def refuse_expansion(stored: int, unpacked: int | None, what: str = "") -> None:
     need = "N" if unpacked is None else str(-(-unpacked // max(stored, 1)))
     raise DataError(
         f"{what and f'{what} '}expands from {stored / 1e6:.3g} MB to {size}: it may be damaged or made to fill the memory;"
-        f" if it is right, allow N times its size by --max-expansion {need}"
+        f" if it is right, allow N times its size by {Hint('max_expansion', value=need)}"
     )
 
 

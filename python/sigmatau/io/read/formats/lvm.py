@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
+from sigmatau.hints import WITHOUT_STAMPS
 from sigmatau.io.read.formats.layout import Layout
 from sigmatau.io.read.formats.text_rows import Text
 from sigmatau.io.read.formats.unpacked import read_contents
@@ -271,9 +272,7 @@ class _Rows:
             for segment, part in zip(self.segments, parts, strict=False):
                 step = segment.number("Delta_X", self.point)
                 if step is None:
-                    raise DataError(
-                        "a header of a segment has no Delta_X; give the rate by --channels time=none --rate HZ"
-                    )
+                    raise DataError(f"a header of a segment has no Delta_X; give the rate by {WITHOUT_STAMPS}")
                 x[part] = (segment.number("X0", self.point) or 0.0) + step * np.arange(part.stop - part.start)
         again = any(x[b.start] <= x[a.stop - 1] for a, b in pairwise(parts))
         starts = [segment.began() for segment in self.segments]

@@ -181,9 +181,9 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
     if known is not None:
         note = f"counts of the {known[0]} by its published scale"
     elif name.endswith("X"):
-        note = f"counts: the scale of IMU type {', '.join(map(str, kinds))} is not known; give --scale and --unit"
+        note = f"counts: the scale of IMU type {', '.join(map(str, kinds))} is not known"
     else:
-        note = f"counts: {name} does not name the sensor; give --scale and --unit"
+        note = f"counts: {name} does not name the sensor"
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         raw: dict[int, NDArray[Any]] = {}

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
+from sigmatau.hints import Hint
 from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
 from sigmatau.record.on_disk import FileRows
@@ -65,7 +66,7 @@ def parse_layout(text: str) -> tuple[int, np.dtype[Any], tuple[tuple[Column, str
         if offset > _LONGEST_ROW:
             raise _wrong(part, "the row grows beyond 1 MiB")
     if not columns:
-        raise OptionError(f"--layout {text!r} has no fields; e.g. {_EXAMPLE}", option="layout")
+        raise OptionError(f"{{option}} {text!r} has no fields; e.g. {_EXAMPLE}", option="layout")
     row = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": offset})
     return header, row, tuple(columns)
 
@@ -77,7 +78,7 @@ def _count(text: str, part: str) -> int:
 
 
 def _wrong(part: str, why: str) -> OptionError:
-    return OptionError(f"--layout: {part!r}: {why}", option="layout")
+    return OptionError(f"{{option}}: {part!r}: {why}", option="layout")
 
 
 def read(path: Path, head: Head, layout: object) -> tuple[Table]:
@@ -85,7 +86,7 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
     if not isinstance(layout, str) or not layout.strip():
         raise OptionError(f"{{option}} must be text such as {_EXAMPLE}, not {layout!r}", option="layout")
     if head.gzip:
-        raise DataError("is compressed by gzip, but --layout needs an uncompressed file; decompress it first")
+        raise DataError(f"is compressed by gzip, but {Hint('layout')} needs an uncompressed file; decompress it first")
     header, row, columns = parse_layout(layout)
     size = path.stat().st_size
     rows, rest = divmod(max(size - header, 0), row.itemsize)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
+from sigmatau.hints import Hint
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.layout import Layout, find_layout
 from sigmatau.io.read.formats.text_lines import LINES, NoRowsError
@@ -93,4 +94,6 @@ def find_first_layout(source: Path | bytes, beginning: Beginning) -> Layout:
             break
     if isinstance(first, Layout):
         return first
-    raise DataError(f"{first}; if the table begins further down, give --skip N for N lines above it") from None
+    raise DataError(
+        f"{first}; if the table begins further down, give {Hint('skip', value='N')} for N lines above it"
+    ) from None

@@ -15,6 +15,7 @@ from sigmatau._native.formats import DayOrder
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Damaged, Place, SkippedLines
+from sigmatau.hints import TIME_COLUMN, WITHOUT_STAMPS
 from sigmatau.io.read.formats import truncation
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
 from sigmatau.io.read.formats.layout import Layout, header_fields
@@ -251,8 +252,7 @@ def _no_time(error: formats.TextReadError, layout: Layout) -> DataError:
     name = layout.columns[error.column].name or f"number {error.column + 1}"
     return DataError(
         f", line {error.line}: the time column {name} has {error.text!r}, which is neither a number nor a date"
-        " or time (such as 2026-03-01 12:00:00.000); name another column by --channels time=…, or ignore it by --channels"
-        " time=none --rate HZ"
+        f" or time (such as 2026-03-01 12:00:00.000); name another column by {TIME_COLUMN}, or ignore it by {WITHOUT_STAMPS}"
     )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native import formats
 from sigmatau._native.formats import DayOrder
 from sigmatau.errors import OptionError
+from sigmatau.hints import WITHOUT_STAMPS
 from sigmatau.io.read.table import Column
 
 ORDERS: tuple[DayOrder, DayOrder] = ("day_first", "month_first")
@@ -117,6 +118,6 @@ def find_order(name: str, first: str, stamps: Mapping[DayOrder, NDArray[np.int64
         return smooth[0]
     raise OptionError(
         f"the order of day and month in column {name} ({first}) is not stated; write the dates as year-month-day, or ignore"
-        " them by --channels time=none --rate HZ",
+        f" them by {WITHOUT_STAMPS}",
         option="channels",
     )

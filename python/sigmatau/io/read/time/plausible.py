@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import units
-from sigmatau.errors import OptionError, argument
+from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.rates import ImplausibleRate
+from sigmatau.hints import RATE, Hint
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
 _UNITS = ("s", "ms", "us", "ns")
@@ -90,10 +91,12 @@ def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: floa
         return
     likely = likely or [reading for reading in others if reading.is_possible]
     likely.sort(key=lambda reading: abs(math.log(reading.rate / _FREQUENT)))
-    offered = " or ".join(f"--unit time={r.unit} ({_number(r.rate)} Hz, {_number(r.length)} s)" for r in likely)
+    offered = " or ".join(
+        f"{Hint('unit', 'time', r.unit)} ({_number(r.rate)} Hz, {_number(r.length)} s)" for r in likely
+    )
     raise OptionError(
         f"the time stamps in column {name} give {_number(used.rate)} Hz for {_number(used.length)} s, which is not a log of"
-        f" {_SENSORS[sensor]}; give {offered + ', or ' if offered else ''}--rate HZ",
+        f" {_SENSORS[sensor]}; give {offered + ', or ' if offered else ''}{RATE}",
         option="unit",
     )
 
@@ -114,7 +117,7 @@ def ask_for_sample_numbers(name: str, stamps: NDArray[Any]) -> OptionError:
     first = ", ".join(f"{value:.0f}" for value in stamps[:3])
     return OptionError(
         f"column {name} counts {first} …, which are seconds of a log at 1 Hz, or numbers of the samples. Give"
-        f" {argument('rate', 'HZ')} if they are numbers, or {argument('unit', 's', key='time')} if the rate is 1 Hz",
+        f" {RATE} if they are numbers, or {Hint('unit', 'time', 's')} if the rate is 1 Hz",
         option="rate",
     )
 

@@ -18,6 +18,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
 from sigmatau.findings.stamps import BadStamps
 from sigmatau.findings.wording import sentence
+from sigmatau.hints import TIME_COLUMN, WITHOUT_STAMPS, Hint
 from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.table import Loaded, Table
@@ -77,8 +78,8 @@ def in_order(
         raise DataError(f", {where(_row(rows, worst))}: column {name} has {stamps[worst]}, which is not a time")
     if len(stamps) and least == most:
         raise StampError(
-            f"all stamps in column {name} are {stamps[0]}, so they give no rate; name another column with --channels time=…"
-            " (in a bag or MCAP --channels time=log_time), or ignore the stamps with --channels time=none --rate HZ"
+            f"all stamps in column {name} are {stamps[0]}, so they give no rate; name another column with {TIME_COLUMN}"
+            f" (in a bag or MCAP {Hint('channels', 'time', 'log_time')}), or ignore the stamps with {WITHOUT_STAMPS}"
         )
     intervals = np.diff(stamps)
     signed = (
@@ -130,7 +131,7 @@ def _with_stamp(
     if 2 * count > len(missing):
         raise NonFiniteError(
             f", {place}: column {name} has no time stamp in {count} of {len(missing)} rows; name another column with"
-            " --channels time=…, or ignore the stamps with --channels time=none --rate HZ",
+            f" {TIME_COLUMN}, or ignore the stamps with {WITHOUT_STAMPS}",
             channel=name,
             index=_row(rows, first),
         )
@@ -170,8 +171,8 @@ def _sorted(
         )
     raise StampError(
         f", {place}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
-        f" sort the rows, cut the file there{_wrapped(stamps, row)}, or ignore the stamps with --channels time=none"
-        " --rate HZ"
+        f" sort the rows, cut the file there{_wrapped(stamps, row)}, or ignore the stamps with"
+        f" {WITHOUT_STAMPS}"
     )
 
 

@@ -17,6 +17,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.rates import RateChange, RateDrift, RateMismatch, RateNotNominal
 from sigmatau.findings.spans import longest_spans
 from sigmatau.findings.stamps import CoarseStamps, Gap, Gaps, HostStamps, IrregularStamps, LongPauses
+from sigmatau.hints import RATE, Hint
 from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import Rows
@@ -107,16 +108,14 @@ def fit(
         single = " (the resolution of single precision)" if _is_single_precision(used, step) else ""
         raise StampError(
             f"stamps in column {name} have two values only, {stamps[0]} and {stamps[-1]}{single}, which give no upper limit"
-            f" of the rate of {found.n} samples; give --rate HZ, or write the stamps with all their digits"
+            f" of the rate of {found.n} samples; give {RATE}, or write the stamps with all their digits"
         )
     known = second is not None
     if second is None:
         second = 1 / (rate * found.interval) if rate else 1.0
     tau0 = found.interval * second
     if not 1e-200 < tau0 < 1e200:
-        raise StampError(
-            f"stamps in column {name} give an interval of {tau0:.3g} s, which is not usable; give --rate HZ"
-        )
+        raise StampError(f"stamps in column {name} give an interval of {tau0:.3g} s, which is not usable; give {RATE}")
 
     def place(k: int) -> str:
         return where(k if used.rows is None else int(used.rows[k]))
@@ -191,8 +190,8 @@ def without_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
         if rate >= 1 and _PRESENT_TIMES[0] <= first * units.find(unit).factor <= _PRESENT_TIMES[1]
     ]
     ordered = sorted(dated or likely, key=lambda row: abs(math.log(row[1] / _FREQUENT)))
-    ways = [f"--unit time={symbol}" for symbol, _ in ordered]
-    *others, last = [*ways, "--rate HZ"]
+    ways = [f"{Hint('unit', 'time', symbol)}" for symbol, _ in ordered]
+    *others, last = [*ways, str(RATE)]
     return OptionError(
         f"the unit of the time stamps in column {name} is not stated ({stamps[0]}, {stamps[1]} …: {offered});"
         f" give {', '.join(others)} or {last}",

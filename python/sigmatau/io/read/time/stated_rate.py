@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 
 from sigmatau import units
-from sigmatau.errors import OptionError, argument
+from sigmatau.errors import OptionError
+from sigmatau.hints import Hint
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
 NOMINAL_RATIO = 1.1
@@ -38,21 +39,16 @@ class RateContradiction:
         """The refusal, with both readings and the option for each."""
         other, stated = f"{self.other:.6g} Hz", f"{self.stated:.6g} Hz"
         in_unit = f" in {self.unit}" if self.unit else ""
-        omit = "omit {@rate}" + (f" and add {_time_option('unit', self.unit)}" if self.unit else "")
+        omit = "omit {option}" + (f" and add {Hint('unit', 'time', self.unit)}" if self.unit else "")
         if self.other_unit:
-            use = f"give {_time_option('unit', self.other_unit)}"
+            use = f"give {Hint('unit', 'time', self.other_unit)}"
         elif self.names_time:
-            use = "put time=none in place of the time column in {@channels}"
+            use = f"put time=none in place of the time column in {Hint('channels')}"
         else:
-            use = f"add {_time_option('channels', 'none')}"
+            use = f"add {Hint('channels', 'time', 'none')}"
         choice = f"For {other}, {omit}; for {stated}, {use}" if is_possible(self.other) else f"For {stated}, {use}"
-        rate = argument("rate", int(self.stated) if self.stated.is_integer() else self.stated, key=self.sensor or None)
+        rate = Hint("rate", self.sensor or None, int(self.stated) if self.stated.is_integer() else self.stated)
         return OptionError(f"{self.source} {other}{in_unit}, which contradicts {rate}. {choice}", option="rate")
-
-
-def _time_option(name: str, value: str) -> str:
-    """A placeholder for an option of the time column."""
-    return argument(name, value, key="time")
 
 
 def is_possible(rate: float) -> bool:

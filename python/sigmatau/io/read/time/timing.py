@@ -16,6 +16,7 @@ from sigmatau.arrays import median
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.stamps import Jitter
+from sigmatau.hints import RATE, TIME_COLUMN
 from sigmatau.io.read.columns import Choice, no_time
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI
@@ -50,9 +51,7 @@ def timed(
     """Sampling times of all rows, or of the rows `own` that only one stream fills."""
     if choice.time is None:
         if options.rate is None and table.rate is None:
-            raise OptionError(
-                "has no time column: give --rate HZ, or name the column with --channels time=…", option="rate"
-            )
+            raise OptionError(f"has no time column: give {RATE}, or name the column with {TIME_COLUMN}", option="rate")
         if options.rate is None and table.rate is not None:
             source = RateSource(kind="file", place=table.rate_source)
             return Timing(

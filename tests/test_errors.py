@@ -7,7 +7,7 @@ import pytest
 
 import sigmatau as st
 from sigmatau.errors import DataError, NonFiniteError, OptionError, RecordTooShortError, StampError
-from sigmatau.hints import Hint, as_options, command, hints_in, speaking, worded
+from sigmatau.hints import Hint
 
 
 def test_an_option_is_named_as_it_is_given():

@@ -124,7 +124,7 @@ def html(self: Analysis) -> str:
     """The overview as a table of a notebook, with a small picture of each curve."""
     from html import escape
 
-    items = "".join(f"<li>{escape(line)}</li>" for line in _causes(self))
+    items = "".join(f"<li>{escape(line)}</li>" for line in causes(self.findings, rest="analysis.findings"))
     if not self.fits:
         return f"<p>{escape(headline(self))}</p><pre>{escape(coefficients(self))}</pre><ul>{items}</ul>"
     from sigmatau.plot.terminal import sparkline
@@ -139,8 +139,4 @@ def html(self: Analysis) -> str:
 
 def printed(self: Analysis) -> str:
     """The overview, with the findings that matter for it."""
-    return "\n".join([overview(self), *_causes(self)])
-
-
-def _causes(analysis: Analysis) -> list[str]:
-    return causes(analysis.findings, rest="analysis.findings")
+    return "\n".join([overview(self), *causes(self.findings, rest="analysis.findings")])

@@ -263,7 +263,7 @@ def _print_result(
     if verbose:
         _by_sensor(analysis, with_table=with_table, quiet=quiet)
         return
-    told = wrapped(causes(analysis.findings, room=_MOST_LINES))
+    told = wrapped(causes(analysis.findings, rest="--verbose", room=_MOST_LINES))
     if with_table:
         _table(screen(analysis, below=len(told) + 1, legend=not quiet))
         by_hand = lines_by_hand(analysis, settings["read_off_at"] or {})

@@ -6,6 +6,7 @@ from sigmatau.findings.finding import Finding, Words
 from sigmatau.findings.phrases import LONGEST_NAME, listed, number_of, shortened
 from sigmatau.findings.reading import InFile
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.units import needs_scale
 
 
@@ -30,12 +31,12 @@ class ColumnsByGravity(InFile, code="columns_by_gravity"):
     other: float
 
     def _words_in_file(self, finding: Finding) -> Words:
-        time = "" if self.time is None else f"time={self.time},"
+        time = {} if self.time is None else {"time": self.time}
         gyro, accel = f"{self.gyro[0]}:{self.gyro[1]}", f"{self.accel[0]}:{self.accel[1]}"
         return Words(
             f"columns have no names: {accel} read as accel (mean {self.gravity:.3g}, gravity), {gyro} as gyro"
             f" (mean {self.other:.2g})",
-            f"Run with --channels {time}gyro={gyro},accel={accel} to confirm, or name other columns",
+            f"Run with {Hint('channels', value=time | {'gyro': gyro, 'accel': accel})} to confirm, or name other columns",
         )
 
 
@@ -56,7 +57,7 @@ class GravityOnGyro(InFile, code="gravity_on_gyro", alters_all=True):
         return Words(
             f"gravity is on the columns of the gyro (mean {self.gyro:.3g}), not on those of the accelerometer"
             f" ({self.accel:.2g})",
-            "Exchange the sensors in --channels",
+            f"Exchange the sensors in {Hint('channels')}",
         )
 
 
@@ -82,7 +83,9 @@ class UnitOverruled(InFile, code="unit_overruled"):
     def _words_in_file(self, finding: Finding) -> Words:
         stated = self.stated if self.known else f"{shortened(self.stated, 20)!r}, which is not a unit of this quantity"
         advice = (
-            "Give --scale: volts and counts have no size" if needs_scale(self.stated) else "Check the unit of the file"
+            f"Give {Hint('scale')}: volts and counts have no size"
+            if needs_scale(self.stated)
+            else "Check the unit of the file"
         )
         return Words(
             f"the file states {stated}; the given unit {self.given} is used",
@@ -114,9 +117,10 @@ class IncompleteSensor(InFile, code="incomplete_sensor"):
                 f"{self.missing} is missing; no other column has a similar name", "Check the names of the columns"
             )
         column = shortened(self.column, LONGEST_NAME)
+        places = {self.missing: self.number, "…": "…"}
         return Words(
             f"{self.missing} is missing; column {self.number} {column!r} has a similar name and is not used",
-            f"Correct the name of the column, or name all columns: --channels {self.missing}={self.number},…",
+            f"Correct the name of the column, or name all columns: {Hint('channels', value=places)}",
         )
 
 
@@ -160,7 +164,7 @@ class UnreadSensor(InFile, code="unread_sensor"):
         places = f"{first}:{last}" if self.numbers == (first, first + 1, first + 2) else "N:N"
         return Words(
             f"columns of {what} are not read, their names are not known: {listed(self.columns)}",
-            f"Give --channels {self.sensor}={places} and the other channels",
+            f"Give {Hint('channels', self.sensor, places)} and the other channels",
         )
 
 
@@ -179,5 +183,6 @@ class MixedUnits(InFile, code="mixed_units"):
     def _words_in_file(self, finding: Finding) -> Words:
         units = ", ".join(f"{shortened(name, LONGEST_NAME)} {shortened(unit, 12)}" for name, unit in self.units)
         return Words(
-            f"axes of one sensor have different units: {units}", "Correct the header, or give one unit with --unit"
+            f"axes of one sensor have different units: {units}",
+            f"Correct the header, or give one unit with {Hint('unit')}",
         )

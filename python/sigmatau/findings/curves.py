@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.results import duration_text, seconds
 
 
@@ -136,7 +137,7 @@ class CheckedInPart(Details, code="checked_in_part"):
         return Words(
             f"only the first {duration_text(self.duration)} are checked for faults, {self.checked} of"
             f" {self.samples} samples",
-            "Check another part with --window",
+            f"Check another part with {Hint('window')}",
         )
 
 

@@ -11,13 +11,14 @@ from sigmatau.findings.phrases import (
     LONGEST,
     axes_text,
     clock,
-    keep_option,
-    leave_out_option,
+    leave_out_hint,
     number,
     percent,
     while_short,
+    window_hint,
 )
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds
 
@@ -161,7 +162,9 @@ class Spikes(Details, code="spikes"):
             return Words(found)
         return Words(
             f"{found}, beside smaller ones in the noise",
-            "Run again with --keep spikes: the random walk is between the two results" if finding.left_out else "",
+            f"Run again with {Hint('keep', value='spikes')}: the random walk is between the two results"
+            if finding.left_out
+            else "",
         )
 
 
@@ -283,9 +286,9 @@ class WindowChosen(Details, code="window_chosen"):
 
 def _left_or_kept(details: NotStatic) -> str:
     if details.leave_out:
-        return f"Run with {leave_out_option(details.leave_out, longest=LONGEST - len('Run with '))}"
+        return f"Run with {leave_out_hint(details.leave_out, longest=LONGEST - len('Run with '))}"
     if details.keep is not None:
-        return f"Run with {keep_option(details.keep)} to keep the longest part without a step"
+        return f"Run with {window_hint(details.keep)} to keep the longest part without a step"
     return ""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import clock
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, command
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, seconds, two_digits
 
@@ -142,5 +143,6 @@ class NonStationary(Details, code="non_stationary"):
             texts.append(f"short-time noise changes by a factor of {change.ratio:.3g} at {clock(change.time)}")
         return Words(
             "; ".join(texts),
-            "Find the cause (--stability MAP.png shows the change), or select a stationary part with --window",
+            f"Find the cause ({command('analyze', Hint('stability', value='MAP.png'))} shows the change),"
+            f" or select a stationary part with {Hint('window')}",
         )

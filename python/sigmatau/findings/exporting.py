@@ -5,6 +5,7 @@ from __future__ import annotations
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import axes_text
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, command
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import printable, seconds
 
@@ -58,7 +59,7 @@ class ChoiceNotUsed(Details, code="choice_not_used"):
         option = f"{_option(self.term)} for {self.sensor}"
         if not self.observed:
             return Words(f"{option} not used: the model has no such sensor", "Remove the option")
-        factor = "--noise-factor" if self.term == "random_walk" else "--walk-factor"
+        factor = Hint("noise_factor" if self.term == "random_walk" else "walk_factor")
         return Words(
             f"{option} not used: the coefficient was observed, so the observed value is written",
             f"Set another value in a model file, or scale the observed one with {factor}",
@@ -108,7 +109,8 @@ class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
 
     def words(self, finding: Finding) -> Words:
         action = (
-            f"Use --rate-random-walk {self.sensor}=horizon --horizon 10s to approximate all slow noise by a random walk"
+            f"Use {Hint('walk', self.sensor, 'horizon')} {Hint('horizon', value=10)} to approximate all slow noise by"
+            " a random walk"
         )
         if self.ratio is not None and self.tau is not None:
             return Words(
@@ -138,7 +140,7 @@ class LimitWritten(Details, code="limit_written"):
         label = TERMS[self.term].label("signal")
         return Words(
             f"{label} not observed; its upper limit is written",
-            f"{_option(self.term)} sets another value, --strict refuses",
+            f"{_option(self.term)} sets another value, {Hint('strict', value=True)} refuses",
         )
 
 
@@ -149,7 +151,7 @@ class NotAdequate(Details, code="not_adequate"):
     def words(self, finding: Finding) -> Words:
         return Words(
             "no model fits these axes, so the error of their coefficients is unknown",
-            "Inspect the curve (sigmatau analyze --plot), use another part of the record (--window), or omit the channel",
+            f"Inspect the curve ({command('analyze', Hint('plot'))}), use another part of the record, or omit the channel",
         )
 
 
@@ -192,7 +194,8 @@ class FastestRate(Details, code="fastest_rate"):
         listed = ", ".join(f"{sensor} {rate:.4g} Hz" for sensor, rate in self.rates)
         return Words(
             f"the written rate of the filter is {self.rate:.4g} Hz, the highest of the sensors ({listed})",
-            "Give --filter-rate HZ if the filter takes samples at another rate; the densities do not depend on it",
+            f"Give {Hint('filter_rate', value='HZ')} if the filter takes samples at another rate;"
+            " the densities do not depend on it",
         )
 
 
@@ -304,9 +307,9 @@ class MinimumAsWalk(Details, code="minimum_as_walk"):
     def words(self, finding: Finding) -> Words:
         return Words(
             f"{axes_text(self.keys)} not read: a minimum of the Allan deviation is not a random walk",
-            "Analyse the record itself, or choose a value with --rate-random-walk",
+            f"Analyse the record itself, or choose a value with {Hint('walk')}",
         )
 
 
-def _option(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
+def _option(term: str) -> Hint:
+    return Hint({"random_walk": "noise", "rate_random_walk": "walk"}.get(term, term))

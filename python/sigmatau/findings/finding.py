@@ -8,6 +8,7 @@ from dataclasses import field, fields, is_dataclass
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, as_options, hints_in, worded
 from sigmatau.results import Tabular
 
 Severity = Literal["info", "warning", "error"]
@@ -153,12 +154,17 @@ class Finding:
     @property
     def message(self) -> str:
         """The finding in words."""
-        return self._words().message
+        return worded(self.words().message)
 
     @property
     def action(self) -> str:
         """Action in words; empty if no action is needed."""
-        return self._words().action
+        return worded(self.words().action)
+
+    @property
+    def hints(self) -> tuple[Hint, ...]:
+        """The options that the action names."""
+        return hints_in(self.words().action)
 
     @property
     def walk_factor(self) -> float | None:
@@ -166,7 +172,12 @@ class Finding:
         factor = dict(self.factors).get("random_walk") if self.details.biases_walk else None
         return factor if factor is not None and 0 < factor < math.inf else None
 
-    def _words(self) -> Words:
+    def words_of_files(self) -> Words:
+        """Message and action with options as they are typed, whoever writes the file."""
+        return Words(*(worded(text, as_options) for text in self.words()))
+
+    def words(self) -> Words:
+        """Message and action with hints in them; see `sigmatau.hints`."""
         stated = self.details.words(self)
         if isinstance(self.details, Stated):
             return stated
@@ -178,13 +189,14 @@ class Finding:
         return stated
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI, with message and action in words."""
+        """Plain values in SI, with message and action in the words of the command line."""
+        message, action = self.words_of_files()
         return {
             "code": self.code,
             "severity": self.severity,
             "channels": list(self.channels),
-            "message": self.message,
-            "action": self.action,
+            "message": message,
+            "action": action,
             **({"spans_s": [list(span) for span in self.spans]} if self.spans else {}),
             **({"more_spans": self.more_spans} if self.more_spans else {}),
             **({} if self.size is None else {"size": plain(self.size), "unit": self.unit}),

@@ -8,6 +8,7 @@ from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import axes_text, number, percent
 from sigmatau.findings.reasons import IncompleteRecord, Reason, TooFewTimes, count_text, off_text
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, seconds, two_digits
 
@@ -39,7 +40,7 @@ class TooShort(Details, code="too_short"):
             )
         reason = self.reasons[0]
         if isinstance(reason, IncompleteRecord):
-            allowed = "Use --method likelihood, which allows for missing samples"
+            allowed = f"Use {Hint('method', value='likelihood')}, which allows for missing samples"
             return Words(
                 text, allowed if reason.suits_likelihood else "Record longer, or use a part without missing samples"
             )
@@ -142,7 +143,9 @@ class Disturbed(Details, code="disturbed"):
             )
         unit, factor = display_units("random_walk", self.quantity, self.rate_unit)[-1]
         limit = f"{two_digits(self.quietest / factor)} {unit}"
-        return Words(f"{text}, {limit} in the quietest part", f"Record again without it, or try --window {part}")
+        return Words(
+            f"{text}, {limit} in the quietest part", f"Record again without it, or try {Hint('window', value=part)}"
+        )
 
 
 @frozen

@@ -5,6 +5,7 @@ from __future__ import annotations
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import number
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS
 
 
@@ -69,7 +70,7 @@ class RunsDiffer(Details, code="runs_differ"):
         label = TERMS[self.term].label("")
         return Words(
             f"{label} is not the same in all {self.runs} runs (p = {self.p_value:.1g}); its interval is too narrow",
-            "Leave out the run that differs, or leave the term out of --common",
+            f"Leave out the run that differs, or leave the term out of {Hint('common')}",
         )
 
 

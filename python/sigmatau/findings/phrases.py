@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 
 from sigmatau.findings.finding import Span
+from sigmatau.hints import Hint, as_options, worded
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import seconds
 
@@ -60,7 +61,7 @@ def short_number(value: float) -> str:
 def while_short(text: str, more: Iterable[str], *, between: str = "; ", longest: int = LONGEST) -> str:
     """The text and as many of some others, in order, as a sentence may have characters for."""
     for other in filter(None, more):
-        if len(text) + len(between) + len(other) <= longest:
+        if sum(len(worded(part, as_options)) for part in (text, between, other)) <= longest:
             text += between + other
     return text
 
@@ -117,15 +118,15 @@ def largest_factor_text(factors: Sequence[tuple[str, float]], *, quantity: str =
     return f"{said} on {channel}" if channel else said
 
 
-def leave_out_option(spans: Sequence[Span], *, longest: int = LONGEST) -> str:
-    """The option that leaves some stretches out: ``"--leave-out 720s:722s,1080s:1083.2s"``.
+def leave_out_hint(spans: Sequence[Span], *, longest: int = LONGEST) -> Hint:
+    """The option that leaves some stretches out: ``720s:722s,1080s:1083.2s``.
 
     Parameters
     ----------
     spans : sequence of (float, float)
         From the beginning of the log. [s] The longest are named, as many as fit.
     longest : int
-        Characters of the option.
+        Characters of the option, as it is typed.
     """
     joined: list[Span] = []
     for start, stop in sorted(spans):
@@ -133,21 +134,21 @@ def leave_out_option(spans: Sequence[Span], *, longest: int = LONGEST) -> str:
             joined[-1] = (joined[-1][0], max(stop, joined[-1][1]))
         else:
             joined.append((start, stop))
-    left, named = longest - len("--leave-out"), list[tuple[float, str]]()
+    left, named = longest - len(as_options([Hint("leave_out")])), list[tuple[float, str]]()
     for start, stop in sorted(joined, key=lambda span: span[0] - span[1]):
         text = f"{_in_seconds(start, math.floor)}:{_in_seconds(stop, math.ceil)}"
         left -= len(text) + 1
         if left < 0 and named:
             break
         named.append((start, text))
-    return f"--leave-out {','.join(text for _, text in sorted(named))}"
+    return Hint("leave_out", value=",".join(text for _, text in sorted(named)))
 
 
-def keep_option(span: tuple[float | None, float | None]) -> str:
-    """The option that keeps a part of a log: ``"--window 600s:"``; None for an end of the record."""
+def window_hint(span: tuple[float | None, float | None]) -> Hint:
+    """The option that keeps a part of a log: ``600s:``; None for an end of the record."""
     start, stop = span
     begins = "" if start is None else _in_seconds(start, math.ceil)
-    return f"--window {begins}:{'' if stop is None else _in_seconds(stop, math.floor)}"
+    return Hint("window", value=f"{begins}:{'' if stop is None else _in_seconds(stop, math.floor)}")
 
 
 def _in_seconds(time: float, to_whole: Callable[[float], int]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import clock, factor_text
 from sigmatau.frozen import frozen
+from sigmatau.hints import WITHOUT_STAMPS, Hint
 from sigmatau.results import two_digits
 
 _CLOCK_ERROR = 0.05  # relative difference of rates that no clock explains: RC oscillators are within 2 %
@@ -35,8 +36,8 @@ class ImplausibleRate(Details, code="implausible_rate"):
         return Words(
             f"the time stamps give {self.rate:.4g} Hz if they are in {self.unit}, {self.other_rate:.4g} Hz if they are in"
             f" {self.other_unit}{numbers}; {self.unit} is used",
-            f"Give --unit time={self.other_unit} if the sensor's rate is {self.other_rate:.4g} Hz"
-            + (", or --channels time=none --rate HZ for numbers" if self.stride else ""),
+            f"Give {Hint('unit', 'time', self.other_unit)} if the sensor's rate is {self.other_rate:.4g} Hz"
+            + (f", or {WITHOUT_STAMPS} for numbers" if self.stride else ""),
         )
 
 
@@ -55,10 +56,11 @@ class RateNotNominal(Details, code="rate_not_nominal"):
 
     def words(self, finding: Finding) -> Words:
         off = self.rate / self.nominal - 1
+        nominal = Hint("rate", value=f"{self.nominal:g}")
         return Words(
             f"the time stamps give {self.rate:.6g} Hz, {100 * abs(off):.2g} % {'less' if off < 0 else 'more'} than"
             f" {self.nominal:g} Hz; the rate of the time stamps is used",
-            f"Give --rate {self.nominal:g} only if the sensor's clock is more accurate than the time stamps",
+            f"Give {nominal} only if the sensor's clock is more accurate than the time stamps",
         )
 
 
@@ -85,9 +87,10 @@ class RateMismatch(Details, code="rate_mismatch"):
         factor = dict(finding.factors).get("random_walk")
         if factor is None:
             return Words(f"{message}; all times and coefficients are affected")
-        action = "Omit --rate unless it is more accurate than the time stamps"
+        action = f"Omit {Hint('rate')} unless it is more accurate than the time stamps"
         if abs(self.used / self.other - 1) > _CLOCK_ERROR:
-            action = f"Omit --rate; if the time stamps are wrong, use --channels time=none --rate {self.used:.6g}"
+            used = Hint("rate", value=f"{self.used:.6g}")
+            action = f"Omit {Hint('rate')}; if the time stamps are wrong, use {Hint('channels', 'time', 'none')} {used}"
         return Words(f"{message}: {factor_text('random_walk', factor)} if the time stamps are right", action)
 
 

@@ -11,6 +11,7 @@ from typing import Literal
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import LONGEST, listed, number_of, shortened
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 
 _AGAIN = "Copy or record the file again"
 
@@ -105,7 +106,7 @@ class Damaged(InFile, code="damaged"):
         if complete:
             action = ""
         elif self.inside == "row":
-            action = "Copy the whole file, or correct --layout"
+            action = f"Copy the whole file, or correct {Hint('layout')}"
         else:
             action = _AGAIN
         return Words("; ".join(filter(None, (message, kept))), action)
@@ -341,7 +342,7 @@ class LoggerDropouts(InFile, code="dropouts"):
         return Words(
             f"the logger lost data {number_of(self.count, 'times')}, {self.total:.3g} s in total, the longest loss"
             f" {self.longest:.3g} s",
-            "Log to a faster card, log fewer topics, or select a part without dropouts with --window",
+            f"Log to a faster card, log fewer topics, or select a part without dropouts with {Hint('window')}",
         )
 
 

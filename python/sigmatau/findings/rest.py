@@ -6,8 +6,9 @@ import math
 from typing import Literal
 
 from sigmatau.findings.finding import Details, Finding, Span, Words
-from sigmatau.findings.phrases import LONGEST, clock, keep_option, number, percent, while_short
+from sigmatau.findings.phrases import LONGEST, clock, number, percent, while_short, window_hint
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.results import duration_text, two_digits
 
 _UNITS = {"angular_rate": ("deg/s", math.degrees(1.0))}
@@ -67,8 +68,8 @@ class NotAtRest(Details, code="not_at_rest", alters_all=True):
         message = f"not at rest{unit}: {_motion(self.motion)}; no coefficients are given"
         if not self.still:
             remedy = "Record the sensor at rest, check the unit," if in_doubt else "Record the sensor at rest,"
-            return Words(message, f"{remedy} or run with --at-rest to analyse the motion as noise")
-        options = [f"{keep_option(span)} ({duration_text(span[1] - span[0])} at rest)" for span in self.still]
+            return Words(message, f"{remedy} or run with {Hint('at_rest', value=True)} to analyse the motion as noise")
+        options = [f"{window_hint(span)} ({duration_text(span[1] - span[0])} at rest)" for span in self.still]
         return Words(message, while_short(f"Run with {options[0]}", options[1:], between=" or ", longest=LONGEST))
 
 
@@ -96,7 +97,7 @@ class TooShortToTell(Details, code="too_short_to_tell"):
                 f"{got} are too short to tell rest from motion ({need} needed); analysed as at rest, as requested"
             )
         message = f"too short to tell rest from motion: {got}, {need} needed; no coefficients are given"
-        return Words(message, "Record for longer, or run with --at-rest if the sensor was at rest")
+        return Words(message, f"Record for longer, or run with {Hint('at_rest', value=True)} if the sensor was at rest")
 
 
 @frozen

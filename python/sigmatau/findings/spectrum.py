@@ -6,6 +6,7 @@ from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.fit import filter_text
 from sigmatau.findings.phrases import axes_text, factor_text, number
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, two_digits
 
@@ -258,7 +259,7 @@ class IdenticalAxes(Details, code="identical_axes"):
     def words(self, finding: Finding) -> Words:
         return Words(
             f"identical in all {self.samples} samples: one column was read or logged twice",
-            "Check --channels and the logging program",
+            f"Check {Hint('channels')} and the logging program",
         )
 
 

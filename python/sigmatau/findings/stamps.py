@@ -7,13 +7,13 @@ from typing import Literal
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import clock
 from sigmatau.frozen import frozen
+from sigmatau.hints import RATE, WITHOUT_STAMPS, Hint
 from sigmatau.results import seconds, two_digits
 
 _SURE = 1e-3  # relative error of a rate that is not worth stating
 _LEAST_SHARE = 0.01  # share of the intervals that is stated [%]
-_WITHOUT_STAMPS = "--channels time=none --rate HZ"
 _BAD = {
-    "missing": ("without a time stamp", "skipped", f"If their samples are good, run again with {_WITHOUT_STAMPS}"),
+    "missing": ("without a time stamp", "skipped", f"If their samples are good, run again with {WITHOUT_STAMPS}"),
     "wrong": ("with time stamps far from their neighbours", "skipped", "Find the cause if many rows are affected"),
     "repeated": (
         "with the time stamp of the row before",
@@ -77,10 +77,11 @@ class Gaps(Details, code="gaps"):
     def words(self, finding: Finding) -> Words:
         lost = _count(finding)
         if self.even_rate is not None:
+            even, all_places = (Hint("rate", value=f"{rate:.6g}") for rate in (self.even_rate, self.rate))
             return Words(
                 f"samples at {self.rate:.6g} Hz are missing in a pattern of {self.period} rows; evenly spaced"
                 f" samples at {self.even_rate:.6g} Hz have the same time stamps",
-                f"Give the rate of the sensor: --rate {self.even_rate:.6g} or --rate {self.rate:.6g}",
+                f"Give the rate of the sensor: {even} or {all_places}",
             )
         longest = self.longest[0]
         many = self.gaps > 1
@@ -120,7 +121,7 @@ class LongPauses(Details, code="long_pauses"):
         return Words(
             f"{self.pauses} long pause{several} or clock step{several}, the longest {seconds(self.longest)} s before"
             f" {self.place}; {self.used} of {self.total} samples used",
-            f"Analyse each piece separately; if only the clock was set, use {_WITHOUT_STAMPS}",
+            f"Analyse each piece separately; if only the clock was set, use {WITHOUT_STAMPS}",
         )
 
 
@@ -154,7 +155,7 @@ class IrregularStamps(Details, code="irregular_stamps"):
         return Words(
             f"the time stamps are irregular (longest interval {seconds(self.longest)} s, before {self.place});"
             " samples treated as evenly spaced",
-            "Give --rate HZ if the sensor did not pause; otherwise select a part without pauses with --window",
+            f"Give {RATE} if the sensor did not pause; otherwise select a part without pauses with {Hint('window')}",
         )
 
 
@@ -195,11 +196,11 @@ class CoarseStamps(Details, code="coarse_stamps"):
             return Words(
                 f"{resolution}; they fit {self.rate:.6g} Hz without losses and {faster} Hz with {self.lost} of"
                 f" {self.period} samples lost",
-                f"Give --rate {faster} if that is the sensor's rate",
+                f"Give {Hint('rate', value=faster)} if that is the sensor's rate",
             )
         single = " (single precision)" if self.single_precision else ""
         unsure = self.rate_error is None or self.rate_error > _SURE
-        action = "Log the time stamps with more digits, or give --rate HZ" if single or unsure else ""
+        action = f"Log the time stamps with more digits, or give {RATE}" if single or unsure else ""
         if self.rate_error is None:
             return Words(f"{resolution}{single}, too coarse to confirm the given {self.rate:.6g} Hz", action)
         if unsure:

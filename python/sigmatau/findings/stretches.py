@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.results import duration_text
 
 
@@ -25,7 +26,7 @@ class InStretches(Details, code="in_stretches"):
     def words(self, finding: Finding) -> Words:
         return Words(
             f"{self.samples} samples were summed in {self.stretches} stretches; rest and disturbances were not checked",
-            "Check a part: sigmatau analyze LOG --window 0s:3600s",
+            f"Check a part: {Hint('window', value='0s:3600s')}",
         )
 
 

@@ -8,6 +8,7 @@ from typing import Literal
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import percent, short_number
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.results import two_digits
 from sigmatau.units import STANDARD_GRAVITY
 
@@ -26,8 +27,6 @@ class ImplausibleUnit(Details, code="implausible_unit"):
         Quantity that the stream measures.
     stated, likely : str
         The unit that was stated, and the one that the samples look like; empty if no unit explains them.
-    option : str
-        Option of the command line that corrects it; empty if only a scale for raw counts can.
     mean : float or None
         Length of the mean vector. [SI unit of the stream]
     noise : float or None
@@ -46,13 +45,18 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     quantity: str
     stated: str = ""
     likely: str = ""
-    option: str = ""
     mean: float | None = None
     noise: float | None = None
     step: float | None = None
     sensitivity: float | None = None
     times: float | None = None
     by_file: bool = False
+
+    @property
+    def correction(self) -> Hint | None:
+        """The option that states the likely unit; None if there is none."""
+        sensor = "gyro" if self.quantity == "angular_rate" else "accel"
+        return Hint("unit", sensor, self.likely) if self.likely else None
 
     def words(self, finding: Finding) -> Words:
         noise = f"{short_number(math.degrees(self.noise or 0))} (deg/s)/√Hz"
@@ -80,12 +84,12 @@ class ImplausibleUnit(Details, code="implausible_unit"):
             return Words(said, "Check the unit and the scale")
         looks = f"the unit is probably {self.likely}" if self.likely else "the values may be raw counts"
         if not self.likely:
-            return Words(f"{said}; {looks}", "Run with --scale for raw counts")
+            return Words(f"{said}; {looks}", f"Run with {Hint('scale')} for raw counts")
         factor = finding.factors[0][1] if finding.factors else 1.0
         wrong = (
             f"{short_number(factor)} times too large" if factor > 1 else f"{short_number(1 / factor)} times too small"
         )
-        return Words(f"{said}; {looks}", f"Run with {self.option}; all coefficients are now {wrong}")
+        return Words(f"{said}; {looks}", f"Run with {self.correction}; all coefficients are now {wrong}")
 
 
 @frozen
@@ -125,7 +129,7 @@ class Gravity(Details, code="gravity"):
             )
         times = f"{1 + self.deviation:.3g} times the true values"
         said = f"{mean}, gravity is {self.low:g} to {self.high:g}; all coefficients may be {times}"
-        return Words(said, "Check --unit, --scale and --channels")
+        return Words(said, f"Check {Hint('unit')}, {Hint('scale')} and {Hint('channels')}")
 
 
 @frozen

@@ -7,6 +7,7 @@ from typing import Literal
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import clock, largest_factor_text, percent, short_number
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.results import duration_text, seconds, two_digits
 
 
@@ -95,7 +96,9 @@ class Saturation(Details, code="saturation"):
         if not self.spread:
             return Words(_joined(said, f"the first at {clock(self.start)}"))
         effect = largest_factor_text(finding.factors, channel=_on(finding, self.strongest))
-        return Words(_joined(said, effect), "Record again with a larger range, or select another part with --window")
+        return Words(
+            _joined(said, effect), f"Record again with a larger range, or select another part with {Hint('window')}"
+        )
 
 
 @frozen
@@ -121,7 +124,7 @@ class CopiedStretch(Details, code="copied_stretch"):
         return Words(
             f"the {self.rows} rows from {clock(self.copy)} on equal those from {clock(self.start)} on,"
             f" {seconds(self.duration)} s long",
-            "Check how the log was written; leave the copy out with --leave-out",
+            f"Check how the log was written; leave the copy out with {Hint('leave_out')}",
         )
 
 
@@ -187,9 +190,10 @@ class RepeatedSamples(Details, code="repeated_samples"):
         rates = f"the sensor gives {self.sensor_rate:.4g} Hz, the log has {self.log_rate:.4g} Hz"
         effect = effect or f"σ at one sample {short_number(1 / self.sigma_one_sample)} times too small"
         if self.shortest == self.longest > 1:
+            rate = Hint("rate", value=f"{self.sensor_rate:.4g}")
             return Words(
                 f"each sample occurs {self.shortest} times: {rates}; {effect}",
-                f"Keep one of each group of equal samples and give --rate {self.sensor_rate:.4g}",
+                f"Keep one of each group of equal samples and give {rate}",
             )
         return Words(
             f"samples occur {self.times:.3g} times on average: {rates}; {effect}",

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 def sentence(finding: Finding) -> str:
     """The words of a finding for the text of an error: its message, and its action behind a semicolon."""
-    action = finding.action
-    return f"{finding.message}; {action[0].lower()}{action[1:]}" if action else finding.message
+    message, action = finding.words()
+    return f"{message}; {action[0].lower()}{action[1:]}" if action else message
 
 
 def line(finding: Finding) -> str:
@@ -24,7 +24,7 @@ def line(finding: Finding) -> str:
     return printable(": ".join(filter(None, (finding.severity, *about, finding.message))))
 
 
-def causes(findings: Iterable[Finding], *, most: int = 5, rest: str = "--verbose", room: int = 0) -> list[str]:
+def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int = 0) -> list[str]:
     """What matters: errors, warnings and what was left out, one line a kind of finding, of its worst axis; of an
     error, what to do.
 

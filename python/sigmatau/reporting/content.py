@@ -173,11 +173,12 @@ def _verdict(analysis: Analysis) -> str:
 def _told(finding: Finding) -> Told:
     spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MOST_SPANS]]
     more = len(finding.spans) + finding.more_spans - _MOST_SPANS
+    message, action = finding.words_of_files()
     return Told(
         severity=finding.severity,
         axes=printable(": ".join(filter(None, (finding.topic, short_axes(finding.channels))))),
-        message=printable(finding.message),
-        action=printable(finding.action),
+        message=printable(message),
+        action=printable(action),
         where=", ".join(spans) + (f" and {more} more" if more > 0 else ""),
     )
 

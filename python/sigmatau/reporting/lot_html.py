@@ -194,7 +194,7 @@ def _told(one: JudgedUnit) -> Iterator[str]:
     """Remarks of a unit, with what to do about its findings."""
     for remark in one.remarks:
         if remark.code != "no_specification":
-            action = remark.finding.action if remark.kind == "data" else ""
+            action = remark.finding.words_of_files().action if remark.kind == "data" else ""
             yield f"{remark.text}." + (f" {action}." if action else "")
 
 

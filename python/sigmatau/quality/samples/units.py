@@ -34,18 +34,18 @@ _ON_GROUND = (9.75, 9.85)
 _WITHOUT_GRAVITY = 0.5
 
 # What |mean| is if the numbers are in one unit and another was stated: value where gravity would be 9.80665, the stated
-# unit, the likely one, and the option.
-_MISTAKEN: tuple[tuple[float, str, str, str], ...] = (
-    (1.0, "m/s^2", "g", "--unit accel=g"),
-    (GRAVITY**2, "g", "m/s^2", "--unit accel=m/s^2"),
-    (1000.0, "m/s^2", "mg", "--unit accel=mg"),
-    (100 * GRAVITY, "m/s^2", "cm/s^2", "--scale accel=0.01"),
-    (1000 * GRAVITY, "g", "mg", "--unit accel=mg"),
-    (GRAVITY / 0.3048, "m/s^2", "ft/s^2", "--unit accel=ft/s^2"),
-    (GRAVITY**2 * 1e-3, "mg", "m/s^2", "--unit accel=m/s^2"),
-    (GRAVITY * 1e-3, "mg", "g", "--unit accel=g"),
-    (GRAVITY**2 * 1e-6, "ug", "m/s^2", "--unit accel=m/s^2"),
-    (GRAVITY * 1e-6, "ug", "g", "--unit accel=g"),
+# unit, and the likely one.
+_MISTAKEN: tuple[tuple[float, str, str], ...] = (
+    (1.0, "m/s^2", "g"),
+    (GRAVITY**2, "g", "m/s^2"),
+    (1000.0, "m/s^2", "mg"),
+    (100 * GRAVITY, "m/s^2", "cm/s^2"),
+    (1000 * GRAVITY, "g", "mg"),
+    (GRAVITY / 0.3048, "m/s^2", "ft/s^2"),
+    (GRAVITY**2 * 1e-3, "mg", "m/s^2"),
+    (GRAVITY * 1e-3, "mg", "g"),
+    (GRAVITY**2 * 1e-6, "ug", "m/s^2"),
+    (GRAVITY * 1e-6, "ug", "g"),
 )
 _SMALL_UNITS = ("mg", "ug")  # stated ones of `_MISTAKEN` whose means are small: counted only if they are stated
 
@@ -167,12 +167,10 @@ def _by_gravity(stream: Stream) -> list[Finding]:
     level = _mean_vector(stream)
     stated_unit = _stated(stream)
     possible = [row for row in _MISTAKEN if row[1] not in _SMALL_UNITS or row[1] == stated_unit]
-    value, stated, likely, option = min(possible, key=lambda row: abs(level / row[0] - 1))
+    value, stated, likely = min(possible, key=lambda row: abs(level / row[0] - 1))
     if not abs(level / value - 1) < GRAVITY_TOLERANCE:
         return []
-    details = ImplausibleUnit(
-        evidence="gravity", quantity=stream.quantity, stated=stated, likely=likely, option=option, mean=level
-    )
+    details = ImplausibleUnit(evidence="gravity", quantity=stream.quantity, stated=stated, likely=likely, mean=level)
     return _finding(stream, details, factor=value / GRAVITY, size=level)
 
 
@@ -190,7 +188,6 @@ def _by_step(stream: Stream) -> list[Finding]:
                 quantity=stream.quantity,
                 stated=stated,
                 likely=likely,
-                option=f"--unit gyro={likely}",
                 step=steps[0],
                 sensitivity=1 / known[0],
             )
@@ -248,7 +245,6 @@ def _by_density(
         quantity=stream.quantity,
         stated=stated,
         likely=likely,
-        option=f"--unit {stream.name}={likely}" if likely else "",
         noise=noise,
         mean=_mean_vector(stream),
         times=times,

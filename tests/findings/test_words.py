@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from sigmatau.findings import details_by_code
-from sigmatau.findings.phrases import keep_option, largest_factor_text, leave_out_option
+from sigmatau.findings.phrases import largest_factor_text, leave_out_hint, window_hint
+from sigmatau.hints import Hint
 
 HERE = Path(__file__).parent
 SUBJECTS = sorted(path.stem.removeprefix("examples_") for path in HERE.glob("examples_*.py"))
@@ -30,7 +31,8 @@ def test_every_kind_has_an_example():
 
 @pytest.mark.parametrize("subject", SUBJECTS)
 def test_words_are_those_of_the_golden_file(subject):
-    text = "".join(f"{one.code}\n    {one.message}\n    {one.action}\n" for one in examples(subject))
+    said = ((one.code, *one.words_of_files()) for one in examples(subject))
+    text = "".join(f"{code}\n    {message}\n    {action}\n" for code, message, action in said)
     golden = HERE / f"{subject}.txt"
     if os.environ.get("UPDATE_WORDS"):
         golden.write_text(text, encoding="utf-8")
@@ -40,7 +42,7 @@ def test_words_are_those_of_the_golden_file(subject):
 @pytest.mark.parametrize("subject", SUBJECTS)
 def test_sentences_are_short_and_plain(subject):
     for one in examples(subject):
-        for sentence in (one.message, one.action):
+        for sentence in one.words_of_files():
             assert len(sentence) <= LONGEST, (one.code, len(sentence), sentence)
             assert not PUNS.search(sentence), (one.code, sentence)
             assert not sentence.endswith("."), (one.code, sentence)
@@ -54,8 +56,8 @@ def test_codes_are_unique():
 
 def test_options_leave_out_the_whole_of_a_fault():
     """Times have milliseconds: the ends of what is left out are rounded outwards, those of what is kept inwards."""
-    assert leave_out_option([(720.0006, 722.0002)]) == "--leave-out 720s:722.001s"
-    assert keep_option((600.0004, 7200.0016)) == "--window 600.001s:7200.001s"
+    assert leave_out_hint([(720.0006, 722.0002)]) == Hint("leave_out", value="720s:722.001s")
+    assert window_hint((600.0004, 7200.0016)) == Hint("window", value="600.001s:7200.001s")
 
 
 def test_the_factor_farthest_from_one_is_named():

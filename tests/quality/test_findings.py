@@ -15,6 +15,7 @@ from known import seed_of
 from sigmatau import NoiseModel, OptionError, Record, analyze, check, fit, inspect, read, simulate
 from sigmatau.cli import main
 from sigmatau.estimators.allan import allan
+from sigmatau.hints import Hint
 
 N = 0.005
 RATE = 100.0
@@ -73,7 +74,7 @@ class TestField:
         assert rate.details.rate == pytest.approx(9.86, abs=0.005)
         (unit,) = told(found, "implausible_unit")
         assert unit.severity == "warning"
-        assert unit.details.option == "--unit accel=g"
+        assert unit.details.correction == Hint("unit", "accel", "g")
         assert dict(unit.factors)["random_walk"] == pytest.approx(1 / 9.80665, rel=1e-6)
         # With a rate typed by hand, 10 or 100 as its configuration files have it.
         (mismatch,) = told(analyze(read(log, rate=10, **how), method="read-off").findings, "rate_mismatch")

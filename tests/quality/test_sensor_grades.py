@@ -5,6 +5,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import Record
+from sigmatau.hints import Hint
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.samples.units import implausible_unit
 
@@ -35,21 +36,21 @@ def test_all_in_g_is_told_of_the_triad():
     rng = np.random.default_rng(seed_of("all in g"))
     (said,) = found(accel_record(triad(rng, 50e-6, [0.01, -0.015, 1.0])))
     assert said.channels == ("accel_x", "accel_y", "accel_z")
-    assert said.details.option == "--unit accel=g"
+    assert said.details.correction == Hint("unit", "accel", "g")
 
 
 @pytest.mark.parametrize("density", [0.004, 0.005, 0.03])
 def test_consumer_gyros_in_degrees_said_to_be_radians(density):
     rng = np.random.default_rng(seed_of(f"degrees {density}"))
     (said,) = found(gyro_record(triad(rng, density, [0.05, -0.03, 0.02])))
-    assert said.details.option == "--unit gyro=deg/s"
+    assert said.details.correction == Hint("unit", "gyro", "deg/s")
     assert dict(said.factors)["random_walk"] == pytest.approx(1 / DEG)
 
 
 def test_noise_that_no_unit_explains_may_be_counts():
     rng = np.random.default_rng(seed_of("counts"))
     (said,) = found(gyro_record(triad(rng, 1.0, [3.0, -2.0, 1.0]), "deg/s"))
-    assert (said.details.option, said.details.likely) == ("", "")
+    assert said.details.likely == ""
 
 
 @pytest.mark.parametrize("density", [0.003, 0.005])
@@ -57,7 +58,7 @@ def test_radians_said_to_be_degrees(density):
     """As quiet as optical gyros, with the bias of MEMS."""
     rng = np.random.default_rng(seed_of(f"radians {density}"))
     (said,) = found(gyro_record(triad(rng, density * DEG, np.array([0.9, -1.2, 0.3]) * DEG), "deg/s"))
-    assert said.details.option == "--unit gyro=rad/s"
+    assert said.details.correction == Hint("unit", "gyro", "rad/s")
     assert dict(said.factors)["random_walk"] == pytest.approx(DEG)
 
 
@@ -111,11 +112,11 @@ def test_degrees_per_second_said_to_be_per_hour(walk, axes):
     samples = triad(rng, walk / 60, [0.4, -0.2, 0.1])
     columns = {f"gyro_{axis}": samples[:, k] for k, axis in enumerate(axes)}
     record = Record.from_arrays(rate=RATE, unit={"gyro": "deg/h"}, **columns)
-    details = [(f.details.evidence, f.details.likely, f.details.option) for f in found(record)]
+    details = [(f.details.evidence, f.details.likely) for f in found(record)]
     if axes == "x":  # 6.9e-5 deg/√h is the quietest
-        assert details == ([("quiet", "deg/s", "--unit gyro=deg/s")] if walk / 3600 < 6.5e-5 else [])
+        assert details == ([("quiet", "deg/s")] if walk / 3600 < 6.5e-5 else [])
     else:
-        assert [one[1:] for one in details] == [("deg/s", "--unit gyro=deg/s")]
+        assert [likely for _, likely in details] == ["deg/s"]
         assert dict(found(record)[0].factors)["random_walk"] == pytest.approx(1 / 3600)
 
 

@@ -10,7 +10,7 @@ import sigmatau as st
 from known import seed_of
 from sigmatau.findings.disturbances import NotStatic
 from sigmatau.findings.drift import NonStationary
-from sigmatau.findings.phrases import keep_option
+from sigmatau.findings.phrases import window_hint
 from sigmatau.findings.rest import NotAtRest, PartlyAtRest
 from sigmatau.findings.stamps import Gaps
 from sigmatau.quality.check import check
@@ -180,7 +180,7 @@ def test_the_advised_window_is_at_rest():
     for window in None, "200s:1100s":
         (one,) = (f for f in st.analyze(log, window=window).findings if isinstance(f.details, NotAtRest))
         assert one.details.still[0] == (pytest.approx(300, abs=5), pytest.approx(360, abs=5))
-        advised = keep_option(one.details.still[0]).removeprefix("--window ")
+        advised = window_hint(one.details.still[0]).value
         assert st.analyze(log, window=advised, method="read-off").rest.verdict == "at_rest"
 
 

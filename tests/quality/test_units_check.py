@@ -7,6 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, analyze, check, read, simulate
+from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.samples.units import gravity, implausible_unit
 
@@ -52,7 +53,7 @@ def test_gravity_tells_the_unit(truth, stated, factor, attitude):
 def test_remedies_are_options_there_are():
     """cm/s² has no unit of its own here."""
     (finding,) = implausible_unit(Record.from_arrays(rate=100, accel=triad("cm", (0, 0, 980.0))).streams[0])
-    assert finding.details.option == "--scale accel=0.01"
+    assert finding.details.correction == Hint("unit", "accel", "cm/s^2")
     assert implausible_unit(Record.from_arrays(rate=100, accel=0.01 * triad("cm", (0, 0, 980.0))).streams[0]) == []
 
 
@@ -122,7 +123,7 @@ def test_a_rate_that_no_sensor_has_says_nothing_of_the_unit(kind):
         record = Record.from_arrays(rate=rate, gyro=gyro, accel=accel, input=kind)
         assert [f for s in record.streams for f in (*implausible_unit(s), *gravity(s))] == []
     in_g = Record.from_arrays(rate=1e-4, accel=accel / G).streams[0]
-    assert implausible_unit(in_g)[0].details.option == "--unit accel=g"  # a mean is what it is at any rate
+    assert implausible_unit(in_g)[0].details.correction == Hint("unit", "accel", "g")  # a mean is what it is at any rate
 
 
 @pytest.mark.parametrize("stated", [True, False])

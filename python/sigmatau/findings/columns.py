@@ -117,10 +117,10 @@ class IncompleteSensor(InFile, code="incomplete_sensor"):
                 f"{self.missing} is missing; no other column has a similar name", "Check the names of the columns"
             )
         column = shortened(self.column, LONGEST_NAME)
-        places = {self.missing: self.number, "…": "…"}
+        column_hint = Hint("channels", self.missing, self.number)
         return Words(
             f"{self.missing} is missing; column {self.number} {column!r} has a similar name and is not used",
-            f"Correct the name of the column, or name all columns: {Hint('channels', value=places)}",
+            f"Correct the name of the column, or name all columns: {column_hint} and the others",
         )
 
 

@@ -123,7 +123,9 @@ def test_a_rate_that_no_sensor_has_says_nothing_of_the_unit(kind):
         record = Record.from_arrays(rate=rate, gyro=gyro, accel=accel, input=kind)
         assert [f for s in record.streams for f in (*implausible_unit(s), *gravity(s))] == []
     in_g = Record.from_arrays(rate=1e-4, accel=accel / G).streams[0]
-    assert implausible_unit(in_g)[0].details.correction == Hint("unit", "accel", "g")  # a mean is what it is at any rate
+    assert implausible_unit(in_g)[0].details.correction == Hint(
+        "unit", "accel", "g"
+    )  # a mean is what it is at any rate
 
 
 @pytest.mark.parametrize("stated", [True, False])

@@ -27,6 +27,8 @@ class ImplausibleUnit(Details, code="implausible_unit"):
         Quantity that the stream measures.
     stated, likely : str
         The unit that was stated, and the one that the samples look like; empty if no unit explains them.
+    option : str
+        The `correction` as it is typed, for those who read the JSON; empty if there is none.
     mean : float or None
         Length of the mean vector. [SI unit of the stream]
     noise : float or None
@@ -45,6 +47,7 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     quantity: str
     stated: str = ""
     likely: str = ""
+    option: str = ""
     mean: float | None = None
     noise: float | None = None
     step: float | None = None

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
-from sigmatau.hints import Hint
 from sigmatau.model import covariance as covariances
 from sigmatau.model.processes import (
     LARGEST,
@@ -249,12 +248,12 @@ class ChannelModel(Mapping[str, float], Printed):
         """
         if tau is None:
             if m is None or tau0 is None:
-                raise OptionError(f"give {{option}} in s, or {Hint('m')} and {Hint('tau0')}", option="tau")
+                raise OptionError("give {option} in s, or `m` and `tau0`", option="tau")
             return np.sqrt(self.avar(m=m, tau0=tau0))
         times = np.atleast_1d(np.asarray(tau, dtype=np.float64))
         if m is not None or tau0 is not None or not (np.isfinite(times).all() and times.min(initial=np.inf) > 0):
             raise OptionError(
-                f"{{option}} must be positive times in s, without {Hint('m')} and {Hint('tau0')}", option="tau"
+                "{option} must be positive times in s, without `m` and `tau0`", option="tau"
             )
         step = 1 / self.rate if self.rate else float(times.min()) / _SAMPLES_WITHOUT_RATE
         return np.sqrt(self.avar(m=np.maximum(np.round(times / step), 1).astype(np.int64), tau0=step))

@@ -53,10 +53,7 @@ def check_rates(rate: Any) -> tuple[float | None, dict[str, float]]:  # noqa: AN
                 f"{{option}} of {sensor}: the axes of a sensor have one rate; give {name.partition('_')[0]}",
                 option="rate",
             )
-        try:
-            rates[sensor] = check_rate(value)
-        except OptionError as error:
-            raise OptionError(error.message.replace("{option}", f"{{option}} of {sensor}", 1), option="rate") from None
+        rates[sensor] = check_rate(value, of=f" of {sensor}")
     return None, rates
 
 

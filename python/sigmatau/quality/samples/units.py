@@ -8,6 +8,7 @@ from typing import Literal
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.units import Gravity, ImplausibleUnit, MeanRate
+from sigmatau.hints import Hint, as_options
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.means import mean_of
 from sigmatau.quality.samples.common import sample_of, white_level
@@ -170,7 +171,14 @@ def _by_gravity(stream: Stream) -> list[Finding]:
     value, stated, likely = min(possible, key=lambda row: abs(level / row[0] - 1))
     if not abs(level / value - 1) < GRAVITY_TOLERANCE:
         return []
-    details = ImplausibleUnit(evidence="gravity", quantity=stream.quantity, stated=stated, likely=likely, mean=level)
+    details = ImplausibleUnit(
+        evidence="gravity",
+        quantity=stream.quantity,
+        stated=stated,
+        likely=likely,
+        option=as_options([Hint("unit", stream.name, likely)]),
+        mean=level,
+    )
     return _finding(stream, details, factor=value / GRAVITY, size=level)
 
 
@@ -188,6 +196,7 @@ def _by_step(stream: Stream) -> list[Finding]:
                 quantity=stream.quantity,
                 stated=stated,
                 likely=likely,
+                option=as_options([Hint("unit", stream.name, likely)]),
                 step=steps[0],
                 sensitivity=1 / known[0],
             )
@@ -245,6 +254,7 @@ def _by_density(
         quantity=stream.quantity,
         stated=stated,
         likely=likely,
+        option=as_options([Hint("unit", stream.name, likely)]) if likely else "",
         noise=noise,
         mean=_mean_vector(stream),
         times=times,

@@ -101,6 +101,8 @@ class OptionError(_SourcedError):
     ----------
     option : str or None
         Name of the option.
+    key : str
+        What of the option is wrong, printed behind its name; mostly empty.
     rows : str
         Lines below the message; empty if there are none.
 
@@ -121,6 +123,7 @@ class OptionError(_SourcedError):
     def __init__(self, message: str, *, option: str | None = None, rows: str = "") -> None:
         super().__init__(message)
         self.option = option
+        self.key = ""
         self.rows = rows
         if rows:
             self.add_note(rows)
@@ -128,7 +131,25 @@ class OptionError(_SourcedError):
     @property
     def message(self) -> str:
         """The message without the source, with hints in it."""
-        return super().message.replace("{option}", str(Hint(str(self.option))))
+        return super().message.replace("{option}", " ".join(filter(None, [str(Hint(str(self.option))), self.key])))
+
+    def named(self, option: str, key: str = "") -> Self:
+        """The same error, about another option: that of the function that the user called.
+
+        Parameters
+        ----------
+        option : str
+            Name of the option.
+        key : str
+            What of it is wrong, printed behind its name: ``"of gyro"``.
+
+        Returns
+        -------
+        OptionError
+            The error itself, changed.
+        """
+        self.option, self.key = option, key
+        return self
 
 
 class DataError(_SourcedError):

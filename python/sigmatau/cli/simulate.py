@@ -167,8 +167,7 @@ def imperfections_of(
             jitter=0.0 if jitter is None else value_in_si(jitter, "s", "--jitter"),
         )
     except OptionError as error:
-        error.option = _NAMES.get(error.option or "", error.option)
-        raise
+        raise error.named(_NAMES.get(str(error.option), str(error.option)), error.key) from None
 
 
 def _units(model: NoiseModel) -> dict[str, str]:

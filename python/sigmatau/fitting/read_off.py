@@ -364,7 +364,7 @@ def _given(curve: DeviationCurve, **spans: Span | None) -> dict[str, NDArray[np.
             try:
                 found[name] = points_in(curve, span_of(span))
             except OptionError as error:
-                raise OptionError(error.message, option=name) from None
+                raise error.named(name) from None
     return found
 
 

@@ -38,7 +38,7 @@ class ReadOffAt:
             try:
                 self._spans[place, term] = span_of(span)
             except OptionError as error:
-                raise _error(str(key), error.message.removeprefix("{option}")) from None
+                raise error.named("read_off_at", str(key)) from None
 
     def check(self, channels: Iterable[str]) -> None:
         """Raise `OptionError` if a range is for a channel or sensor that is not among the channels."""
@@ -56,8 +56,7 @@ class ReadOffAt:
             return read_off(curve, **spans) if fitted is None else read_off_beside(curve, fitted, spans)
         except OptionError as error:
             place = found[error.option or ""][0]
-            key = f"{place}.{error.option}" if place else str(error.option)
-            raise _error(key, error.message.removeprefix("{option}")) from None
+            raise error.named("read_off_at", f"{place}.{error.option}" if place else str(error.option)) from None
 
 
 def _error(key: str, message: str) -> OptionError:

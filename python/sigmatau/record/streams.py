@@ -53,7 +53,10 @@ def check_rates(rate: Any) -> tuple[float | None, dict[str, float]]:  # noqa: AN
                 f"{{option}} of {sensor}: the axes of a sensor have one rate; give {name.partition('_')[0]}",
                 option="rate",
             )
-        rates[sensor] = check_rate(value, of=f" of {sensor}")
+        try:
+            rates[sensor] = check_rate(value)
+        except OptionError as error:
+            raise error.named("rate", f"of {sensor}") from None
     return None, rates
 
 

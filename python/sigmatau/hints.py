@@ -43,7 +43,7 @@ class Hint(NamedTuple):
     value: Any = None
 
     def __str__(self) -> str:
-        return f"{_BEGIN}{json.dumps(self, ensure_ascii=False)}{_END}"
+        return f"{_BEGIN}{json.dumps(self, ensure_ascii=False, default=str)}{_END}"
 
     def __format__(self, spec: str) -> str:
         return str(self)
@@ -73,12 +73,25 @@ WITHOUT_STAMPS = f"{Hint('channels', 'time', 'none')} {RATE}"
 
 def worded(text: str, face: Face | None = None) -> str:
     """A text with words in place of its hints: those of a face, or of the one that was set by `speaking`."""
-    return _MARKS.sub(lambda marks: (face or _face)(hints_in(marks[0])), text) if _BEGIN in text else text
+
+    def words(marks: re.Match[str]) -> str:
+        hints = hints_in(marks[0])
+        return (face or _face)(hints) if hints else marks[0]
+
+    return _MARKS.sub(words, text) if _BEGIN in text else text
 
 
 def hints_in(text: str) -> tuple[Hint, ...]:
     """The hints of a message."""
-    return tuple(Hint(*json.loads(mark[1])) for mark in _MARK.finditer(text))
+    return tuple(hint for mark in _MARK.finditer(text) if (hint := _hint(mark[1])) is not None)
+
+
+def _hint(content: str) -> Hint | None:
+    """The hint of a mark; None for one that a text from a file has by itself."""
+    try:
+        return Hint(*json.loads(content))
+    except (ValueError, TypeError):
+        return None
 
 
 @contextlib.contextmanager

@@ -87,7 +87,7 @@ def test_typical_values_need_a_factor(units, sheet):
     assert lot.exit_code == 4
     (remark,) = lot["u1"].reasons
     assert (remark.code, remark.details.what) == ("no_maximum", "gyro angle random walk")
-    assert "--factor 1.5" in lot["u1"].reason
+    assert "`factor=1.5`" in lot["u1"].reason
     assert st.judge_lot(units, sheet(text), factor=1.5).exit_code == 0
     assert st.judge_lot(units, sheet(text), factor=1.0).exit_code in (3, 4)
 
@@ -207,7 +207,7 @@ def test_without_a_specification(units, bad):
     lot = st.judge_lot(units)
     assert {one.state for one in lot.units} == {"not_judged"}
     assert lot.exit_code == 4
-    assert "4 units: nothing found. Give --spec SPEC.toml to judge them." in repr(lot)
+    assert '4 units: nothing found. Give `spec="SPEC.toml"` to judge them.' in repr(lot)
     lot = st.judge_lot(units | {"bad": bad})
     assert lot.exit_code == 4
     assert "4 units: nothing found." in repr(lot)

@@ -82,11 +82,11 @@ def test_moved_log_and_copies_are_no_revisions(place):
 
 
 def test_time_and_temperature_are_stated_later(place):
-    """A trend without times says: add results with --date. The same results are then there already, and get it."""
+    """A trend without times says: add results with `date`. The same results are then there already, and get it."""
     entry = Entry(result=result(0), unit="A")
     with Store(place) as store:
         store.add([entry])
-        with pytest.raises(DataError, match="add results with --date"):
+        with pytest.raises(DataError, match="add results with `date`"):
             store.trend()
         day = datetime(2026, 5, 1)  # noqa: DTZ001  UTC
         assert store.add([replace(entry, recorded=day, temperature=25.0)]) == Added(known=1)

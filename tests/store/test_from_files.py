@@ -101,7 +101,7 @@ def test_unit(naming, notes, unit):
 
 
 def test_unit_that_nothing_names():
-    with pytest.raises(UnknownUnitError, match="--unit NAME"):
+    with pytest.raises(UnknownUnitError, match="give `unit=NAME`"):
         Naming().entry(noted(), FILE)
     with pytest.raises(UnknownUnitError, match=r"--unit-from 'X.*' finds no unit in the path of the log, '.*SN7"):
         Naming(unit_from=r"X(\d+)").entry(noted(), FILE)
@@ -215,5 +215,5 @@ def test_killed_processes(tmp_path, who):
             assert time.monotonic() < until, "a reader is still there"
             time.sleep(0.05)
     _, err = process.communicate(timeout=60)
-    assert ("--jobs 1 adds the others" in err) == (who == "reader"), err
+    assert ("the same with `jobs=1` adds the others" in err) == (who == "reader"), err
     assert "Traceback" not in err

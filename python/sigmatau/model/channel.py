@@ -252,9 +252,7 @@ class ChannelModel(Mapping[str, float], Printed):
             return np.sqrt(self.avar(m=m, tau0=tau0))
         times = np.atleast_1d(np.asarray(tau, dtype=np.float64))
         if m is not None or tau0 is not None or not (np.isfinite(times).all() and times.min(initial=np.inf) > 0):
-            raise OptionError(
-                "{option} must be positive times in s, without `m` and `tau0`", option="tau"
-            )
+            raise OptionError("{option} must be positive times in s, without `m` and `tau0`", option="tau")
         step = 1 / self.rate if self.rate else float(times.min()) / _SAMPLES_WITHOUT_RATE
         return np.sqrt(self.avar(m=np.maximum(np.round(times / step), 1).astype(np.int64), tau0=step))
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
-from sigmatau.hints import Hint
+from sigmatau.hints import Hint, command
 from sigmatau.lots.runs import RUN_NOTES, SERIAL_NOTES
 from sigmatau.store.rows import Entry, in_utc
 
@@ -149,8 +149,8 @@ class Naming:
                 )
         if not found:
             raise UnknownUnitError(
-                f"its unit is not known; give {Hint('unit', value='NAME')}, {Hint('unit_from', value='folder')}, or analyze"
-                f" with {Hint('note', 'serial number', 'A123')}"
+                f"its unit is not known; give {Hint('unit', value='NAME')}, {Hint('unit_from', value='folder')}, or a note:"
+                f" {command('analyze', 'LOG', Hint('note', 'serial number', 'A123'))}"
             )
         return found
 

@@ -1,0 +1,51 @@
+"""Each hint in a message names an option of Python and of the command line."""
+
+import ast
+import inspect
+
+import pytest
+from test_public_names import of_command_line, of_python
+
+import sigmatau
+from conftest import ROOT
+from sigmatau.hints import SPELLED, Hint, as_options
+from sigmatau.store.naming import Naming
+
+PACKAGE = ROOT / "python" / "sigmatau"
+MODULES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
+BELOW_CLI = [name for name in MODULES if not name.startswith("cli/")]
+
+
+def calls(tree):
+    """Names of the options of hints in a module, and whether they are of a command that is to be typed."""
+    commands = {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("command", "as_options")
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Hint" and node.args:
+            names = [one.value for one in ast.walk(node.args[0]) if isinstance(one, ast.Constant)]
+            yield from ((name, node in commands) for name in names if isinstance(name, str))
+
+
+ARGUMENTS = {
+    *(one.rpartition("(")[2].rstrip("=)") for one in of_python() if "(" in one),
+    *inspect.signature(sigmatau.Choices).parameters,
+    *inspect.signature(Naming).parameters,
+}
+TYPED = {one.rpartition(" ")[2] for one in of_command_line()}
+
+
+@pytest.mark.parametrize("name", BELOW_CLI)
+def test_each_hint_names_an_option_of_both_faces(name):
+    for option, in_command in calls(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
+        assert as_options([Hint(option)]) in TYPED, option
+        assert in_command or option in ARGUMENTS, option
+
+
+def test_the_calls_are_found():
+    tree = ast.parse('f\'{Hint("rate", value=1)} {command("analyze", Hint("json"))} {Hint("a" if x else "b")}\'')
+    assert sorted(calls(tree)) == [("a", False), ("b", False), ("json", True), ("rate", False)]
+    assert set(SPELLED) <= ARGUMENTS

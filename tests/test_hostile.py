@@ -121,7 +121,7 @@ class TestBombs:
     def test_arrays_of_zeros(self, tmp_path):
         path = tmp_path / "log.npz"
         np.savez_compressed(path, gyro_x=np.zeros(20_000_000))
-        with pytest.raises(DataError, match=r"gyro_x\.npy expands from 0\.\d+ MB to 160 MB: .*--max-expansion \d+"):
+        with pytest.raises(DataError, match=r"gyro_x\.npy expands from 0\.\d+ MB to 160 MB: .*`max_expansion=\d+`"):
             read(path, rate=100, unit={"gyro": "deg/s"})
         assert read(path, rate=100, unit={"gyro": "deg/s"}, max_expansion=2000).streams[0].grid.n == 20_000_000
 

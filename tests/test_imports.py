@@ -43,6 +43,7 @@ def test_help_of_the_command_loads_no_numbers(argv):
         "sigmatau.cli.words",
         "sigmatau.cli.app",
         "sigmatau.cli.earlier",
+        "sigmatau.hints",
         "sigmatau.process",
         "sigmatau.cli.symbols",
         "sigmatau.errors",

@@ -64,7 +64,7 @@ def test_of_one_kind_the_axis_that_changes_most_is_shown():
     spikes = next(one for one in DISTURBANCES if one.code == "spikes")
     large = replace(spikes, severity="warning", channels=("gyro_x",), size=9.0)
     wrong = replace(large, channels=("gyro_y",), size=1.0, factors=(("random_walk", 2.0),))
-    (line,) = causes([large, wrong])
+    (line,) = causes([large, wrong], rest="--verbose")
     assert line.startswith("! gyro y:")
 
 

@@ -133,14 +133,14 @@ def test_causes_are_one_line_a_kind_worst_first():
         of(rate, "info", "gyro_z", 9.0),
         of(RateMismatch(used=99.0, other=100.0), "error", "gyro_z", None),
     ]
-    first, second, last = causes(findings)
+    first, second, last = causes(findings, rest="--verbose")
     assert first.startswith("!! gyro z: ")
     assert second.startswith("! gyro y: ")
     assert second.endswith(" (also gyro x)")
     assert last == "· 1 more: rate not nominal; see --verbose"
-    assert causes(findings[2:3]) == ["· 1 more: rate not nominal; see --verbose"]
-    assert causes(findings, most=1)[1:] == ["· 3 more: rate not nominal; see --verbose"]
-    assert causes([]) == []
+    assert causes(findings[2:3], rest="--verbose") == ["· 1 more: rate not nominal; see --verbose"]
+    assert causes(findings, most=1, rest="--verbose")[1:] == ["· 3 more: rate not nominal; see --verbose"]
+    assert causes([], rest="--verbose") == []
 
 
 def test_warnings_of_one_kind_are_apart_from_what_is_only_told():
@@ -148,7 +148,7 @@ def test_warnings_of_one_kind_are_apart_from_what_is_only_told():
         details=RateNotNominal(rate=99.0, nominal=100.0), severity="warning", channels=("accel_y",), size=1.0
     )
     told = replace(warning, severity="info", channels=("gyro_x",), size=9.0, left_out=3)
-    first, second = causes([warning, told])
+    first, second = causes([warning, told], rest="--verbose")
     assert first.startswith("! accel y: ")
     assert second.startswith("· gyro x: ")
 
@@ -162,6 +162,14 @@ def test_every_axis_with_a_warning_is_named():
         Finding(details=other, severity="error", channels=("gyro_x",)),
         Finding(details=other, severity="warning", channels=("gyro_y",)),
     ]
-    assert [line.split(":")[0] for line in causes(findings, most=2)] == ["!! gyro x", "! gyro y", "· 1 more"]
+    assert [line.split(":")[0] for line in causes(findings, most=2, rest="--verbose")] == [
+        "!! gyro x",
+        "! gyro y",
+        "· 1 more",
+    ]
     findings[2] = Finding(details=third, severity="warning", channels=("gyro_x",))
-    assert [line.split(":")[0] for line in causes(findings, most=2)] == ["!! gyro x", "! gyro x", "· 1 more"]
+    assert [line.split(":")[0] for line in causes(findings, most=2, rest="--verbose")] == [
+        "!! gyro x",
+        "! gyro x",
+        "· 1 more",
+    ]

@@ -6,6 +6,7 @@ from typing import Literal
 
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
 from sigmatau.results import duration_text, two_digits
 
 _FAR = 3.0  # ratio from which on a difference is told as a factor: "57 times"
@@ -89,7 +90,8 @@ class Undecided(ComparedValue, code="undecided"):
 
     def words(self, finding: Finding) -> Words:
         if self.reason:
-            choice = "--sided one or two" if self.convention == "sided" else "--bias minimum or coefficient"
+            first, second = ("one", "two") if self.convention == "sided" else ("minimum", "coefficient")
+            choice = f"{Hint(self.convention, value=first)} or {second}"
             return Words(f"{self.what}: {self.reason}; give {choice}")
         at = "is not observed" if self.value is None else self._amount(self.value)
         return Words(f"{self.what} {at}: the interval contains the maximum {self._amount(self.limit)}; record longer")
@@ -157,7 +159,7 @@ class NoMaximum(OfLot, code="no_maximum"):
     what: str
 
     def words(self, finding: Finding) -> Words:
-        return Words(f"no maximum in the specification; state one, or give --factor 1.5: {self.what}")
+        return Words(f"no maximum in the specification; state one, or give {Hint('factor', value=1.5)}: {self.what}")
 
 
 @frozen
@@ -189,7 +191,7 @@ class NoSpecification(OfLot, code="no_specification"):
     """There is no specification."""
 
     def words(self, finding: Finding) -> Words:
-        return Words("no specification; give --spec SPEC.toml")
+        return Words(f"no specification; give {Hint('spec', value='SPEC.toml')}")
 
 
 @frozen
@@ -268,7 +270,7 @@ class NotExpected(OfLot, code="not_expected"):
     """The unit is not on the list of those expected."""
 
     def words(self, finding: Finding) -> Words:
-        return Words("not on the list of --expect")
+        return Words("not on the list of expected units")
 
 
 @frozen

@@ -52,8 +52,11 @@ class Remark:
     @property
     def text(self) -> str:
         """The remark in words, one line."""
+        return self._text(self.finding.message)
+
+    def _text(self, message: str) -> str:
         about = f"{short_axes(self.channels)}: " if self.channels else ""
-        return printable(about + self.finding.message)
+        return printable(about + message)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, and the words."""
@@ -63,7 +66,7 @@ class Remark:
             "kind": self.kind,
             "channels": list(self.channels),
             **{key: details[key] for key in _NUMBERS if details.get(key) not in (None, "")},
-            "message": self.text,
+            "message": self._text(self.finding.words_of_files().message),
         }
 
 

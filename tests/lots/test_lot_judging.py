@@ -157,7 +157,7 @@ def test_below_the_maximum_in_every_convention(units, sheet):
     claim = f'noise_density = {{ maximum = "{maximum}", sided = "unknown" }}'
     lot = st.judge_lot({"u1": units["u1"]}, sheet(one_sheet(f"[gyro_x]\n{claim}\n")))
     assert lot.units[0].state == "not_judged"
-    assert "--sided" in lot.units[0].reason
+    assert "`sided=" in lot.units[0].reason
 
 
 def at_the_maximum(result, limit, rng, channels):

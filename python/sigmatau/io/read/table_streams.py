@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import units
-from sigmatau.errors import DataError, OptionError, RecordTooShortError, argument
+from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.columns import GravityOnGyro
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import NeverWritten
@@ -230,7 +230,7 @@ def _refuse_shared_times(table: Table, column: int) -> None:
     except DataError:  # perhaps why it is ignored
         return
     if shares_times(stamps):
-        single = argument("interleaved", 1)
+        single = Hint("interleaved", value=1)
         raise OptionError(
             f"blocks of rows have the same times in column {table.label(column)}, as those of several sensors do. Save each"
             f" sensor to its own file, or state {single} if it is a single one",

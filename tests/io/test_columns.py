@@ -414,9 +414,7 @@ def test_everything_missing_is_asked_for_at_once(tmp_path):
 def test_counts_of_another_sensor_are_asked_for_beside_a_scale(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("gyro_x,accel_x\n" + "15,250\n25,100\n" * 4)
-    with pytest.raises(
-        OptionError, match=r'unit of gyro_x.*whole numbers may be counts: then add `scale={"gyro": "FACTOR"}`'
-    ):
+    with pytest.raises(OptionError, match=r"unit of gyro_x.*whole numbers may be counts: then add --scale gyro=FACTOR"):
         read(path, rate=10, unit={"accel": "g"}, scale={"accel": 0.001})
     with pytest.raises(OptionError, match="unit of gyro_x") as asked:
         read(path, rate=10, unit={"accel": "g"}, scale={"accel": 0.001, "gyro": 0.01})
@@ -444,7 +442,7 @@ def test_a_unit_of_no_rate_is_said(tmp_path):
 def test_counts_are_thought_of(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("gyro_x,gyro_y\n" + "12,-7\n13,5\n" * 20)
-    with pytest.raises(OptionError, match=r'whole numbers may be counts: then add `scale={"gyro": "FACTOR"}`'):
+    with pytest.raises(OptionError, match=r"whole numbers may be counts: then add --scale gyro=FACTOR"):
         read(path, rate=10)
 
 

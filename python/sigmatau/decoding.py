@@ -10,8 +10,8 @@ import functools
 import math
 import types
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields, is_dataclass
-from typing import Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
+from dataclasses import MISSING, field, fields, is_dataclass
+from typing import Any, Literal, NamedTuple, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -35,6 +35,49 @@ class WrongValueError(ValueError):
     def __str__(self) -> str:
         place = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in reversed(self.path))
         return f"{place.lstrip('.')}: {self.args[0]}".removeprefix(": ")
+
+
+class Key(NamedTuple):
+    """What the JSON Schema says of a key beside its type: its meaning, when it is there, and bounds of its numbers."""
+
+    about: str
+    always: bool
+    null: bool
+    bounds: Mapping[str, Any]
+
+
+def key(
+    about: str = "",
+    *,
+    default: Any = MISSING,  # noqa: ANN401  of any type
+    factory: Any = MISSING,  # noqa: ANN401  of any type
+    always: bool = False,
+    null: bool = False,
+    read: bool = True,
+    **bounds: Any,  # noqa: ANN401  of JSON Schema
+) -> Any:  # noqa: ANN401  a field
+    """A field of a form of JSON.
+
+    Parameters
+    ----------
+    about : str
+        Its meaning, for the schema.
+    default, factory
+        Its value where an older version or a hand leaves the key out. Without one, the key must be there.
+    always : bool
+        Whether this version always writes it.
+    null : bool
+        Whether it may be null; keys with None as default are absent otherwise.
+    read : bool
+        Whether it is read back; the others follow from what is read.
+    **bounds
+        Of its numbers, in the words of JSON Schema: ``minimum=0``.
+    """
+    needed = read and default is MISSING and factory is MISSING
+    metadata = {Key: Key(about=about, always=always or needed, null=null, bounds=bounds)}
+    if factory is not MISSING:
+        return field(default_factory=factory, metadata=metadata)
+    return field(default=default if read else None, init=read, metadata=metadata)
 
 
 def decode(kind: Callable[..., T], value: object) -> T:
@@ -127,7 +170,7 @@ def _union(kinds: tuple[Any, ...], *, null: bool) -> Decoder:
 
 
 def _tag(kind: Any) -> str:  # noqa: ANN401  a dataclass
-    return str(next(field.default for field in fields(kind) if field.name == "kind"))
+    return str(next(member.default for member in fields(kind) if member.name == "kind"))
 
 
 def _decode_place(key: str | int, decoder: Decoder, value: object) -> object:

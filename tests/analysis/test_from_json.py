@@ -4,6 +4,7 @@ import copy
 import json
 from dataclasses import MISSING, fields, replace
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -25,6 +26,9 @@ from sigmatau.fitting.noise_fit import (
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
 
+SCHEMA = jsonschema.Draft202012Validator(
+    json.loads((ROOT / "python" / "sigmatau" / "schema" / "result-2.schema.json").read_text(encoding="utf-8"))
+)
 FROZEN = sorted((ROOT / "tests" / "release" / "frozen").glob("result-*-by-*.json"))
 LINES = st.ChannelModel(
     terms={"random_walk": 1e-4},
@@ -66,6 +70,7 @@ RESULTS = {
 def test_what_was_written_is_read_back(name):
     analysis = RESULTS[name]()
     text = analysis.to_json()
+    SCHEMA.validate(json.loads(text))
     back = Analysis.from_json(text)
     assert back.to_dict() == analysis.to_dict()
     assert Analysis.from_dict(json.loads(text)).to_json() == text

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping
-from dataclasses import field
 from typing import Any
 
-from sigmatau.decoding import WrongValueError, decode_details
+from sigmatau.decoding import WrongValueError, decode_details, key
 from sigmatau.findings import details_by_code
 from sigmatau.findings.finding import Details, Finding, Severity, Span, Stated
 from sigmatau.frozen import frozen
@@ -17,20 +16,31 @@ from sigmatau.frozen import frozen
 class FindingForm:
     """A finding; `channel` is that of schema 1."""
 
-    code: str = ""
-    severity: Severity = "info"
-    channels: tuple[str, ...] = ()
+    code: str = key(default="", always=True)
+    severity: Severity = key(default="info", always=True)
+    channels: tuple[str, ...] = key("affected channels; empty for the whole record", default=(), always=True)
     channel: str | None = None
-    message: str = ""
-    action: str = ""
-    spans_s: tuple[Span, ...] = ()
-    more_spans: int = 0
-    size: float | None = None
-    unit: str = ""
-    factors: Mapping[str, float] = field(default_factory=dict)
-    left_out: int = 0
-    topic: str = ""
-    details: Mapping[str, Any] = field(default_factory=dict)
+    message: str = key(default="", always=True)
+    action: str = key("action to take; may be empty", default="", always=True)
+    spans_s: tuple[Span, ...] = key(
+        "start and end times of the stretches, from the beginning of the record; of more than 1000 the longest",
+        default=(),
+    )
+    more_spans: int = key("number of the stretches that are not in spans_s", default=0, minimum=1)
+    size: float | None = key(default=None, null=True)
+    unit: str = key("unit of the size; empty for a bare number", default="")
+    factors: Mapping[str, float] = key(
+        "for each biased term, the coefficient divided by the true coefficient of the sensor", factory=dict, null=True
+    )
+    left_out: int = key(
+        "largest number of samples of a channel that were treated as missing because of this finding",
+        default=0,
+        minimum=1,
+    )
+    topic: str = key("topic or table of the file that the finding is about, if several are read", default="")
+    details: Mapping[str, Any] = key(
+        "parameters of the finding, in SI; see allOf for the parameters of each code", factory=dict, always=True
+    )
 
     @property
     def stated_text(self) -> str:

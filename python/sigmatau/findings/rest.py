@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from sigmatau.decoding import key
 from sigmatau.findings.finding import Details, Finding, Span, Words
 from sigmatau.findings.phrases import LONGEST, clock, number, percent, while_short, window_hint
 from sigmatau.frozen import frozen
@@ -40,7 +41,7 @@ class Motion:
     quantity: str
     kind: Literal["varies", "turns", "tilts", "shakes", "loud"]
     size: float
-    times: float
+    times: float = key("ratio to the noise at rest, or to the largest bias", null=True)
     tau: float
 
 

@@ -1,0 +1,155 @@
+"""The JSON Schema of a result, from the types of its JSON form, of the details of findings, and of the options."""
+
+import json
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
+
+import numpy as np
+
+from sigmatau.analysis.forms import CoefficientForm, ResultForm, TermForm
+from sigmatau.analysis.json import SCHEMA
+from sigmatau.analysis.options import AnalysisOptions
+from sigmatau.decoding import Key
+from sigmatau.findings import details_by_code
+from sigmatau.fitting.noise_fit import Interval
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.noise.terms import TERMS
+from sigmatau.options import declared
+
+PLAIN = {float: "number", int: "integer", str: "string", bool: "boolean"}
+NAMED = {Interval: "interval", TermForm: "fitted", CoefficientForm: "coefficient"}
+ARRAYS = {
+    np.int64: ("counts", {"type": "integer", "minimum": 1}),
+    np.float64: ("numbers", {"type": "number", "minimum": 0}),
+}
+NO_KEY = Key(about="", always=True, null=False, bounds={})
+
+
+def schema_of(kind, bounds, *, details=False, within=()):
+    """The schema of a type. `details`: of a finding, whose numbers are null where they are not finite."""
+    if kind is typing.Any:
+        return {}
+    if kind in PLAIN:
+        if "enum" in bounds or "const" in bounds:
+            return dict(bounds)
+        return {"type": ["number", "null"] if details and kind is float else PLAIN[kind], **bounds}
+    if kind in within:  # a kind that holds others of its kind
+        return {"type": "object"}
+    if is_dataclass(kind):
+        if kind in NAMED and not details:
+            return {"$ref": f"#/$defs/{NAMED[kind]}"}
+        return of_dataclass(kind, details=details, within=(*within, kind))
+    origin, of = typing.get_origin(kind), typing.get_args(kind)
+    inside = {"details": details, "within": within}
+    if origin is tuple:
+        if of[-1] is Ellipsis or details:
+            items = [schema_of(one, bounds, **inside) for one in of if one is not Ellipsis]
+            alike = items[0] if len(set(map(str, items))) == 1 else {}
+            optional = not details and type(None) in typing.get_args(of[0])
+            return {"type": "array", "items": nullable(alike) if optional else alike}
+        return {"type": "array", "items": schema_of(of[0], bounds, **inside), "minItems": len(of), "maxItems": len(of)}
+    if origin in (typing.Union, types.UnionType):
+        some = [one for one in of if one is not type(None)]
+        if details or len(some) > 1:
+            inside["details"] = True  # kinds of reasons, as in findings
+            return {
+                "anyOf": [{"type": "null"} if one is type(None) else schema_of(one, bounds, **inside) for one in of]
+            }
+        return schema_of(some[0], bounds, **inside)
+    if origin is typing.Literal:
+        return {"enum": list(of)}
+    if origin is np.ndarray:
+        name, item = ARRAYS[typing.get_args(of[1])[0]]
+        return (
+            {"$ref": f"#/$defs/{name}"} if not bounds else {"type": "array", "items": {"type": item["type"], **bounds}}
+        )
+    assert issubclass(origin, Mapping), kind
+    if details or of[1] is typing.Any:
+        return {"type": "object"}
+    if of[1] is CoefficientForm:
+        each = schema_of(of[1], bounds, **inside)
+        return {"type": "object", "additionalProperties": False, "properties": dict.fromkeys(TERMS, each)}
+    return {"type": "object", "additionalProperties": schema_of(of[1], bounds, **inside)}
+
+
+def of_dataclass(kind, *, details, within):
+    hints, properties, required = typing.get_type_hints(kind), {}, []
+    for each in fields(kind):
+        if not details and Key not in each.metadata and each.default is not MISSING:
+            continue  # of earlier versions
+        key = each.metadata.get(Key, NO_KEY)
+        schema = schema_of(hints[each.name], key.bounds, details=details, within=within)
+        optional = Key not in each.metadata and type(None) in typing.get_args(hints[each.name])
+        if not details and (key.null or optional):
+            schema = nullable(schema)
+        properties[each.name] = schema | ({"description": key.about} if key.about and not details else {})
+        if key.always:
+            required.append(each.name)
+    return {
+        "type": "object",
+        "additionalProperties": False,
+        **({} if details or not required else {"required": required}),
+        "properties": properties,
+    }
+
+
+def nullable(schema):
+    if "additionalProperties" in schema and "properties" not in schema:  # values of a mapping
+        return schema | {"additionalProperties": nullable(schema["additionalProperties"])}
+    return schema | {"type": [schema["type"], "null"]}
+
+
+def of_options(options):
+    """The options that a result states: those that matter, with their choices."""
+    types_of = {"flag": "boolean", "count": "integer", "number": "number", "seconds": "number"}
+    properties = {}
+    for name, about in declared(options).items():
+        if about.matters:
+            kind = {"enum": list(about.choices)} if about.choices else {}
+            if about.form in types_of and not about.choices:
+                kind = {"type": types_of[about.form]}
+            properties[name] = kind | {"description": " ".join(filter(None, (about.text, about.otherwise)))}
+    return properties
+
+
+def schema():
+    """The schema of a result of this version."""
+    whole = schema_of(ResultForm, {})
+    finding = whole["properties"]["findings"]["items"]
+    finding["allOf"] = [
+        {
+            "if": {"properties": {"code": {"const": code}}},
+            "then": {"properties": {"details": schema_of(kind, {}, details=True)}},
+        }
+        for code, kind in sorted(details_by_code().items())
+    ]
+    parts = whole["properties"]["options"]["properties"]
+    parts["reading"]["properties"], parts["analysis"]["properties"] = (
+        of_options(ReadOptions),
+        of_options(AnalysisOptions),
+    )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"Result of sigmatau analyze, schema {SCHEMA}",
+        **whole,
+        "$defs": {
+            **{name: {"type": "array", "minItems": 1, "items": items} for name, items in ARRAYS.values()},
+            **{name: of_dataclass(kind, details=False, within=(kind,)) for kind, name in NAMED.items()},
+        },
+    }
+
+
+def text(value, indent=0):
+    """JSON with a line for each part that is short enough, and for each code of a finding."""
+    flat = json.dumps(value, ensure_ascii=False)
+    if len(flat) <= 100 or not isinstance(value, dict | list) or (isinstance(value, dict) and "if" in value):
+        return flat
+    if isinstance(value, dict):
+        parts = [f"{json.dumps(name)}: {text(each, indent + 1)}" for name, each in value.items()]
+    else:
+        parts = [text(each, indent + 1) for each in value]
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    lines = ",\n".join(" " * (indent + 1) + part for part in parts)
+    return f"{opening}\n{lines}\n{' ' * indent}{closing}"

@@ -131,7 +131,7 @@ def _row(found: ChannelFit) -> Row:
             *(["gauss_markov", *_ends(one.sigma), *_ends(one.time)] for one in found.gauss_markov),
             *(["resonance", *_ends(one.sigma), *_ends(one.frequency), *_ends(one.width)] for one in found.resonance),
         ],
-        "filter": 0 if found.response is None else len(found.response.coefficients),
+        "filter": 0 if found.response is None else max(1, len(found.response.coefficients)),  # none of a running mean
         "lines": len(found.sinusoid),
         "cut": found.highest is not None,
         "ramp": [*_with_error(ramp.profile), ramp.observed],

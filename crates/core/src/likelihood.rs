@@ -31,6 +31,7 @@ mod outcome;
 mod parts;
 mod pass;
 mod profile;
+mod running_mean;
 mod runs;
 mod select;
 

@@ -1,8 +1,10 @@
 //! The whole way from a summary to coefficients with intervals.
 
 use crate::likelihood::adequacy::{Adequacy, adequacy};
-use crate::likelihood::band::{Attempt, SLOWEST_FILTER, allowed, best_attempt, hides_white_noise, of_terms};
-use crate::likelihood::bins::{Bins, TERMS, usable};
+use crate::likelihood::band::{
+    Attempt, SLOWEST_FILTER, allowed, attempt, best_attempt, hides_white_noise, of_terms,
+};
+use crate::likelihood::bins::{Bins, Regressor, TERMS, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::drifts::{Drifts, GIVEN_AT, drift, regressors, with_drifts};
 use crate::likelihood::expected::Part;
@@ -11,11 +13,12 @@ use crate::likelihood::intervals::{
 };
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::linear::Symmetric;
-use crate::likelihood::lines::{above_medians, beyond_band, without_images};
+use crate::likelihood::lines::{Line, above_medians, beyond_band, without_images};
 use crate::likelihood::model::{Fit, TOLERANCE};
 use crate::likelihood::outcome::{Drift, Options, Outcome, Process};
 use crate::likelihood::pass::{PARTS, Summary};
 use crate::likelihood::profile::{Bounds, of_part, of_resonance, of_time};
+use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::Allowed;
 use std::sync::Arc;
 
@@ -51,24 +54,59 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     }
 }
 
-/// The model of a record with its lines and drifts.
+/// The model of a record with its lines and drifts. A running mean is its filter, unless only a series has an adequate model.
 pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>, Drifts) {
+    let recognised = if options.filter { RunningMean::of(record) } else { None };
+    let Some((mean, mask)) = recognised else { return fitted_with_series(record, options) };
     let regressors = Arc::new(regressors(record, options));
-    let mut mask = usable(record);
-    let mut lines = Vec::new();
-    if options.lines {
-        lines = beyond_band(record, &mask);
-        for _ in 0..LINE_SEARCHES {
-            let least = of_terms(record, &mask);
-            let found = above_medians(record, &mut mask, least.as_deref());
-            if found.is_empty() {
-                break;
-            }
-            lines.extend(found);
+    let powers = mean.powers(record);
+    let lines = if options.lines { beyond_band(record, &mean.with_lobes(record, &mask)) } else { Vec::new() };
+    let (mask, lines) = without_lines(record, mask, lines, Some(&powers), options);
+    let attempt = attempt(record, mask, lines, &regressors, options, (None, Some(mean)));
+    if attempt.p_value < LEAST {
+        let with_series = fitted_with_series(record, options);
+        if with_series.0.p_value >= LEAST {
+            return with_series;
         }
     }
-    let lines = without_images(record, lines);
-    let mut attempt = best_attempt(record, &mask, &lines, &regressors, options);
+    drifting(attempt, regressors, options)
+}
+
+/// The same with no filter but a series.
+pub(crate) fn fitted_with_series<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>, Drifts) {
+    let regressors = Arc::new(regressors(record, options));
+    let mask = usable(record);
+    let lines = if options.lines { beyond_band(record, &mask) } else { Vec::new() };
+    let (mask, lines) = without_lines(record, mask, lines, None, options);
+    let attempt = best_attempt(record, &mask, &lines, &regressors, options);
+    drifting(attempt, regressors, options)
+}
+
+/// The mask without lines above running medians, and all lines; `filter`: powers of a filter that is known.
+fn without_lines(
+    record: &Summary,
+    mut mask: Vec<bool>,
+    mut lines: Vec<Line>,
+    filter: Option<&[f64]>,
+    options: &Options,
+) -> (Vec<bool>, Vec<Line>) {
+    for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
+        let least = if filter.is_none() { of_terms(record, &mask) } else { None };
+        let found = above_medians(record, &mut mask, least.as_deref(), filter);
+        if found.is_empty() {
+            break;
+        }
+        lines.extend(found);
+    }
+    (mask, without_images(record, lines))
+}
+
+/// The model with what its mean does.
+fn drifting<'a>(
+    mut attempt: Attempt<'a>,
+    regressors: Arc<Vec<Regressor>>,
+    options: &Options,
+) -> (Attempt<'a>, Drifts) {
     attempt.bins.regressors = regressors;
     let drifts = with_drifts(&mut attempt.fit, &mut attempt.bins, thresholds(options.level), options.drifts);
     (attempt, drifts)
@@ -156,6 +194,7 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
         reduced: TERMS.map(|part| reduced.model.index(part).map_or(0.0, |j| reduced.model.theta[j])),
         processes,
         filter: reduced.model.filter.clone(),
+        mean: reduced.model.mean,
         filter_interval: bins.spacing as f64 * bins.record.tau0,
         lines: Vec::new(),
         highest: None,

@@ -11,6 +11,7 @@ use crate::likelihood::masked::Weighting;
 use crate::likelihood::model::{Fit, Model};
 use crate::likelihood::outcome::Options;
 use crate::likelihood::pass::Summary;
+use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, GOOD, select};
 use std::sync::Arc;
 
@@ -70,7 +71,7 @@ pub(crate) fn best_attempt<'a>(
             }
             mask[from..].fill(false);
         }
-        let attempt = attempt(record, mask, lines.to_vec(), regressors, options, highest);
+        let attempt = attempt(record, mask, lines.to_vec(), regressors, options, (highest, None));
         let model = &attempt.fit.model;
         let high =
             |part: &Part| matches!(part, Part::Resonance { frequency, .. } if *frequency > nyquist / 32.0);
@@ -113,17 +114,26 @@ fn fast_level(fit: &Fit) -> f64 {
     fit.model.parts.iter().zip(&fit.model.theta).map(level).fold(0.0, f64::max)
 }
 
+/// The model of a band: up to a highest frequency [Hz], and behind a running mean, if there are.
 pub(crate) fn attempt<'a>(
     record: &'a Summary,
     mask: Vec<bool>,
     mut lines: Vec<Line>,
     regressors: &Arc<Vec<Regressor>>,
     options: &Options,
-    highest: Option<f64>,
+    (highest, mean): (Option<f64>, Option<RunningMean>),
 ) -> Attempt<'a> {
-    let mut bins = Bins::new(record, Arc::new(mask), regressors.clone());
-    bins.see(&lines);
-    let allowed = allowed(record, options);
+    let bins_of = |mask: Vec<bool>, regressors: &Arc<Vec<Regressor>>, lines: &[Line]| {
+        let mut bins = Bins::new(record, Arc::new(mask), regressors.clone());
+        bins.see(lines);
+        if let Some(mean) = mean {
+            bins.see_mean(mean);
+        }
+        bins
+    };
+    let mut bins = bins_of(mask, regressors, &lines);
+    let mut allowed = allowed(record, options);
+    allowed.filter &= mean.is_none();
     let mut parts: Vec<Part> = TERMS
         .into_iter()
         .zip(wanted_terms(record, options))
@@ -133,7 +143,8 @@ pub(crate) fn attempt<'a>(
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut used = if record.masked.is_some() { Vec::new() } else { ENDS.to_vec() };
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
-    let mut start = informed(Model::new(parts, used).fit(&bins), &mut bins);
+    let bare = Model { mean, ..Model::new(parts, used) };
+    let mut start = informed(bare.fit(&bins), &mut bins);
     with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
     let mut fit = select(start, &bins, allowed);
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
@@ -144,8 +155,7 @@ pub(crate) fn attempt<'a>(
         }
         lines.extend(found);
         lines = without_images(record, lines);
-        bins = Bins::new(record, Arc::new(mask), bins.regressors.clone());
-        bins.see(&lines);
+        bins = bins_of(mask, &bins.regressors, &lines);
         fit = informed(fit.model.clone().fit(&bins), &mut bins);
         fit = select(fit, &bins, allowed);
     }

@@ -8,6 +8,7 @@ use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, fine_densi
 use crate::likelihood::linear::products;
 use crate::likelihood::lines::Line;
 use crate::likelihood::pass::Summary;
+use crate::likelihood::running_mean::RunningMean;
 use edges::{high_edges, modes_kept, spacing_of, stretches_of};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -15,6 +16,9 @@ use std::sync::Arc;
 /// Frequencies at which the model is evaluated in a bin of the periodogram, and of the modes.
 pub(crate) const POINTS: usize = 8;
 const MODE_POINTS: usize = 4;
+
+/// Modes of a bin at which a filter with zeros is evaluated, at most.
+const BIN_POINTS: usize = 24;
 
 /// Least share of unmasked densities in a bin, and their least number.
 const LEAST_SHARE: f64 = 0.15;
@@ -79,6 +83,8 @@ pub(crate) struct Bins<'a> {
     /// Degrees of freedom: information, and law of a single mean.
     pub freedom: Vec<f64>,
     pub freedom_alone: Vec<f64>,
+    /// Share of them that a running mean leaves: its densities in a bin are unequal.
+    evenness: Vec<f64>,
     /// Degrees of freedom that a discrepancy leaves at most.
     pub cap: Vec<f64>,
     /// Median density of the periodogram's bins.
@@ -185,6 +191,7 @@ impl<'a> Bins<'a> {
             cosines_low: Arc::new(cosines(&frequency[..low], interval)),
             cosines_high: Arc::new(cosines(&at_points, interval)),
             cap: vec![f64::INFINITY; frequency.len()],
+            evenness: vec![1.0; frequency.len()],
             kept,
             edges,
             low_power,
@@ -343,6 +350,41 @@ impl<'a> Bins<'a> {
         low.iter().copied().chain(means).collect()
     }
 
+    /// Modes of a low bin, some of many. [Hz]
+    fn frequencies_of_modes(&self, bin: usize) -> impl Iterator<Item = f64> + '_ {
+        let modes = &self.kept[self.edges[bin]..self.edges[bin + 1]];
+        let points = modes.len().min(BIN_POINTS);
+        (0..points)
+            .map(move |i| self.record.mode_frequency(modes[(2 * i + 1) * modes.len() / (2 * points)] + 1))
+    }
+
+    /// Mean of a function of the frequency over the modes of a low bin.
+    pub(crate) fn mean_of_modes(&self, bin: usize, function: impl Fn(f64) -> f64) -> f64 {
+        let (sum, count) =
+            self.frequencies_of_modes(bin).fold((0.0, 0), |(sum, count), f| (sum + function(f), count + 1));
+        sum / f64::from(count)
+    }
+
+    /// Takes the degrees of freedom that means of unequal densities behind a running mean lack: (Σw)² of n Σw² are left.
+    pub(crate) fn see_mean(&mut self, mean: RunningMean) {
+        let left = |powers: &mut dyn Iterator<Item = f64>| {
+            let (count, sum, squares) =
+                powers.fold((0.0, 0.0, 0.0), |(n, sum, squares), w| (n + 1.0, sum + w, squares + w * w));
+            sum * sum / (count * squares)
+        };
+        let low = (0..self.low)
+            .map(|bin| left(&mut self.frequencies_of_modes(bin).map(|f| mean.log_power(f).exp())));
+        let high = self.ranges.iter().map(|&(start, stop)| {
+            let there = (start..stop).filter(|&k| self.mask[k]);
+            left(&mut there.map(|k| mean.log_power(self.record.frequency(k)).exp()))
+        });
+        self.evenness = low.chain(high).collect();
+        for (i, left) in self.evenness.iter().enumerate() {
+            self.freedom[i] *= left;
+            self.freedom_alone[i] *= left;
+        }
+    }
+
     /// Whether samples are missing, so that a matrix says what is seen of a density.
     pub(crate) fn leaks(&self) -> bool {
         self.leak.is_some()
@@ -401,7 +443,10 @@ impl<'a> Bins<'a> {
     /// Degrees of freedom of the bins of the periodogram for a share of the information of a complete record.
     pub(crate) fn inform(&mut self, share: f64) {
         let record = self.record;
-        for (freedom, &(start, stop)) in self.freedom[self.low..].iter_mut().zip(&self.ranges) {
+        let shares = self.evenness[self.low..].iter().map(|left| share * left);
+        for ((freedom, &(start, stop)), share) in
+            self.freedom[self.low..].iter_mut().zip(&self.ranges).zip(shares)
+        {
             let count = (start..stop).filter(|&k| self.mask[k]).count();
             *freedom = 2.0 * count as f64 * record.samples as f64 / record.segment as f64 * share;
         }

@@ -272,6 +272,9 @@ fn resonances(outcome: &Outcome) -> Vec<Resonance> {
 
 /// The filter with its name. The fit used all frequencies if the filter left power to the last one.
 fn filter(outcome: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
+    if let Some(mean) = outcome.mean {
+        return Some(FittedFilter::of_mean(mean));
+    }
     if outcome.filter.is_empty() {
         return None;
     }

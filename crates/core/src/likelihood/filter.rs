@@ -1,6 +1,7 @@
 //! A filter that was fitted to the spectrum: its response, its name, the interval of its corner, and its stand-in in a model.
 
 use crate::likelihood::filter_shapes::Shape;
+use crate::likelihood::running_mean::RunningMean;
 use crate::psd::{avar_of_density, band_limited_sampled};
 use crate::roots::root;
 use std::convert::Infallible;
@@ -61,6 +62,20 @@ pub struct FittedFilter {
 }
 
 impl FittedFilter {
+    /// A running mean, by its closed form at all frequencies.
+    pub(crate) fn of_mean(mean: RunningMean) -> Self {
+        Self {
+            coefficients: Vec::new(),
+            tau0: mean.tau0,
+            interval: mean.tau0,
+            shape: FilterShape::RunningMean,
+            order: Some(mean.length),
+            corner: Some([mean.corner(); 3]),
+            low_pass: None,
+            known_to: Some(0.0),
+        }
+    }
+
     /// The filter with its name and the interval of its corner. `covariance`: of the coefficients; `quantile`: of the
     /// standard normal distribution, for the interval.
     pub(crate) fn named(

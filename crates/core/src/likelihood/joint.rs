@@ -1,7 +1,7 @@
 //! One likelihood of several runs of a sensor: the model is that of all runs, but some terms differ from run to run.
 
 use crate::likelihood::adequacy::adequacy;
-use crate::likelihood::analysis::{Tails, fitted, inferred, outcome};
+use crate::likelihood::analysis::{Tails, fitted, fitted_with_series, inferred, outcome};
 use crate::likelihood::band::{Attempt, allowed, attempt, wanted_terms};
 use crate::likelihood::bins::{Bins, TERMS, median};
 use crate::likelihood::drifts::{Drifts, RAMP_AT};
@@ -88,6 +88,19 @@ pub fn analyse_jointly(
     let options_of = |run: usize| Options { regressors: regressors[run].clone(), ..options.clone() };
     let singles: Vec<(Attempt, Drifts)> =
         (0..records.len()).into_par_iter().map(|run| fitted(records[run], &options_of(run))).collect();
+    // The model of all runs has one filter.
+    let means: Vec<_> = singles.iter().map(|(one, _)| one.fit.model.mean).collect();
+    let alike =
+        means.windows(2).all(|pair| pair[0].map(|mean| mean.length) == pair[1].map(|mean| mean.length));
+    let mean = means.first().copied().flatten().filter(|_| alike);
+    let singles: Vec<(Attempt, Drifts)> = if alike {
+        singles
+    } else {
+        (0..records.len())
+            .into_par_iter()
+            .map(|run| fitted_with_series(records[run], &options_of(run)))
+            .collect()
+    };
     let ramps_of = singles.iter().map(|(_, drifts)| drifts.ramp).collect();
     let singles: Vec<Attempt> = singles.into_iter().map(|(one, _)| one).collect();
     let highest = singles.iter().filter_map(|one| one.highest).min_by(f64::total_cmp);
@@ -106,12 +119,13 @@ pub fn analyse_jointly(
         .fold(options.terms, |all, one| [0, 1, 2, 3].map(|k| all[k] && one[k]));
     let mut parts: Vec<Part> = (0..4).filter(|&k| wanted[k]).map(|k| TERMS[k]).collect();
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
-    let mut model = Model::new(parts, Vec::new());
+    let mut model = Model { mean, ..Model::new(parts, Vec::new()) };
     let free = |part: Part| Levels { part, logs: vec![0.0; records.len()], spread: FREE };
     model.levels = (0..4).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
     let bins = with_ramps(runs, &model, options.drifts);
     let mut allow = allowed(records[0], options);
     allow.quantization &= wanted[0];
+    allow.filter &= mean.is_none();
     let mut free_fit = select(model.fit(&bins), &bins, allow);
     let (levels, _) = levels_of(&free_fit, &bins, &place);
     let weak: Vec<Part> =
@@ -153,7 +167,7 @@ fn up_to<'a>(one: Attempt<'a>, record: &'a Summary, highest: Option<f64>, option
     let from = ((limit * record.segment as f64 * record.tau0).ceil() as usize).min(mask.len());
     mask[from..].fill(false);
     let regressors = one.bins.regressors.clone();
-    attempt(record, mask, one.lines, &regressors, options, highest)
+    attempt(record, mask, one.lines, &regressors, options, (highest, one.fit.model.mean))
 }
 
 /// The runs in the order of their lengths, the longest one first, because it limits correlation times; and the place of each.

@@ -48,7 +48,7 @@ pub struct Line {
 }
 
 /// Degrees of freedom of one density.
-fn freedom_of_one(record: &Summary) -> f64 {
+pub(crate) fn freedom_of_one(record: &Summary) -> f64 {
     let whole = FREEDOM * record.samples as f64 / record.segment as f64;
     record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_left(1))
 }
@@ -59,20 +59,33 @@ pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {
     let image =
         |k: usize| record.masked.as_ref().is_some_and(|masked| masked.repeats(k, record.segment, first));
     let mut beyond: Vec<bool> = (0..=last).map(|k| k >= first && k < last && !mask[k] && !image(k)).collect();
-    standing_above(record, &mut beyond, None, BEYOND)
+    standing_above(record, &mut beyond, None, None, BEYOND)
 }
 
-/// Lines above running medians of the density, which are taken out of the mask; and above `least`, if it is given.
-pub(crate) fn above_medians(record: &Summary, mask: &mut [bool], least: Option<&[f64]>) -> Vec<Line> {
-    standing_above(record, mask, least, UNSURE)
+/// Lines above running medians of the density, which are taken out of the mask; and above `least`, if it is given. The medians
+/// are of the density in front of a filter of the powers `filter`.
+pub(crate) fn above_medians(
+    record: &Summary,
+    mask: &mut [bool],
+    least: Option<&[f64]>,
+    filter: Option<&[f64]>,
+) -> Vec<Line> {
+    standing_above(record, mask, least, filter, UNSURE)
 }
 
-fn standing_above(record: &Summary, mask: &mut [bool], least: Option<&[f64]>, factor: f64) -> Vec<Line> {
+fn standing_above(
+    record: &Summary,
+    mask: &mut [bool],
+    least: Option<&[f64]>,
+    filter: Option<&[f64]>,
+    factor: f64,
+) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     if first + RUNNING > last {
         return Vec::new();
     }
-    let density = &record.density[first..last];
+    let power = |k: usize| filter.map_or(1.0, |filter| filter[k]);
+    let density: Vec<f64> = (first..last).map(|k| record.density[k] / power(k)).collect();
     let freedom = freedom_of_one(record);
     let bias = chi2_quantile_above(0.5, freedom) / freedom;
     let mut centres = Vec::new();
@@ -85,7 +98,7 @@ fn standing_above(record: &Summary, mask: &mut [bool], least: Option<&[f64]>, fa
         start = end;
     }
     let mut reference: Vec<f64> =
-        (first..last).map(|k| interpolated(&centres, (k as f64).ln()).exp() / bias).collect();
+        (first..last).map(|k| power(k) * interpolated(&centres, (k as f64).ln()).exp() / bias).collect();
     if let Some(least) = least {
         reference.iter_mut().zip(&least[first..]).for_each(|(r, l)| *r = r.max(*l));
     }

@@ -3,6 +3,7 @@
 use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
+use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::runs::{Level, Own, regressed};
 use std::sync::Arc;
 
@@ -42,6 +43,8 @@ pub(crate) struct Model {
     pub theta: Vec<f64>,
     /// ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1).
     pub filter: Vec<f64>,
+    /// A filter of known shape, beside that.
+    pub mean: Option<RunningMean>,
     /// Indices of the regressors.
     pub regressors: Vec<usize>,
     /// Parameter that is not fitted.
@@ -78,6 +81,7 @@ impl Model {
         Self {
             theta: Vec::new(),
             filter: Vec::new(),
+            mean: None,
             held: None,
             held_shape: None,
             levels: Vec::new(),
@@ -139,11 +143,14 @@ impl Model {
 
     /// |H|² at the low bins and at the points of the others; None without a filter.
     fn response(&self, bins: &Bins) -> Option<(Vec<f64>, Vec<f64>)> {
-        if self.filter.is_empty() {
+        if self.filter.is_empty() && self.mean.is_none() {
             return None;
         }
-        let of = |cosines: &[Vec<f64>]| {
+        let of = |cosines: &[Vec<f64>], of_mean: &dyn Fn(RunningMean, usize) -> f64| {
             let mut sum = vec![0.0; cosines[0].len()];
+            if let Some(mean) = self.mean {
+                sum.iter_mut().enumerate().for_each(|(i, s)| *s = of_mean(mean, i));
+            }
             for (a, cosine) in self.filter.iter().zip(cosines) {
                 sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += a * c);
             }
@@ -152,7 +159,14 @@ impl Model {
             }
             sum
         };
-        Some((of(&bins.cosines_low), of(&bins.cosines_high)))
+        let spacing = bins.record.frequency(1);
+        let low = of(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.log_power(f).exp()).ln());
+        let high = of(&bins.cosines_high, &|mean, i| {
+            let f = bins.fine_points[i].frequency;
+            // With missing samples, what the taper shares is in the matrix.
+            if bins.leaks() { mean.log_power(f) } else { mean.log_tapered_power(f, spacing) }
+        });
+        Some((low, high))
     }
 
     /// |H|² as means over all bins.
@@ -618,8 +632,8 @@ impl Model {
     pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
         let record = bins.record;
         let point = crate::likelihood::expected::FinePoint::new(f, record.tau0, record.segment);
-        let response =
-            if self.filter.is_empty() { 1.0 } else { self.response_at(f, bins.spacing as f64 * record.tau0) };
+        let of_mean = self.mean.map_or(0.0, |mean| mean.log_tapered_power(f, record.frequency(1)));
+        let response = self.response_at(f, bins.spacing as f64 * record.tau0) * of_mean.exp();
         let of = |(&part, &theta): (&Part, &f64)| {
             let density = theta * point.density(part, record.tau0);
             match part {

@@ -3,6 +3,7 @@
 use crate::likelihood::expected::Part;
 use crate::likelihood::lines::Line;
 use crate::likelihood::profile::Bounds;
+use crate::likelihood::running_mean::RunningMean;
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +78,8 @@ pub struct Outcome {
     pub filter: Vec<f64>,
     /// Δ: the sample interval, or a multiple where the top of the band was left out. [s]
     pub filter_interval: f64,
+    /// A running mean on all but quantization noise, in the place of a filter.
+    pub mean: Option<RunningMean>,
     /// Lines that were left out.
     pub lines: Vec<Line>,
     /// Frequency from which the band was left out. [Hz]

@@ -92,12 +92,20 @@ pub(crate) fn spacing_of(record: &Summary, mask: &[bool], kept: &[usize]) -> usi
     1 << (shown.max(1.0) as usize).ilog2()
 }
 
-/// Modes that count, less 1: all below the band of the periodogram, and those of a short record that are not masked there.
+/// Modes that count, less 1: those of a short record that are not masked, and all below the band of the periodogram, unless the
+/// mask goes on there.
 pub(crate) fn modes_kept(record: &Summary, mask: &[bool]) -> Vec<usize> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     let nearest =
         |k: usize| (record.mode_frequency(k) * record.segment as f64 * record.tau0).round() as usize;
-    let counts = |k: &usize| *k < record.low_modes() || mask[nearest(*k + 1).clamp(first, last - 1)];
+    let goes_on = mask[..first.min(mask.len())].contains(&true);
+    let counts = |k: &usize| {
+        if *k < record.low_modes() {
+            !goes_on || mask[nearest(*k + 1).min(last - 1)]
+        } else {
+            mask[nearest(*k + 1).clamp(first, last - 1)]
+        }
+    };
     (0..record.modes.len()).filter(counts).collect()
 }
 

@@ -1,0 +1,248 @@
+//! A running mean of the samples: recognised by the zeros of the periodogram, which are evenly spaced, and by the lobes between
+//! them, whose shape is known.
+
+use crate::likelihood::bins::{first_density, median};
+use crate::likelihood::filter_shapes::Shape;
+use crate::likelihood::lines::freedom_of_one;
+use crate::likelihood::pass::Summary;
+use std::f64::consts::LN_2;
+
+/// Samples of a mean that is recognised. A mean of two is the digital Butterworth filter of first order at a quarter of the rate.
+const LENGTHS: std::ops::RangeInclusive<u32> = 3..=200;
+
+/// Densities from zero to zero, at least: Hann's taper hides a narrower lobe.
+const LEAST_LOBE: f64 = 8.0;
+
+/// Densities on either side of a zero that are not compared, and not fitted: the taper fills the zero. If more, the second is a
+/// share of the distance of zeros: |H|² is there 2 % of the lobe, and what fills a zero looks like a line beside it.
+const AT_ZERO: f64 = 2.0;
+const NOT_FITTED: f64 = 3.0;
+const SHARE_NOT_FITTED: f64 = 0.05;
+
+/// Density at the first zero over that of the middle of the main lobe, at most.
+const EMPTY: f64 = 0.05;
+
+/// The first side lobe without its edges, in distances of zeros; its density over those of the zeros beside it, at least.
+const SIDE_LOBE: [f64; 2] = [1.25, 1.75];
+const ABOVE_ZEROS: f64 = 4.0;
+
+/// Part of the main lobe that shows its level, in distances of zeros: below it there may be slow noise.
+const MAIN_LOBE: [f64; 2] = [0.2, 0.7];
+
+/// Density over the floor of the zeros from which on it is compared, and fitted.
+const COMPARED_FROM: f64 = 10.0;
+const FITTED_FROM: f64 = 30.0;
+
+/// Densities that are compared, at least.
+const FEWEST_COMPARED: usize = 16;
+
+/// Scatter of the logarithm of the density about the shape: times chance, at most, and beyond that. The median of some 100
+/// densities that share their noise is 1.3 times chance once in 3000 records.
+const TIMES_CHANCE: f64 = 1.3;
+const ALIKE: f64 = 0.1;
+
+/// Standard deviation of normal deviates over the median of their sizes.
+const OF_MEDIAN: f64 = 1.4826;
+
+/// Part of the distance of densities that stands for the frequency 0.
+const TINY: f64 = 1e-6;
+
+/// Limits of the frequency of half the power, times the length of the mean, and bisections between them. [1]
+const CORNER_WITHIN: [f64; 2] = [0.2, 0.7];
+const BISECTIONS: usize = 50;
+
+/// A mean of the last samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunningMean {
+    /// Samples in the mean.
+    pub length: u32,
+    /// Sample interval. [s]
+    pub tau0: f64,
+}
+
+/// A length whose zeros a record has.
+struct Candidate {
+    mean: RunningMean,
+    /// Density of the zeros.
+    floor: f64,
+}
+
+/// How a record compares with a length.
+struct Comparison {
+    mean: RunningMean,
+    /// Density of the zeros over that of the lowest frequencies.
+    floor: f64,
+    scatter: f64,
+}
+
+impl RunningMean {
+    /// The mean behind which a record is, and the densities that show its noise; None for other records.
+    pub(crate) fn of(record: &Summary) -> Option<(Self, Vec<bool>)> {
+        let means = LENGTHS.map(|length| Self { length, tau0: record.tau0 });
+        let candidates: Vec<Candidate> = means.filter_map(|mean| Candidate::of(record, mean)).collect();
+        // A length next to the true one has higher zeros, and lobes where the record has zeros.
+        let floor = candidates.iter().map(|candidate| candidate.floor).fold(f64::INFINITY, f64::min);
+        let compared = candidates.iter().filter_map(|candidate| candidate.mean.compared(record, floor));
+        let nearest = compared.min_by(|a, b| a.scatter.total_cmp(&b.scatter))?;
+        let mask = nearest.fitted(record);
+        Some((nearest.mean, mask))
+    }
+
+    /// ln |H|² at a frequency. [Hz]
+    pub(crate) fn log_power(self, f: f64) -> f64 {
+        Shape::RunningMean { length: self.length }.log_power(f * self.tau0)
+    }
+
+    /// The same of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. [Hz]
+    pub(crate) fn log_tapered_power(self, f: f64, spacing: f64) -> f64 {
+        let power = |f: f64| self.log_power(f.abs().max(TINY * spacing)).exp();
+        (power(f) * 2.0 / 3.0 + (power(f - spacing) + power(f + spacing)) / 6.0).ln()
+    }
+
+    /// |H|² at the densities of the periodogram.
+    pub(crate) fn powers(self, record: &Summary) -> Vec<f64> {
+        let spacing = record.frequency(1);
+        (0..record.density.len())
+            .map(|k| self.log_tapered_power(record.frequency(k), spacing).exp())
+            .collect()
+    }
+
+    /// Frequency of half the power. [Hz]
+    pub(crate) fn corner(self) -> f64 {
+        let shape = Shape::RunningMean { length: self.length };
+        let (mut low, mut high) = CORNER_WITHIN.map(|x| x / f64::from(self.length)).into();
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if shape.log_power(middle) > -LN_2 { low = middle } else { high = middle }
+        }
+        low / self.tau0
+    }
+
+    /// A mask with all densities up to the end of the last lobe that is fitted: the flank of a high lobe is no line.
+    pub(crate) fn with_lobes(self, record: &Summary, mask: &[bool]) -> Vec<bool> {
+        let spacing = self.spacing(record);
+        let last = mask.iter().rposition(|&used| used).unwrap_or(0);
+        let end = (last as f64 / spacing).ceil() * spacing + NOT_FITTED;
+        (0..mask.len()).map(|k| k as f64 <= end).collect()
+    }
+
+    /// The level and the scatter of the densities about the shape; None for other lobes.
+    fn compared(self, record: &Summary, floor: f64) -> Option<Comparison> {
+        let (density, last) = (&record.density, record.density.len() - 1);
+        let spacing = self.spacing(record);
+        let main_lobe = MAIN_LOBE.map(|lobes| (lobes * spacing).round() as usize);
+        let powers = self.powers(record);
+        let levels = (main_lobe[0]..main_lobe[1]).map(|k| (density[k] - floor) / powers[k]);
+        let level = median(&levels.collect::<Vec<f64>>());
+        let ratios: Vec<f64> = (main_lobe[0]..last)
+            .filter(|&k| to_zero(k, spacing) > AT_ZERO && level * powers[k] > COMPARED_FROM * floor)
+            .map(|k| (density[k] / (level * powers[k] + floor)).ln())
+            .collect();
+        if ratios.len() < FEWEST_COMPARED {
+            return None;
+        }
+        // The main lobe of a long mean has few densities, so that its level is uncertain.
+        let off = median(&ratios);
+        let scatter = OF_MEDIAN * median(&ratios.iter().map(|x| (x - off).abs()).collect::<Vec<f64>>());
+        let chance = (2.0 / freedom_of_one(record)).sqrt();
+        let floor = floor / (level * off.exp());
+        (scatter < TIMES_CHANCE * chance + ALIKE).then_some(Comparison { mean: self, floor, scatter })
+    }
+
+    /// Distance of the zeros of the periodogram, in densities.
+    fn spacing(self, record: &Summary) -> f64 {
+        record.segment as f64 / f64::from(self.length)
+    }
+}
+
+impl Candidate {
+    /// None if the periodogram has no such zeros, and no lobe after the first.
+    fn of(record: &Summary, mean: RunningMean) -> Option<Self> {
+        let spacing = mean.spacing(record);
+        let (density, last) = (&record.density, record.density.len() - 1);
+        if spacing < LEAST_LOBE {
+            return None;
+        }
+        let at = |lobes: f64| ((lobes * spacing).round() as usize).min(last);
+        let neighbours = |k: usize| &density[k - 1..=(k + 1).min(last)];
+        let at_zero = |m: usize| neighbours(at(m as f64)).iter().copied().fold(f64::INFINITY, f64::min);
+        if at_zero(1) > EMPTY * median(neighbours(at(0.5))) {
+            return None;
+        }
+        let count = (last as f64 / spacing).floor() as usize;
+        let side_lobe = median(&density[at(SIDE_LOBE[0])..at(SIDE_LOBE[1])]);
+        if !(1..=count.min(2)).all(|m| side_lobe > ABOVE_ZEROS * at_zero(m)) {
+            return None;
+        }
+        let floor = median(&(1..=count).map(at_zero).collect::<Vec<f64>>());
+        Some(Self { mean, floor })
+    }
+}
+
+impl Comparison {
+    /// The densities that are fitted, and the modes below them: above the floor, and not at a zero.
+    fn fitted(&self, record: &Summary) -> Vec<bool> {
+        let (first, last) = (first_density(record), record.density.len() - 1);
+        let spacing = self.mean.spacing(record);
+        let powers = self.mean.powers(record);
+        let margin = NOT_FITTED.max(SHARE_NOT_FITTED * spacing);
+        let fits =
+            |k: usize| k < last && to_zero(k, spacing) > margin && powers[k] > FITTED_FROM * self.floor;
+        let repeats = |k: usize| {
+            k >= first
+                && record.masked.as_ref().is_some_and(|masked| masked.repeats(k, record.segment, first))
+        };
+        (0..=last).map(|k| fits(k) && !repeats(k)).collect()
+    }
+}
+
+/// Distance of a density to the next zero, in densities.
+fn to_zero(k: usize, spacing: f64) -> f64 {
+    let nearest = (k as f64 / spacing).round().max(1.0);
+    (k as f64 - nearest * spacing).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    fn summary(samples: &[f64]) -> Summary {
+        Summary::of(samples, 0.01).unwrap()
+    }
+
+    /// Noise of one value a sample, nearly normal.
+    fn noise(samples: usize) -> Vec<f64> {
+        let mut state = 39_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        (0..samples).map(|_| (0..6).map(|_| uniform()).sum()).collect()
+    }
+
+    fn mean_of(x: &[f64], length: usize) -> Vec<f64> {
+        x.windows(length).map(|w| w.iter().sum::<f64>() / length as f64).collect()
+    }
+
+    #[test]
+    fn lengths_are_recognised() {
+        let white = noise(40_000);
+        assert!(RunningMean::of(&summary(&white)).is_none());
+        for length in [3, 4, 5, 8, 16, 20, 32, 64, 100, 200] {
+            let (mean, mask) = RunningMean::of(&summary(&mean_of(&white, length))).unwrap();
+            assert_eq!(mean.length as usize, length);
+            assert!(mask.iter().filter(|&&used| used).count() > 150);
+        }
+        // Twice the same mean is another filter.
+        assert!(RunningMean::of(&summary(&mean_of(&mean_of(&white, 16), 16))).is_none());
+        // A short record does not show the narrow lobes of a long mean.
+        assert!(RunningMean::of(&summary(&mean_of(&white[..15_000], 200))).is_none());
+    }
+
+    #[test]
+    fn half_the_power_at_the_corner() {
+        for length in [5, 16, 64] {
+            let mean = RunningMean { length, tau0: 0.01 };
+            assert!((mean.log_power(mean.corner()).exp() - 0.5).abs() < 1e-9, "{length}");
+        }
+    }
+}

@@ -211,17 +211,16 @@ Accelerometers alone that tilt steadily by an angle within the record. Number th
 
 _PEOPLE = """
 Six axes of a MEMS in a parked vehicle with people: {still} of {records} records rest, and {good} of {axes} axes are "good".
-Of these, {outside} have the truth outside the 95 % interval of the random walk, {large} are wrong by more than 1.5 times.
-An axis of a sensor whose other axes are `disturbed` is at best "partial".
-"""
+The truth is outside the 95 % interval of the random walk on {outside} of these; random walks that are wrong by more than
+1.5 times: {large}. An axis of a sensor whose other axes are `disturbed` is at best "partial"."""
 
 _LIMITS = """
 A tilt of up to 5° that changes a mean no faster than the steepest warm-up, 50 mg within 100 s, is taken for a ramp of the
-sensor: it is a term of the model, and the random walk is not changed by it.
+sensor, which is a term of the model beside the random walk.
 
-Noise beyond that of the noisiest sensors is a warning, also on all three axes: of {records} records of three gyros or three
-accelerometers that wander below 0.3 Hz, or whose rate or tilt is a random walk, {still} are at rest, and of these {beyond}
-have it on one, two and three axes.
+Noise beyond that of the noisiest sensors is a warning, also on all three axes. Of {records} records of three gyros or three
+accelerometers that wander below 0.3 Hz, or whose rate or tilt is a random walk, {still} are at rest. Records of these with
+the warning on one, two and three axes: {beyond}.
 
 Gyros in deg/s that are read as deg/h are not recognised from 0.25 deg/√h on, if they are one axis, and from 1.8 deg/√h on,
 if they are three: read so, they are as quiet as optical gyros for sale, and one axis need not sense the Earth's rotation."""

@@ -62,5 +62,5 @@ def test_a_step_of_the_mean_across_a_gap(size):
     x = rounded_noise("gap", 0.0)
     x[30000:] += size * 1e-3
     x[30000:30500] = np.nan
-    found = examine(from_the_start(st.Record.from_arrays(rate=RATE, gyro=x)))[1]
+    found = examine(from_the_start(st.Record.from_arrays(rate=RATE, gyro=x))).findings
     assert ("not_static" in {one.code for one in found}) == (size > 0)

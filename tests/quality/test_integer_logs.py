@@ -22,7 +22,7 @@ PSINS = {
 
 
 def codes(record):
-    return {finding.code for finding in examine(from_the_start(record))[1]}
+    return {finding.code for finding in examine(from_the_start(record)).findings}
 
 
 @pytest.mark.parametrize("kind", KINDS)

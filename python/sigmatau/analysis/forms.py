@@ -395,16 +395,39 @@ class CurveUnitForm(CurveForm):
 
 
 @frozen
-class BriefChannelForm(ChannelForm):
-    """A channel without its curves, which are most of a result."""
+class BriefFitForm(FitForm):
+    """The coefficients, lines and filter of a fit."""
 
+    reasons: tuple[Reason, ...] | None = field(default=None, init=False)
+    unclear: tuple[str, ...] = field(default=(), init=False)
+    warm_up: None = field(default=None, init=False)
+    regressors: Mapping[str, Interval] = field(default_factory=dict, init=False)
+    discrepancy: tuple[tuple[float, float], ...] = field(default=(), init=False)
+    covariance: None = field(default=None, init=False)
+    runs_s: tuple[float, ...] = field(default=(), init=False)
+
+
+@frozen
+class BriefChannelForm(ChannelForm):
+    """A channel without its curves, which are most of a result, and without what few ask for."""
+
+    excluded: None = field(default=None, init=False)
     curve: CurveUnitForm | None = None
     read_off: Mapping[str, CoefficientForm] = field(default_factory=dict, init=False)
+    fit: BriefFitForm | None = None
+    mean_stability: tuple[MeansForm, ...] = field(default=(), init=False)
     stability: None = field(default=None, init=False)
 
 
 @frozen
 class BriefResultForm(ResultForm):
-    """A result without its curves: thousands are read to compare coefficients."""
+    """A result without its curves: thousands are added to a store."""
 
     channels: Mapping[str, BriefChannelForm]
+
+
+@frozen
+class CoefficientsForm(BriefResultForm):
+    """A result without its findings too: the coefficients of thousands are compared."""
+
+    findings: tuple[FindingForm, ...] = field(default=(), init=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 from collections.abc import Mapping
@@ -44,16 +45,18 @@ def read_analysis(source: str | bytes | Path) -> Analysis:
         raise (error if _is_json(source) else error.about(str(source))) from None
 
 
-def read_result(source: str | bytes | Path, *, curves: bool = True) -> Analysis | FailedAnalysis:
+def read_result(
+    source: str | bytes | Path, *, as_form: type[forms.ResultForm] = forms.ResultForm
+) -> Analysis | FailedAnalysis:
     """The result of a file, or of JSON: text that begins with a brace, or bytes. Raises `DataError`.
 
-    `curves`: whether it has its curves and what was read off them, which are most of the file.
+    `as_form`: the parts of it that are read.
     """
     if isinstance(source, bytes) or (isinstance(source, str) and _is_json(source)):
-        return result_of_dict(_parsed(source), curves=curves)
+        return result_of_dict(_parsed(source), as_form=as_form)
     path = Path(source)
     try:
-        return result_of_dict(_parsed(path.read_bytes()), curves=curves)
+        return result_of_dict(_parsed(path.read_bytes()), as_form=as_form)
     except OSError as error:
         raise DataError(f"{path}: {error.strerror or error}") from None
     except DataError as error:
@@ -69,14 +72,20 @@ def _parsed(text: str | bytes) -> object:
         raise ValueError(f"{word} is not a number of JSON")
 
     try:
+        with contextlib.suppress(
+            ImportError, ValueError
+        ):  # it refuses what other programs may write, and is not needed
+            import orjson
+
+            return orjson.loads(text)
         return json.loads(text.decode("utf-8-sig") if isinstance(text, bytes) else text, parse_constant=refuse)
     except (ValueError, RecursionError) as error:
         raise DataError(f"not JSON: {error}") from None
 
 
-def result_of_dict(content: object, *, curves: bool = True) -> Analysis | FailedAnalysis:
+def result_of_dict(content: object, *, as_form: type[forms.ResultForm] = forms.ResultForm) -> Analysis | FailedAnalysis:
     """The result of parsed JSON; raises `DataError`, which names the place of what is wrong."""
-    form = form_of_dict(content, curves=curves)
+    form = form_of_dict(content, as_form)
     try:
         return _failed(form, form.error) if form.error is not None else _analysis(form)
     except WrongValueError as error:
@@ -86,7 +95,7 @@ def result_of_dict(content: object, *, curves: bool = True) -> Analysis | Failed
 _CHANGED = "not a result of sigmatau analyze, or changed"
 
 
-def form_of_dict(content: object, *, curves: bool = True) -> forms.ResultForm:
+def form_of_dict(content: object, as_form: type[forms.ResultForm]) -> forms.ResultForm:
     """The keys of parsed JSON as types; raises `DataError`, which names the place of what is wrong."""
     if not isinstance(content, Mapping):
         raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}")
@@ -96,7 +105,7 @@ def form_of_dict(content: object, *, curves: bool = True) -> forms.ResultForm:
     if not isinstance(channels, Mapping):
         raise DataError("this is not a result of sigmatau analyze: it has no channels")
     try:
-        return decode(forms.ResultForm if curves else forms.BriefResultForm, content)
+        return decode(as_form, content)
     except WrongValueError as error:
         raise DataError(f"{_CHANGED}: {error}") from None
 

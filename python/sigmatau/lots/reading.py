@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
+from sigmatau.analysis.forms import CoefficientsForm
 from sigmatau.analysis.reading import read_result
 from sigmatau.errors import DataError
 from sigmatau.hints import Hint, command
@@ -73,7 +74,7 @@ def _read(files: Sequence[Path]) -> RunTable:
                 with builder.whole():
                     _add_csv(builder, file)
             else:
-                builder.add_result(read_result(file, curves=False), name=file.stem, place=str(file))
+                builder.add_result(read_result(file, as_form=CoefficientsForm), name=file.stem, place=str(file))
         except DataError as error:
             reason = str(error).removeprefix(str(file)).lstrip(":, ")
             builder.add_run(Run(name=file.stem, serial="", place=str(file), problem=reason))

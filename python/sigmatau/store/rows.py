@@ -13,7 +13,7 @@ from pathlib import PurePath
 from typing import Any, Literal
 
 from sigmatau._native.distributions import normal_quantile
-from sigmatau.analysis.forms import ChannelForm, ResultForm, SourceForm, TermForm
+from sigmatau.analysis.forms import BriefResultForm, ChannelForm, ResultForm, SourceForm, TermForm
 from sigmatau.analysis.reading import form_of_dict
 from sigmatau.errors import DataError
 from sigmatau.fitting.noise_fit import QUANTIFIED
@@ -111,7 +111,7 @@ def rows_of(entry: Entry) -> Rows:
     DataError
         If the result is none, or is damaged.
     """
-    form = form_of_dict(entry.result, curves=False)
+    form = form_of_dict(entry.result, BriefResultForm)
     if form.source is None:
         raise DataError("not a result of sigmatau analyze: it has no source")
     try:

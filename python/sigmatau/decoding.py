@@ -128,6 +128,11 @@ def _float(value: Any) -> float:  # noqa: ANN401  of JSON
     _refuse(value, "a number")
 
 
+def _float_if_any(value: Any) -> float | None:  # noqa: ANN401  of JSON
+    """Most values of a result: in one call."""
+    return value if value is None or (type(value) is float and math.isfinite(value)) else _float(value)
+
+
 def _float_or_null(value: Any) -> float:  # noqa: ANN401  of JSON
     return math.nan if value is None else _float(value)
 
@@ -159,6 +164,8 @@ def _union(kinds: tuple[Any, ...], *, null: bool) -> Decoder:
     several = [member for member in kinds if member is not type(None)]
     if len(several) == 1:
         inner = _decoder(several[0], null=null)
+        if inner is _float:
+            return _float_if_any
         return lambda value: None if value is None else inner(value)
     by_tag = {_tag(member): _decoder(member, null=null) for member in several}
 
@@ -184,7 +191,7 @@ def _decode_place(key: str | int, decoder: Decoder, value: object) -> object:
 def _items(decoder: Decoder, value: object) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
         _refuse(value, "a list")
-    return tuple([_decode_place(k, decoder, item) for k, item in enumerate(value)])
+    return tuple([_decode_place(k, decoder, item) for k, item in enumerate(value)]) if value else ()
 
 
 def _tuple(decoders: list[Decoder], value: object) -> tuple[Any, ...]:

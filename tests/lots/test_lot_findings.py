@@ -2,6 +2,7 @@
 
 import pytest
 
+from sigmatau.hints import as_options, speaking
 from sigmatau.lots import lot_findings as kinds
 from sigmatau.lots.lot_remark import remark
 
@@ -17,7 +18,7 @@ WORDS = {
     "angle random walk is not observed: the interval contains the maximum 2 deg/√h; record longer": kinds.Undecided(
         limit=1.0, **VALUE
     ),
-    'angle random walk: it depends on the side; give `sided="one"` or two': kinds.Undecided(
+    "angle random walk: it depends on the side; give --sided one or two": kinds.Undecided(
         reason="it depends on the side", convention="sided", **VALUE
     ),
     "implausible: angle random walk is 57 times the typical value of the specification; check unit and sensor": (
@@ -30,11 +31,11 @@ WORDS = {
     "wrong unit, deg/s read as rad/s? All curves are 57 times the lot's median": kinds.OtherScale(
         ratio=57.3, likely=("deg/s", "rad/s")
     ),
-    "no maximum in the specification; state one, or give `factor=1.5`: gyro noise": kinds.NoMaximum(what="gyro noise"),
+    "no maximum in the specification; state one, or give --factor 1.5: gyro noise": kinds.NoMaximum(what="gyro noise"),
     "gyro noise: not in the result": kinds.NotMeasured(what="gyro noise"),
     "in the specification: not in the result": kinds.NotMeasured(),
     "no model fits, so that the errors are unknown": kinds.NoModel(),
-    'no specification; give `spec="SPEC.toml"`': kinds.NoSpecification(),
+    "no specification; give --spec SPEC.toml": kinds.NoSpecification(),
     "truncated? The record has 30 min, the lot 1 h": kinds.ShortRecord(ratio=0.5, length=1800.0),
     "sampled at 50 Hz, the lot at 100 Hz": kinds.OtherRate(rate=50.0, rate_of_lot=100.0),
     "channels differ from the lot: no gyro_z; also gyro_q": kinds.OtherAxes(lacking=("gyro_z",), extra=("gyro_q",)),
@@ -48,8 +49,9 @@ WORDS = {
 @pytest.mark.parametrize("words", WORDS)
 def test_words(words):
     told = remark(WORDS[words], "data", ("gyro_x", "gyro_y"))
-    assert told.text == f"gyro x, y: {words}"
-    assert told.to_dict()["message"] == told.text
+    assert told.to_dict()["message"] == f"gyro x, y: {words}"
+    with speaking(as_options):
+        assert told.text == f"gyro x, y: {words}"
 
 
 def test_each_kind_has_an_example():

@@ -10,20 +10,34 @@ import numpy as np
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.fit import BeyondClass
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.frozen import frozen
 from sigmatau.noise import terms
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
 
-_BEYOND = 1.25
-"""Factor over the noisiest sensor: fits of 240 axes at its limits, of 20 s to 300 s, are within it."""
-
-# Highest frequency at which densities are compared [Hz], below those of vibration and of the filters of most sensors;
-# least cycles in the record; highest share of the rate; number of frequencies.
-_HIGHEST, _CYCLES, _SHARE_OF_RATE, _FREQUENCIES = 2.0, 4.0, 0.4, 12
 _JUDGED = ("random_walk", "bias_instability", "rate_random_walk")
 _OTHER_CAUSES = ("implausible_unit", "gravity", "not_static")  # codes of warnings that explain more noise
 
 
-def beyond_class(fitted: NoiseFit, *, beside: Sequence[Finding] = ()) -> list[Finding]:
+@frozen
+class ClassThresholds:
+    """Thresholds of `beyond_class`."""
+
+    # Factor over the noisiest sensor: fits of 240 axes at its limits, of 20 s to 300 s, are within it.
+    beyond: float = 1.25
+    # Highest frequency at which densities are compared, below those of vibration and of the filters of most sensors.
+    # [Hz]
+    highest: float = 2.0
+    cycles: float = 4.0  # least cycles in the record
+    share_of_rate: float = 0.4  # highest frequency over the sampling rate
+    frequencies: int = 12  # frequencies that are compared
+
+
+THRESHOLDS = ClassThresholds()
+
+
+def beyond_class(
+    fitted: NoiseFit, *, beside: Sequence[Finding] = (), thresholds: ClassThresholds = THRESHOLDS
+) -> list[Finding]:
     """Whether a fitted model has more noise below 2 Hz, or a steeper ramp, than the noisiest sensors: at most one finding.
 
     All terms, processes and resonances count together, because motion is divided among them in any way. Lines and warm-up
@@ -39,9 +53,9 @@ def beyond_class(fitted: NoiseFit, *, beside: Sequence[Finding] = ()) -> list[Fi
         )
     ):
         return []
-    highest = min(_HIGHEST, _SHARE_OF_RATE / fitted.tau0, fitted.highest or math.inf)
-    lowest = min(_CYCLES / (fitted.n * fitted.tau0), highest)
-    frequencies = np.geomspace(lowest, highest, _FREQUENCIES)
+    highest = min(thresholds.highest, thresholds.share_of_rate / fitted.tau0, fitted.highest or math.inf)
+    lowest = min(thresholds.cycles / (fitted.n * fitted.tau0), highest)
+    frequencies = np.geomspace(lowest, highest, thresholds.frequencies)
     density = fitted.psd(frequencies)
     allowed = sum(terms.psd(name, limits.noisiest[name], frequencies, tau0=fitted.tau0) for name in _JUDGED)
     ratios = np.sqrt(density / allowed)
@@ -54,7 +68,7 @@ def beyond_class(fitted: NoiseFit, *, beside: Sequence[Finding] = ()) -> list[Fi
     ramp = abs(fitted.model.get("rate_ramp", 0.0))
     if (of_ramp := ramp / limits.noisiest["rate_ramp"]) > times:
         times, frequency, size = of_ramp, 0.0, ramp
-    if not times > _BEYOND:
+    if not times > thresholds.beyond:
         return []
     factors = tuple(
         (name, fitted.observed[name] / limits.noisiest[name])

@@ -80,28 +80,36 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
 
 def stream_fact(function: Callable[Concatenate[Stream, P], T]) -> Callable[Concatenate[Stream, P], T]:
     """A function of a stream as a fact of all its channels; its other arguments must be hashable."""
+    defaults = _defaults_of(function)
 
     @functools.wraps(function)
     def fact(stream: Stream, /, *args: P.args, **kwargs: P.kwargs) -> T:
         def compute() -> T:
             return function(stream, *args, **kwargs)
 
-        return _kept(compute, stream, (function, _stream_key(stream), args, tuple(kwargs.items())))
+        return _kept(compute, stream, (function, _stream_key(stream), args, tuple((defaults | kwargs).items())))
 
     return fact
 
 
 def channel_fact(function: Callable[Concatenate[Stream, str, P], T]) -> Callable[Concatenate[Stream, str, P], T]:
     """A function of one channel of a stream as a fact of that channel; its other arguments must be hashable."""
+    defaults = _defaults_of(function)
 
     @functools.wraps(function)
     def fact(stream: Stream, channel: str, /, *args: P.args, **kwargs: P.kwargs) -> T:
         def compute() -> T:
             return function(stream, channel, *args, **kwargs)
 
-        return _kept(compute, stream, (function, channel, _channel_key(stream, channel), args, tuple(kwargs.items())))
+        arguments = args, tuple((defaults | kwargs).items())
+        return _kept(compute, stream, (function, channel, _channel_key(stream, channel), *arguments))
 
     return fact
+
+
+def _defaults_of(function: Callable[..., object]) -> dict[str, Any]:
+    """Defaults of its keywords, so that a fact with a default and one with the same value are one."""
+    return dict(getattr(function, "__kwdefaults__", None) or {})
 
 
 def _kept(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:

@@ -31,17 +31,25 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.record.streams import Grid, Stream
 
-SEGMENTS = 8
-_LEAST_SEGMENTS = 4  # without missing samples
-_LEAST_SAMPLES = 64  # in a segment; also the smallest number of blocks of the cusum
-_LEAST_FREEDOM = 10.0  # degrees of freedom of a variance in a segment, for its cube root to be normal
-FALSE_ALARM = 2e-4  # probability of a false alarm of each of the two tests, for one channel
-MIN_RATIO = 1.05  # smallest ratio of deviations that is reported: a long record shows 0.3 %, which does not matter
-WARNING_RATIO = 1.15  # smallest ratio of deviations that is a warning
-_MAX_MISFIT = 0.25  # of the variance: where the fitted model is further from the curve, its law is not used
 
-_CUSUM_BLOCKS = 1024
-_LEAST_IN_BLOCK = 8  # samples
+@frozen
+class StationarityThresholds:
+    """Thresholds of `non_stationary`; docs/study/stability.md measures the false alarms."""
+
+    segments: int = 8  # segments of the record
+    least_segments: int = 4  # segments without missing samples, at least
+    least_samples: int = 64  # samples in a segment, and blocks of the cusum, at least
+    least_freedom: float = 10.0  # degrees of freedom of a variance in a segment, for its cube root to be normal
+    false_alarm: float = 2e-4  # probability of a false alarm of each of the two tests, for one channel
+    # Smallest ratio of deviations that is reported: a long record shows 0.3 %, which does not matter.
+    min_ratio: float = 1.05
+    warning_ratio: float = 1.15  # smallest ratio of deviations that is a warning
+    max_misfit: float = 0.25  # relative misfit of the variance beyond which the law of the fitted model is not used
+    cusum_blocks: int = 1024  # blocks of the cusum, at most
+    least_in_block: int = 8  # samples of a block, at least. [samples]
+
+
+THRESHOLDS = StationarityThresholds()
 
 
 @frozen(eq=False)
@@ -57,12 +65,7 @@ class SegmentTest:
 
 
 def non_stationary(
-    stream: Stream,
-    fits: Mapping[str, NoiseFit],
-    *,
-    false_alarm: float = FALSE_ALARM,
-    min_ratio: float = MIN_RATIO,
-    warning_ratio: float = WARNING_RATIO,
+    stream: Stream, fits: Mapping[str, NoiseFit], *, thresholds: StationarityThresholds = THRESHOLDS
 ) -> list[Finding]:
     """Channels whose noise changes during the record: at most one ``"non_stationary"`` for each.
 
@@ -74,39 +77,40 @@ def non_stationary(
         Segments with missing samples are left out.
     fits : mapping of str to NoiseFit
         Determine the law of the segments' variances. A channel without a fit is tested by the cusum only.
-    false_alarm, min_ratio, warning_ratio : float
-        Thresholds, see `FALSE_ALARM`, `MIN_RATIO` and `WARNING_RATIO`.
+    thresholds : StationarityThresholds
     """
     findings = []
     for channel in stream.channels:
         x, fitted = stream.column(channel), fits.get(channel)
-        spread = None if fitted is None else _segment_spread(x, fitted, stream.grid, false_alarm)
+        spread = None if fitted is None else _segment_spread(x, fitted, stream.grid, thresholds=thresholds)
         ratio = 1.0 if spread is None else spread.ratio
         spans: tuple[Span, ...] = () if spread is None else ((spread.largest_at, spread.largest_at + spread.length),)
-        change = _noise_change(x, stream.grid, false_alarm)
+        change = _noise_change(x, stream.grid, thresholds=thresholds)
         if change is not None:
             size = max(change.ratio, 1 / change.ratio) if change.ratio > 0 else np.inf
-            if spread is not None and size < min_ratio:
+            if spread is not None and size < thresholds.min_ratio:
                 change = None
             else:
                 ratio, spans = max(ratio, size), ((change.time, change.time),)
-        if min_ratio <= ratio < np.inf and (spread is not None or change is not None):
+        if thresholds.min_ratio <= ratio < np.inf and (spread is not None or change is not None):
             details = NonStationary(segments=spread, change=change)
-            severity: Severity = "warning" if ratio >= warning_ratio else "info"
+            severity: Severity = "warning" if ratio >= thresholds.warning_ratio else "info"
             findings.append(Finding(details=details, severity=severity, channels=(channel,), spans=spans, size=ratio))
     return findings
 
 
-def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid, false_alarm: float) -> SegmentSpread | None:
+def _segment_spread(
+    x: Floats, fitted: NoiseFit, grid: Grid, *, thresholds: StationarityThresholds
+) -> SegmentSpread | None:
     """The significant differences of segments, where the evidence is strongest, which is not where the ratio is largest."""
-    tested = segment_test(x, fitted)
-    if tested is None or not tested.p_value < false_alarm:
+    tested = segment_test(x, fitted, thresholds=thresholds)
+    if tested is None or not tested.p_value < thresholds.false_alarm:
         return None
     tau0 = fitted.tau0
     k = int(np.argmax(tested.evidence))
     deviation = np.sqrt(tested.avar[:, k])
     tau = float(tested.m[k]) * tau0
-    significant = tested.m[tested.p_values < false_alarm / len(tested.m)] * tau0
+    significant = tested.m[tested.p_values < thresholds.false_alarm / len(tested.m)] * tau0
     return SegmentSpread(
         ratio=float(deviation.max() / deviation.min()),
         tau=tau,
@@ -114,25 +118,25 @@ def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid, false_alarm: float)
         tau_max=float(significant[-1]) if len(significant) else tau,
         largest_at=grid.time(int(tested.starts[np.argmax(deviation)])),
         smallest_at=grid.time(int(tested.starts[np.argmin(deviation)])),
-        length=len(x) // SEGMENTS * tau0,
+        length=len(x) // thresholds.segments * tau0,
     )
 
 
-def _noise_change(x: Floats, grid: Grid, false_alarm: float) -> NoiseChange | None:
-    found = cusum(x)
-    if found is None or not found.p_value < false_alarm:
+def _noise_change(x: Floats, grid: Grid, *, thresholds: StationarityThresholds) -> NoiseChange | None:
+    found = cusum(x, thresholds=thresholds)
+    if found is None or not found.p_value < thresholds.false_alarm:
         return None
     return NoiseChange(time=grid.time(found.at), ratio=float(np.sqrt(found.ratio)))
 
 
-def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
+def segment_test(x: Floats, fitted: NoiseFit, *, thresholds: StationarityThresholds = THRESHOLDS) -> SegmentTest | None:
     """χ² test of the Allan variances of eight segments; None without a model or with too few complete segments."""
-    size = len(x) // SEGMENTS
-    if size < _LEAST_SAMPLES or not fitted.model:
+    size = len(x) // thresholds.segments
+    if size < thresholds.least_samples or not fitted.model:
         return None
-    starts = np.arange(SEGMENTS) * size
+    starts = np.arange(thresholds.segments) * size
     starts = np.array([s for s in starts if np.isfinite(np.add.reduce(x[s : s + size]))], dtype=np.int64)
-    if len(starts) < _LEAST_SEGMENTS:
+    if len(starts) < thresholds.least_segments:
         return None
     sizes = 2 ** np.arange(0, int(np.log2(size // 4)) + 1, dtype=np.int64)
     # Below τ_min the model does not hold: filtered noise has fewer degrees of freedom than white noise.
@@ -148,10 +152,10 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
         )[0]
     )
     mean = avar.mean(axis=0)
-    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _MAX_MISFIT + 3 * np.sqrt(
+    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < thresholds.max_misfit + 3 * np.sqrt(
         2 / freedom / len(starts)
     )
-    use = (freedom >= _LEAST_FREEDOM) & followed & (avar.min(axis=0) > 0)
+    use = (freedom >= thresholds.least_freedom) & followed & (avar.min(axis=0) > 0)
     if not use.any():
         return None
     roots = np.cbrt(avar[:, use])
@@ -220,14 +224,14 @@ class Cusum:
     ratio: float  # mean square after over that before
 
 
-def cusum(x: Floats) -> Cusum | None:
+def cusum(x: Floats, *, thresholds: StationarityThresholds = THRESHOLDS) -> Cusum | None:
     """Cusum of squared first differences over blocks; None if the record is too short.
 
     The scatter is that between neighbouring blocks, which neither correlated samples nor the change itself affect.
     """
-    length = max(-(-len(x) // _CUSUM_BLOCKS), _LEAST_IN_BLOCK)
+    length = max(-(-len(x) // thresholds.cusum_blocks), thresholds.least_in_block)
     count = len(x) // length
-    if count < _LEAST_SAMPLES:
+    if count < thresholds.least_samples:
         return None
     d = np.diff(x[: count * length].reshape(count, length), axis=1)
     squares = np.einsum("ij,ij->i", d, d)
@@ -238,7 +242,7 @@ def cusum(x: Floats) -> Cusum | None:
         number[bad] = known.sum(axis=1)
         squares[bad] = np.where(known, d[bad] ** 2, 0.0).sum(axis=1)
     keep = np.flatnonzero(2 * number > length)
-    if len(keep) < _LEAST_SAMPLES:
+    if len(keep) < thresholds.least_samples:
         return None
     # Cube roots are nearly normal, so that single blocks do not dominate.
     level = np.cbrt(squares[keep] / number[keep])

@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from sigmatau.arrays import Floats, distinct
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import CopiedStretch
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import equal_by_chance
 from sigmatau.record.streams import Stream
 
-_LEAST_ROWS = 64  # rows of a copy that is reported, at least
-_FALSE_ALARM = 1e-6  # probability that a record of noise has equal stretches of that length
 _KEY = 8  # samples whose bits make a key
 _ONE_OF = 8  # keys that are looked at: those of a remainder, which are the same in a stretch and in its copy
 _LAGS = 8  # distances between equal keys that are looked at, the most frequent
@@ -25,14 +24,25 @@ _MIX = 0x9E3779B97F4A7C15  # odd, of the golden ratio: Fibonacci hashing
 _TURN, _HIGH = 7, 40  # bits by which the second sample of a pair is turned, and beyond which bits are mixed
 
 
-def copied_stretches(stream: Stream) -> list[Finding]:
+@frozen
+class StretchThresholds:
+    """Thresholds of `copied_stretches`."""
+
+    least_rows: int = 64  # rows of a copy that is reported, at least. [samples]
+    false_alarm: float = 1e-6  # probability that a record of noise has equal stretches of that length
+
+
+THRESHOLDS = StretchThresholds()
+
+
+def copied_stretches(stream: Stream, *, thresholds: StretchThresholds = THRESHOLDS) -> list[Finding]:
     """The longest stretch of rows that are equal, on all axes, to rows elsewhere in the stream. At most one finding.
 
     Reported from L rows on, where n²·∏p_c^L < 1e-6 and p_c is the part of the samples of axis c that equal another by
     chance. Stretches that overlap their copy are those of a signal that repeats itself, and are not reported.
     """
     n = stream.grid.n
-    if n < 2 * _LEAST_ROWS:
+    if n < 2 * thresholds.least_rows:
         return []
     axis = max(stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[:_LOOKED_AT]))))
     best = (0, 0, 0)
@@ -40,11 +50,11 @@ def copied_stretches(stream: Stream) -> list[Finding]:
         first, length = _longest_equal(stream, lag)
         best = max(best, (length, first, lag)) if length <= lag else best
     length, first, lag = best
-    if length < _LEAST_ROWS:
+    if length < thresholds.least_rows:
         return []
     chances = [equal_by_chance(stream, channel) for channel in stream.channels]
     by_chance = sum(math.log(min(max(chance, 1e-3), 1.0)) for chance in chances)
-    if 2 * math.log(n) + length * by_chance > math.log(_FALSE_ALARM):
+    if 2 * math.log(n) + length * by_chance > math.log(thresholds.false_alarm):
         return []
     time = stream.grid.time
     details = CopiedStretch(start=time(first), copy=time(first + lag), duration=length * stream.grid.tau0, rows=length)

@@ -8,27 +8,37 @@ import numpy as np
 
 from sigmatau.arrays import Bools, median_and_spread
 from sigmatau.findings.values import Dropout
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_rms, mask_of_runs, present, sample_of
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
-# Distance of 0 from the level of a single channel, in standard deviations, beyond which noise does not reach it.
-_BEYOND_NOISE = 12.0
-
-# Nearer zeros are lost samples if no tail leads to them: ten times as many as lie within one standard deviation of 0. The
-# end of a range that noise touches beyond 4 standard deviations has 0.02 times as many.
-_BEYOND_TAIL = 4.0
-
-# Rows in which all axes are 0 are so many times more than by chance, because axes whose numbers are coarse are 0 together
-# without a fault; fewer than three rows only where chance makes this number in a record.
-_MIN_ROWS, _TIMES_CHANCE, _SIGMAS, _NO_CHANCE = 3, 10.0, 6.0, 1e-3
-
 _LOOKED_AT = 1 << 17
 
 
-def zero_rows(stream: Stream) -> Bools | None:
+@frozen
+class DropoutThresholds:
+    """Thresholds of `dropouts`."""
+
+    # Distance of 0 from the level of a single channel beyond which noise does not reach it. [standard deviations]
+    beyond_noise: float = 12.0
+    # Distance from which on zeros are lost samples if no tail leads to them: ten times as many as lie within one
+    # standard deviation of 0. The end of a range that noise touches there has 0.02 times as many. [standard
+    # deviations]
+    beyond_tail: float = 4.0
+    min_rows: int = 3  # rows in which all axes are 0; fewer only where chance makes less than `no_chance`. [samples]
+    # Such rows over those by chance, because axes whose numbers are coarse are 0 together without a fault.
+    times_chance: float = 10.0
+    sigmas: float = 6.0  # standard errors of the number by chance that are added to it
+    no_chance: float = 1e-3  # rows of a record by chance, with which one or two rows are reported
+
+
+THRESHOLDS = DropoutThresholds()
+
+
+def zero_rows(stream: Stream, *, thresholds: DropoutThresholds = THRESHOLDS) -> Bools | None:
     """Samples that are 0 on all axes of a stream at once more often than by chance; None if there are none.
 
     The chance of a 0 on one axis is q/(√(2π)·s) at most for steps q and noise of standard deviation s. A stream of one
@@ -45,20 +55,21 @@ def zero_rows(stream: Stream) -> Bools | None:
         if not together.any():
             return None
     count = int(np.count_nonzero(together))
-    chances = [_chance_of_zero(stream, channel) for channel in stream.channels]
+    chances = [_chance_of_zero(stream, channel, thresholds=thresholds) for channel in stream.channels]
     if len(stream.channels) == 1 and chances[0] > 0:
         return None
     # Beside rows that are 0 on all axes: those of a range that ends at 0 are 0 together by chance.
     beside = [(each - count) / max(len(together) - count, 1) for each in counts]
     by_chance = len(together) * max(math.prod(chances), math.prod(beside))
-    if count < _TIMES_CHANCE * by_chance + _SIGMAS * math.sqrt(by_chance) or count > len(together) / 2:
+    beyond_chance = thresholds.times_chance * by_chance + thresholds.sigmas * math.sqrt(by_chance)
+    if count < beyond_chance or count > len(together) / 2:
         return None
-    if count < _MIN_ROWS and by_chance > _NO_CHANCE:
+    if count < thresholds.min_rows and by_chance > thresholds.no_chance:
         return None
     return together
 
 
-def _chance_of_zero(stream: Stream, channel: str) -> float:
+def _chance_of_zero(stream: Stream, channel: str, *, thresholds: DropoutThresholds) -> float:
     """The largest part of a channel's samples that can be 0 without a fault."""
     x = present(sample_of(stream, channel, most=_LOOKED_AT))
     if len(x) < 2:
@@ -67,12 +78,13 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
     found = resolution(stream, channel)
     if found is not None:  # of coarse numbers more than half may be equal
         spread = max(spread, found.step)
-    if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_NOISE * spread:
+    if zero is not None and spread > 0 and abs(middle - zero) > thresholds.beyond_noise * spread:
         return 0.0
-    if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_TAIL * spread:
+    if zero is not None and spread > 0 and abs(middle - zero) > thresholds.beyond_tail * spread:
         lost = int(np.count_nonzero(x == zero))
         about = int(np.count_nonzero(np.abs(x - zero) < spread)) - lost
-        if lost >= _MIN_ROWS and lost > _TIMES_CHANCE * about + _SIGMAS * math.sqrt(about):
+        beyond_chance = thresholds.times_chance * about + thresholds.sigmas * math.sqrt(about)
+        if lost >= thresholds.min_rows and lost > beyond_chance:
             return 0.0
     if found is None:
         # Where half of n numbers occur once, none has a larger part than some 1/n.
@@ -82,9 +94,9 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
     return min(max(chance, usual_value(stream, channel)), 1.0)
 
 
-def dropouts(stream: Stream) -> list[Found]:
+def dropouts(stream: Stream, *, thresholds: DropoutThresholds = THRESHOLDS) -> list[Found]:
     """Zeros for lost samples: rows that are 0 on all axes, and runs of zeros of one axis. At most one finding."""
-    rows = zero_rows(stream)
+    rows = zero_rows(stream, thresholds=thresholds)
     masks = [mask_of_runs(stream.grid.n, *zero_runs(stream, channel)) for channel in stream.channels]
     mask = np.stack(masks if rows is None else [runs | rows for runs in masks], axis=1)
     return held(Dropout, stream, mask)

@@ -9,19 +9,28 @@ import numpy as np
 from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import mask_of_runs, spans_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
 
-# Least number of rows that are equal on all axes, and how many times more than by chance.
-_MIN_ROWS, _TIMES_CHANCE, _SIGMAS = 3, 10.0, 6.0
 
-_MAX_CHANCE = 1e-3  # part of all rows in which neighbours on the finest axis are equal by chance, at most
-_MAX_RUN = 3  # longest run of copies that is reported here; longer ones are stuck samples
+@frozen
+class CopyThresholds:
+    """Thresholds of `copies`."""
+
+    min_rows: int = 3  # least number of rows that are equal on all axes. [samples]
+    times_chance: float = 10.0  # such rows over those by chance
+    sigmas: float = 6.0  # standard errors of the number by chance that are added to it
+    max_chance: float = 1e-3  # largest part of all rows in which neighbours on the finest axis are equal by chance
+    max_run: int = 3  # longest run of copies that is reported here; longer ones are stuck samples. [samples]
 
 
-def copied_rows(stream: Stream) -> Bools | None:
+THRESHOLDS = CopyThresholds()
+
+
+def copied_rows(stream: Stream, *, thresholds: CopyThresholds = THRESHOLDS) -> Bools | None:
     """Samples that are equal to the one before on all axes of a stream, where chance does not make them; None if none are.
 
     If neighbours on axis c are equal by chance in a part p_c of all rows, they are so on all axes in ∏p_c. A stream of one
@@ -35,7 +44,7 @@ def copied_rows(stream: Stream) -> Bools | None:
         x = stream.column(channel)
         equal = x[1:] == x[:-1]
         together = equal if together is None else together & equal
-        if np.count_nonzero(together) < _MIN_ROWS:
+        if np.count_nonzero(together) < thresholds.min_rows:
             return None
         counts.append(int(np.count_nonzero(equal)))
     if together is None:
@@ -43,18 +52,19 @@ def copied_rows(stream: Stream) -> Bools | None:
     n, count = len(together), int(np.count_nonzero(together))
     chances = [(each - count) / max(n - count, 1) for each in counts]
     by_chance = n * math.prod(chances)
-    if min(chances) > _MAX_CHANCE or count < _TIMES_CHANCE * by_chance + _SIGMAS * math.sqrt(by_chance):
+    beyond_chance = thresholds.times_chance * by_chance + thresholds.sigmas * math.sqrt(by_chance)
+    if min(chances) > thresholds.max_chance or count < beyond_chance:
         return None
     rows = np.concatenate(([False], together))
     first, lengths = runs_of_places(np.flatnonzero(rows))
-    long = lengths > _MAX_RUN
+    long = lengths > thresholds.max_run
     rows &= ~mask_of_runs(len(rows), first[long], lengths[long])
-    return rows if np.count_nonzero(rows) >= _MIN_ROWS else None
+    return rows if np.count_nonzero(rows) >= thresholds.min_rows else None
 
 
-def copies(stream: Stream) -> list[Found]:
+def copies(stream: Stream, *, thresholds: CopyThresholds = THRESHOLDS) -> list[Found]:
     """Rows that are in the log twice, where they are too few to be a sensor slower than its log. At most one finding."""
-    rows = copied_rows(stream)
+    rows = copied_rows(stream, thresholds=thresholds)
     if rows is None or repeats(stream) is not None:
         return []
     share, rate = float(rows.mean()), stream.grid.rate

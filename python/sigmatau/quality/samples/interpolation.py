@@ -10,22 +10,29 @@ import numpy as np
 from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import FilledOutages, FilledSamples, Interpolated, Upsampled
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import mask_of_runs, sample_of, spans_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
 from sigmatau.record.streams import Stream
 
-_WARN_FACTOR = 1.02  # factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning
-
 _LOOKED_AT = 1 << 15
 
-# Least part of second differences that are zero, beyond three times chance and so many standard errors of it; and the part
-# from which on a channel is one line and not interpolated.
-_MIN_SHARE, _SIGMAS = 0.05, 6.0
-_MAX_SHARE = 0.995
 
-_RIGHT_FROM = 8  # number of the sensor's own samples from which on σ is right
+@frozen
+class InterpolationThresholds:
+    """Thresholds of `interpolated`."""
+
+    # Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning.
+    warn_factor: float = 1.02
+    min_share: float = 0.05  # least part of second differences that are zero, beyond three times chance
+    sigmas: float = 6.0  # standard errors of that part that are added to it
+    max_share: float = 0.995  # part from which on a channel is one line and not interpolated
+    right_from: int = 8  # the sensor's samples from which on σ is right. [samples]
+
+
+THRESHOLDS = InterpolationThresholds()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +55,7 @@ class Upsampling:
         return math.sqrt((1.0 if self.aligned else 1 - 1 / (2 * r)) / r**3)
 
 
-def upsampling(stream: Stream, channel: str) -> Upsampling | None:
+def upsampling(stream: Stream, channel: str, *, thresholds: InterpolationThresholds = THRESHOLDS) -> Upsampling | None:
     """Whether a channel was interpolated linearly, by the second differences that are zero to rounding; None if not.
 
     None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
@@ -66,7 +73,11 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
         return None
     straight = (np.abs(second) <= zero.largest) & (np.abs(first[1:]) > zero.largest / 2)
     share = float(np.count_nonzero(straight)) / count
-    if not _MIN_SHARE + 3 * chance + _SIGMAS * math.sqrt(chance / count) < share < _MAX_SHARE:
+    if (
+        not thresholds.min_share + 3 * chance + thresholds.sigmas * math.sqrt(chance / count)
+        < share
+        < thresholds.max_share
+    ):
         return None
     knots = np.flatnonzero(known & ~straight)
     runs = np.diff(np.concatenate(([-1], np.flatnonzero(np.diff(knots) > 1), [len(knots) - 1])))
@@ -99,21 +110,25 @@ def filled_outages(stream: Stream) -> list[Found]:
     return [(finding, np.stack(masks, axis=1))]
 
 
-def interpolated(stream: Stream, *, warn_factor: float = _WARN_FACTOR) -> list[Finding]:
+def interpolated(stream: Stream, *, thresholds: InterpolationThresholds = THRESHOLDS) -> list[Finding]:
     """Channels whose samples were interpolated linearly: all from a lower rate, or some where others were lost. One finding.
 
     Where all samples were made from a lower rate, `factors` holds the random walk read at one sample over the sensor's own;
-    at long τ it is right. Lost samples are a warning from `warn_factor` on the random walk or on 1/σ at one sample.
+    at long τ it is right.
     """
     gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
-    found = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
+    found = {
+        c: u
+        for c in stream.channels
+        if c not in gaps and (u := upsampling(stream, c, thresholds=thresholds)) is not None
+    }
     if found:  # what is wrong everywhere counts for more than what is wrong here and there
-        return [_from_lower_rate(stream, found)]
+        return [_from_lower_rate(stream, found, thresholds=thresholds)]
     singles = {c: f for c, f in gaps.items() if f.singles}
-    return [_in_place_of_lost(stream, singles, warn_factor)] if singles else []
+    return [_in_place_of_lost(stream, singles, thresholds=thresholds)] if singles else []
 
 
-def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
+def _from_lower_rate(stream: Stream, found: dict[str, Upsampling], *, thresholds: InterpolationThresholds) -> Finding:
     strongest, first = next(iter(found.items()))
     rate = stream.grid.rate / first.factor
     how = Upsampled(
@@ -121,21 +136,21 @@ def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
         log_rate=stream.grid.rate,
         aligned=first.aligned,
         sigma_one_sample=first.shortest,
-        right_from=_RIGHT_FROM / rate,
+        right_from=thresholds.right_from / rate,
     )
     details = Interpolated(strongest=strongest, share=first.share, upsampled=how)
     factors = (("random_walk", first.shortest),)
     return Finding(details=details, severity="warning", channels=tuple(found), size=first.factor, factors=factors)
 
 
-def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled], warn_factor: float) -> Finding:
+def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled], *, thresholds: InterpolationThresholds) -> Finding:
     strongest = max(gaps, key=lambda c: gaps[c].singles)
     one = gaps[strongest]
     spans, more_spans = spans_of_runs(stream, one.first, one.lengths)
     singles = FilledSamples(random_walk=one.random_walk, sigma_one_sample=one.short)
     return Finding(
         details=Interpolated(strongest=strongest, share=one.singles, singles=singles),
-        severity="warning" if max(one.random_walk, 1 / one.short) > warn_factor else "info",
+        severity="warning" if max(one.random_walk, 1 / one.short) > thresholds.warn_factor else "info",
         channels=tuple(gaps),
         spans=spans,
         more_spans=more_spans,

@@ -6,49 +6,61 @@ import math
 
 import numpy as np
 
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import block_rms
 from sigmatau.quality.samples.motion import Burst
 from sigmatau.quality.samples.spikes import spike_mask
 from sigmatau.record.streams import Stream
 
-# Spikes no further apart form a group. [s] Three of them, on two axes and at two times, are a shock: single spikes, k a
-# second on each axis, form such groups (k/2)² as often.
-_GROUP_GAP = 0.25
-_LEAST_SPIKES, _LEAST_AXES, _LEAST_TIMES = 3, 2, 2
 
-_MOST_SINGLE = 0.5  # with a larger share of spikes outside groups, groups form by chance
-_BEFORE, _AFTER = 0.1, 0.5  # parts of the shock before its first and after its last spike [s]
+@frozen
+class LightShockThresholds:
+    """Thresholds of `light_shocks`."""
+
+    group_gap: float = 0.25  # spikes no further apart form a group. [s]
+    # Spikes of a group that is a shock. Single spikes, k a second on each axis, form such groups (k/2)² as often.
+    least_spikes: int = 3
+    least_axes: int = 2  # axes on which they are
+    least_times: int = 2  # rows in which they are: a corrupt row makes spikes in one row only. [samples]
+    most_single: float = 0.5  # share of the spikes outside groups beyond which groups form by chance
+    before: float = 0.1  # part of the shock before its first spike. [s]
+    after: float = 0.5  # part of the shock after its last spike. [s]
+
+
+THRESHOLDS = LightShockThresholds()
 
 
 @stream_fact
-def light_shocks(stream: Stream) -> list[Burst]:
+def light_shocks(stream: Stream, *, thresholds: LightShockThresholds = THRESHOLDS) -> list[Burst]:
     """Shocks that show as spikes on two axes or more within a quarter of a second, in more than one row: a burst per axis.
 
     A corrupt row makes spikes on all axes in that row only; a shock rings.
     """
-    if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _LEAST_AXES:
+    if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < thresholds.least_axes:
         return []
     places = [np.flatnonzero(spike_mask(stream, channel)) for channel in stream.channels]
     at = np.concatenate(places)
     axis = np.repeat(np.arange(len(places)), [len(p) for p in places])
-    if len(at) < _LEAST_SPIKES:
+    if len(at) < thresholds.least_spikes:
         return []
     order = np.argsort(at, kind="stable")
     at, axis = at[order], axis[order]
     tau0 = stream.grid.tau0
-    cuts = np.flatnonzero(np.diff(at) * tau0 > _GROUP_GAP) + 1
+    cuts = np.flatnonzero(np.diff(at) * tau0 > thresholds.group_gap) + 1
     groups = [
         (rows, on)
         for rows, on in zip(np.split(at, cuts), np.split(axis, cuts), strict=True)
-        if len(rows) >= _LEAST_SPIKES and len(np.unique(on)) >= _LEAST_AXES and len(np.unique(rows)) >= _LEAST_TIMES
+        if len(rows) >= thresholds.least_spikes
+        and len(np.unique(on)) >= thresholds.least_axes
+        and len(np.unique(rows)) >= thresholds.least_times
     ]
-    if len(at) - sum(len(rows) for rows, _ in groups) > _MOST_SINGLE * len(at):
+    if len(at) - sum(len(rows) for rows, _ in groups) > thresholds.most_single * len(at):
         return []
     found = []
     for rows, on in groups:
-        start = max(int(rows[0]) - round(_BEFORE / tau0), 0)
-        stop = min(int(rows[-1]) + round(_AFTER / tau0), stream.grid.n)
+        start = max(int(rows[0]) - round(thresholds.before / tau0), 0)
+        stop = min(int(rows[-1]) + round(thresholds.after / tau0), stream.grid.n)
         for k in np.unique(on).tolist():
             channel = stream.channels[k]
             changes = np.diff(stream.column(channel))

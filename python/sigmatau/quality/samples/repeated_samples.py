@@ -11,31 +11,36 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, Ints, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import FEW_STEPS, block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import equal_by_chance, resolution, step_of
 from sigmatau.record.streams import Stream
 
-# Least part of the record that is repeated, standard errors of it beyond chance, and number of equal neighbours.
-_MIN_SHARE, _SIGMAS, _MIN_EQUAL = 0.02, 6.0, 20
 
-# A channel is not judged if its own step makes half of its neighbours equal, or if its changes are no larger than a few
-# steps: then chance and repetition cannot be told apart.
-_MAX_CHANCE, _MIN_STEPS = 0.5, 3.0
+@frozen
+class RepeatThresholds:
+    """Thresholds of `repeated_samples`."""
 
-# Copies are counted in stretches with about so many. With fewer stretches they count as regular. So large a part of the
-# spread that chance makes is regular at most.
-_COPIES_IN_STRETCH, _MIN_STRETCHES, _MAX_SPREAD = 20, 20, 0.5
+    min_share: float = 0.02  # least part of the record that is repeated, beyond chance
+    sigmas: float = 6.0  # standard errors of that part that are added to it
+    min_equal: int = 20  # least number of equal neighbours. [samples]
+    # Part of equal neighbours by the step of a channel from which on it is not judged: chance and repetition cannot
+    # be told apart.
+    max_chance: float = 0.5
+    min_steps: float = 3.0  # changes, in steps, below which a channel is not judged. [steps]
+    copies_in_stretch: int = 20  # copies in the stretches in which they are counted. [samples]
+    min_stretches: int = 20  # with fewer stretches copies count as regular
+    max_spread: float = 0.5  # largest spread of regular copies, over that of chance
+    alike: float = 0.9  # least part of the share of copies that values other than the most frequent one have
+    parts: int = 8  # parts of the record, of which more than half must have copies
+    whole: float = 0.01  # largest relative distance of the mean number of copies from a whole number that it is
+    min_factor: float = 1.01  # factor of the random walk from which on it is reported
+    right_from: int = 8  # samples from which on σ is right, at least. [samples]
+    right_from_times: int = 4  # the same, per repetition. [samples]
 
-_ALIKE = 0.9  # least part of the share of copies that values other than the most frequent one have
 
-_PARTS = 8  # parts of the record, of which more than half must have copies
-
-# A sample occurs a whole number of times if the mean is that number to this part and no sample occurs less often.
-_WHOLE = 0.01
-
-_MIN_FACTOR = 1.01  # factor of the random walk from which on it is reported that some samples count more often
-_RIGHT_FROM, _RIGHT_FROM_TIMES = 8, 4  # samples from which on σ is right, at least, and per repetition
+THRESHOLDS = RepeatThresholds()
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +94,7 @@ def _runs(equal: Bools, least: int) -> Runs:
 
 
 @stream_fact
-def repeats(stream: Stream) -> Repeats | None:
+def repeats(stream: Stream, *, thresholds: RepeatThresholds = THRESHOLDS) -> Repeats | None:
     """Whether samples occur several times, on all channels at once or on some; None if not, or if it cannot be told.
 
     On several channels: if a part h of all samples is copied on all of them at once, and neighbours of channel c are
@@ -108,11 +113,11 @@ def repeats(stream: Stream) -> Repeats | None:
         count = int(np.count_nonzero(equal))
         if count == len(equal):
             continue
-        if count < _MIN_EQUAL:
+        if count < thresholds.min_equal:
             whole = False
             continue
         counted = _inside(x)
-        share = _share_alone(stream, channel, x, equal, counted)
+        share = _share_alone(stream, channel, x, equal, counted, thresholds=thresholds)
         if share > 0:
             alone[channel] = share
         if counted is not None:
@@ -126,20 +131,22 @@ def repeats(stream: Stream) -> Repeats | None:
             equals, together = [equal[inside] for equal in equals], together[inside]
             n = len(together)
         shares = [int(np.count_nonzero(equal)) / (n + 1) for equal in equals]
-        share = _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n) if n else 0.0
-        if share > 0 and _in_all_parts(equals, together, share):
-            return _repeats(tuple(used), share, together)
-    return _of_alone(stream, alone)
+        share = (
+            _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n, thresholds=thresholds) if n else 0.0
+        )
+        if share > 0 and _in_all_parts(equals, together, share, thresholds=thresholds):
+            return _repeats(tuple(used), share, together, thresholds=thresholds)
+    return _of_alone(stream, alone, thresholds=thresholds)
 
 
-def _in_all_parts(equals: list[Bools], together: Bools, share: float) -> bool:
+def _in_all_parts(equals: list[Bools], together: Bools, share: float, *, thresholds: RepeatThresholds) -> bool:
     """Whether most parts of the record say so: the step of single precision grows with an angle, on all axes at once."""
     found = 0
-    edges = np.linspace(0, len(together), _PARTS + 1).astype(int).tolist()
+    edges = np.linspace(0, len(together), thresholds.parts + 1).astype(int).tolist()
     for a, b in pairwise(edges):
         shares = [int(np.count_nonzero(equal[a:b])) / (b - a) for equal in equals]
         found += _solved(shares, int(np.count_nonzero(together[a:b])) / (b - a)) > share / 3
-    return 2 * found > _PARTS
+    return 2 * found > thresholds.parts
 
 
 def _inside(x: Floats) -> Bools | None:
@@ -153,16 +160,16 @@ def _inside(x: Floats) -> Bools | None:
     return inside
 
 
-def _of_alone(stream: Stream, alone: dict[str, float]) -> Repeats | None:
+def _of_alone(stream: Stream, alone: dict[str, float], *, thresholds: RepeatThresholds) -> Repeats | None:
     if not alone:
         return None
     channel = max(alone, key=lambda c: alone[c])
     x = stream.column(channel)
     equal, inside = x[1:] == x[:-1], _inside(x)
-    return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside])
+    return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside], thresholds=thresholds)
 
 
-def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
+def _repeats(channels: tuple[str, ...], share: float, equal: Bools, *, thresholds: RepeatThresholds) -> Repeats:
     _, lengths = _runs(equal, 2)
     single = max(len(equal) + 1 - int(lengths.sum()), 0)
     counts = np.bincount(lengths)
@@ -170,29 +177,31 @@ def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
     part = np.cumsum(counts) / counts.sum()
     shortest, longest = (int(np.searchsorted(part, level)) for level in (0.025, 0.975))
     whole = round(1 / (1 - share))
-    if shortest == whole and abs((1 - share) * whole - 1) < _WHOLE:
+    if shortest == whole and abs((1 - share) * whole - 1) < thresholds.whole:
         longest = whole  # what is longer is equal by chance
     rows = single + int(lengths.sum())
     squares = (single + float(lengths.astype(float) @ lengths)) / rows
     if whole == longest and shortest == longest:
         squares = float(whole)
-    return Repeats(channels, share, shortest, longest, squares, _evenly(equal, share))
+    return Repeats(channels, share, shortest, longest, squares, _evenly(equal, share, thresholds=thresholds))
 
 
-def _evenly(equal: Bools, share: float) -> bool:
+def _evenly(equal: Bools, share: float, *, thresholds: RepeatThresholds) -> bool:
     """Whether the number of copies in stretches with twenty of them varies by less than half of what chance makes."""
-    size = max(math.ceil(_COPIES_IN_STRETCH / min(share, 1 - share)), 1)
+    size = max(math.ceil(thresholds.copies_in_stretch / min(share, 1 - share)), 1)
     count = len(equal) // size
-    if count < _MIN_STRETCHES:
+    if count < thresholds.min_stretches:
         return True
     copies = equal[: count * size].reshape(count, size).sum(axis=1)
     # The middle half of the stretches: a pause or two does not matter. ±0.67 standard deviations hold it.
     low, high = np.quantile(copies, [0.25, 0.75])
     spread = float(high - low) / 1.349
-    return spread < _MAX_SPREAD * math.sqrt(size * share * (1 - share))
+    return spread < thresholds.max_spread * math.sqrt(size * share * (1 - share))
 
 
-def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
+def _share_alone(
+    stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None, *, thresholds: RepeatThresholds
+) -> float:
     equal_all = equal
     if inside is not None:
         equal = equal[inside]
@@ -202,7 +211,7 @@ def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: 
     step = step_of(stream, channel)
     differences = np.diff(x[: 1 << 18])
     scale = block_rms(differences[differences != 0])
-    if scale < _MIN_STEPS * step or growing_step(x) > 0:
+    if scale < thresholds.min_steps * step or growing_step(x) > 0:
         return 0.0
     chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
     chance = max(chance, equal_by_chance(stream, channel))
@@ -212,31 +221,37 @@ def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: 
     # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
     quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]
     spread_out = sorted(quarters)[2] > chance + (1 - chance) * share / 3
-    surely = share > _MIN_SHARE + chance + _SIGMAS * math.sqrt(chance / n)
-    return share if surely and spread_out and _repeats_beside_mode(stream, channel, x, equal_all, share) else 0.0
+    surely = share > thresholds.min_share + chance + thresholds.sigmas * math.sqrt(chance / n)
+    return (
+        share
+        if surely and spread_out and _repeats_beside_mode(stream, channel, x, equal_all, share, thresholds=thresholds)
+        else 0.0
+    )
 
 
-def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, share: float) -> bool:
+def _repeats_beside_mode(
+    stream: Stream, channel: str, x: Floats, equal: Bools, share: float, *, thresholds: RepeatThresholds
+) -> bool:
     """Whether values other than the most frequent one repeat as often: a counter rests on one value between its pulses."""
     found = resolution(stream, channel)
     if found is None or found.ratio >= FEW_STEPS:
         return True
     values, counts = np.unique(x[: 1 << 16], return_counts=True)
     moving = x[:-1] != values[np.argmax(counts)]
-    return int(np.count_nonzero(equal & moving)) > _ALIKE * share * int(np.count_nonzero(moving))
+    return int(np.count_nonzero(equal & moving)) > thresholds.alike * share * int(np.count_nonzero(moving))
 
 
-def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
+def _share_together(shares: list[float], all_at_once: float, n: int, *, thresholds: RepeatThresholds) -> float:
     """The h at which all equations hold, by halving; 0 if it is not surely above it."""
     f = np.array(shares)
-    if all_at_once * n < _MIN_EQUAL:
+    if all_at_once * n < thresholds.min_equal:
         return 0.0
     h = _solved(shares, all_at_once)
     chance = (f - h) / (1 - h)
-    if chance.max() > _MAX_CHANCE:
+    if chance.max() > thresholds.max_chance:
         return 0.0
     noise = math.sqrt(float(np.prod(f)) / n)  # at h = 0
-    return h if h > _MIN_SHARE + _SIGMAS * noise else 0.0
+    return h if h > thresholds.min_share + thresholds.sigmas * noise else 0.0
 
 
 def _solved(shares: list[float], all_at_once: float) -> float:
@@ -249,12 +264,12 @@ def _solved(shares: list[float], all_at_once: float) -> float:
     return (low + high) / 2
 
 
-def repeated_samples(stream: Stream) -> list[Finding]:
+def repeated_samples(stream: Stream, *, thresholds: RepeatThresholds = THRESHOLDS) -> list[Finding]:
     """Samples that are copies of the one before: sample and hold, duplicated messages. At most one finding.
 
     `factors` holds more than the random walk only where the rate was given by the user: it may then be the sensor's.
     """
-    found = repeats(stream)
+    found = repeats(stream, thresholds=thresholds)
     if found is None:
         return []
     k, rate, given = found.times, stream.grid.rate, stream.grid.source.given_alone
@@ -270,7 +285,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
             ("rate_random_walk", 1 / math.sqrt(k)),
             ("rate_ramp", 1 / k),
         )
-    elif at_sensor_rate > _MIN_FACTOR:
+    elif at_sensor_rate > thresholds.min_factor:
         factors = (("random_walk", at_sensor_rate),)
     details = RepeatedSamples(
         pattern="held" if found.regular else "irregular",
@@ -283,7 +298,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
         sensor_rate=rate / k,
         rate_given=given,
         sigma_one_sample=1 / k,
-        right_from=max(_RIGHT_FROM, math.ceil(_RIGHT_FROM_TIMES * k)),
+        right_from=max(thresholds.right_from, math.ceil(thresholds.right_from_times * k)),
         walk_at_log_rate=at_log_rate,
         walk_at_sensor_rate=at_sensor_rate,
     )

@@ -11,6 +11,7 @@ import numpy as np
 from sigmatau.arrays import Floats, Ints, median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Saturation
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_rms, growing_step, merged_axes, present, spans_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places
@@ -18,30 +19,38 @@ from sigmatau.quality.samples.resolution import Resolution, resolution
 from sigmatau.quality.samples.stuck_samples import stuck_runs
 from sigmatau.record.streams import Stream
 
-# In the tail of any noise about a slowly moving level an outer value is rarer than the next one inwards. So of T visits
-# to the outermost value and the next three at most T/4 are to the outermost; P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
-_LEVELS = 4
-_FALSE_ALARM = 1e-8  # probability that noise visits an end so often
-_MIN_NOISE_STEPS = 0.5  # least noise, in steps. Coarser channels have no tail: all their values are extremes
-
-# A counter of pulses that come at a rate has few values, and each of them is an end of its range as often as its rounding of
-# the angle has it: not noise that a range clips. Sums of 8 increments of such rounding vary by less than this part of what
-# independent ones do, white noise by all of it; more steps between the ends have no pulse that is spread over neighbours.
-_SUMMED, _LEAST_OF_SUMS, _PULSE_STEPS = 8, 0.5, 40.0
-
-# Clipped samples are spread over the record if each tenth of it has so large a part of the mean number in a tenth, and they
-# are no larger a part of all.
-_MIN_PART_OF_MEAN, _MAX_SHARE = 0.3, 0.9
-
 _NORMAL = NormalDist()
 
 
-def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Found]:
+@frozen
+class SaturationThresholds:
+    """Thresholds of `saturation`."""
+
+    # Outermost values that are compared. In the tail of any noise about a slowly moving level an outer value is rarer
+    # than the next one inwards, so that of T visits to them at most T/levels are to the outermost.
+    levels: int = 4
+    # Probability that noise visits an end so often: P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
+    false_alarm: float = 1e-8
+    min_noise_steps: float = 0.5  # least noise. Coarser channels have no tail: all their values are extremes. [steps]
+    # Distance of the ends from which on no pulse of a counter is spread over neighbours. [steps]
+    pulse_steps: float = 40.0
+    summed: int = 8  # increments in the sums by which a rounded angle is recognised. [samples]
+    # Power of such sums, over that of independent increments, below which the samples are the changes of a rounded
+    # angle; white noise has 1.
+    least_of_sums: float = 0.5
+    # Least number of clipped samples in each tenth of the record, over the mean, for them to be spread over it.
+    min_part_of_mean: float = 0.3
+    max_share: float = 0.9  # largest share of clipped samples that are spread over the record
+
+
+THRESHOLDS = SaturationThresholds()
+
+
+def saturation(stream: Stream, *, thresholds: SaturationThresholds = THRESHOLDS) -> list[Found]:
     """Channels that are at their largest or smallest value more often than a tail of noise is. At most one finding each way.
 
     Stretches at an end of the range can be left out. Where noise touches an end all over the record, leaving out would take
-    its tail away: `factors` holds what clipping does to white noise. `false_alarm` is the probability that noise visits an
-    end so often.
+    its tail away: `factors` holds what clipping does to white noise.
     """
     spread, stretches = list[tuple[float, Finding]](), list[tuple[float, Finding]]()
     mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
@@ -51,24 +60,24 @@ def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Fou
         if not low < high:
             continue
         ends = [np.flatnonzero(x == low), np.flatnonzero(x == high)]
-        if max(map(len, ends)) < _LEVELS or growing_step(x) > 0:
+        if max(map(len, ends)) < thresholds.levels or growing_step(x) > 0:
             continue
         found = resolution(stream, channel)
         step = 0.0 if found is None else found.step
         # With few values, and noise that is seldom seen, the outermost value is not an end of a range.
         judged = found is None or (
-            found.ratio >= _MIN_NOISE_STEPS
-            and high - low >= _LEVELS * step
-            and not (high - low < _PULSE_STEPS * step and _is_rounded_angle(x))
+            found.ratio >= thresholds.min_noise_steps
+            and high - low >= thresholds.levels * step
+            and not (high - low < thresholds.pulse_steps * step and _is_rounded_angle(x, thresholds=thresholds))
         )
         runs, lengths = stuck_runs(stream, channel)
         clipped = []
         for end, at in ((low, ends[0]), (high, ends[1])):
-            often = judged and _too_often(x, end, step, false_alarm)
+            often = judged and _too_often(x, end, step, thresholds=thresholds)
             clipped.append(at if often or np.any(x[runs] == end) else at[:0])
         if any(map(len, clipped)):
             longest = int(lengths.max(initial=0)) * stream.grid.tau0
-            finding = _finding(stream, channel, x, clipped, (low, high), found, longest)
+            finding = _finding(stream, channel, x, clipped, (low, high), found, longest, thresholds=thresholds)
             if cast("Saturation", finding.details).spread:
                 spread.append((max((factor for _, factor in finding.factors), default=0.0), finding))
             else:
@@ -80,30 +89,30 @@ def saturation(stream: Stream, *, false_alarm: float = _FALSE_ALARM) -> list[Fou
     ]
 
 
-def _too_often(x: Floats, end: float, step: float, false_alarm: float) -> bool:
+def _too_often(x: Floats, end: float, step: float, *, thresholds: SaturationThresholds) -> bool:
     values = np.unique(present(x))
     edges = np.flatnonzero(np.diff(values) > step / 2)  # values closer than that differ by rounding
     firsts, lasts = values[np.append(0, edges + 1)], values[np.append(edges, -1)]
-    tail = slice(None, -_LEVELS - 1, -1) if end == values[-1] else slice(_LEVELS)
+    tail = slice(None, -thresholds.levels - 1, -1) if end == values[-1] else slice(thresholds.levels)
     outer = tuple(zip(firsts[tail], lasts[tail], strict=True))
     visits = [_visits(np.flatnonzero((x >= first) & (x <= last))) for first, last in outer]
     samples = [int(np.count_nonzero((x >= first) & (x <= last))) for first, last in outer]
     total = sum(visits)
     # A long stay is one visit; but where others stay, as pulses that fall between two samples do, all samples count.
     part = min(visits[0] / total, samples[0] / sum(samples))
-    if part <= 1 / _LEVELS:
+    if part <= 1 / thresholds.levels:
         return False
-    distance = part * math.log(part * _LEVELS)
+    distance = part * math.log(part * thresholds.levels)
     if part < 1:
-        distance += (1 - part) * math.log((1 - part) / (1 - 1 / _LEVELS))
-    return total * distance > -math.log(false_alarm)
+        distance += (1 - part) * math.log((1 - part) / (1 - 1 / thresholds.levels))
+    return total * distance > -math.log(thresholds.false_alarm)
 
 
-def _is_rounded_angle(x: Floats) -> bool:
+def _is_rounded_angle(x: Floats, *, thresholds: SaturationThresholds) -> bool:
     """Whether samples are for the most part the changes of a rounded angle: what one has more, its neighbours have less."""
-    sums = present(x[: len(x) // _SUMMED * _SUMMED].reshape(-1, _SUMMED).sum(axis=1))
-    independent = 2 * _SUMMED * block_rms(present(x) - median(present(x))) ** 2
-    return block_rms(np.diff(sums)) ** 2 < _LEAST_OF_SUMS * independent
+    sums = present(x[: len(x) // thresholds.summed * thresholds.summed].reshape(-1, thresholds.summed).sum(axis=1))
+    independent = 2 * thresholds.summed * block_rms(present(x) - median(present(x))) ** 2
+    return block_rms(np.diff(sums)) ** 2 < thresholds.least_of_sums * independent
 
 
 def _visits(at: Ints) -> int:
@@ -130,13 +139,15 @@ def _finding(
     ends: tuple[float, float],
     found: Resolution | None,
     longest: float,
+    *,
+    thresholds: SaturationThresholds,
 ) -> Finding:
     n = int(np.count_nonzero(np.isfinite(x)))
     low, high = (len(at) / n for at in clipped)
     at = np.sort(np.concatenate(clipped))
     share = len(at) / n
     tenths = np.bincount(at * 10 // len(x), minlength=10)
-    spread = bool(np.all(tenths > _MIN_PART_OF_MEAN * tenths.mean())) and share < _MAX_SHARE
+    spread = bool(np.all(tenths > thresholds.min_part_of_mean * tenths.mean())) and share < thresholds.max_share
     factors: tuple[tuple[str, float], ...] = ()
     if spread:
         factor = 1.0

@@ -7,35 +7,44 @@ import numpy as np
 from sigmatau.arrays import median_and_spread
 from sigmatau.findings.disturbances import StartTransient
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.masking import Found, in_seconds, mask_of
 from sigmatau.record.streams import Stream
 
-LONGEST_TRANSIENT = 10.0  # a record that settles later warms up [s]
 
-# The first sample less the mean of a window of 1 s that begins 1 s later, compared with the same all over the record:
-# Gaussian for each of the five terms. Threshold a·(1 + b/n) in robust standard deviations, n windows, see
-# `sigmatau.quality.samples.motion`.
-_WINDOW, _LEAST_WINDOWS = 1.0, 24  # [s], number
-_THRESHOLD, _FEW_WINDOWS = 9.0, 12.0
+@frozen
+class TransientThresholds:
+    """Thresholds of `start_transient`."""
 
-_NEAR_ZERO = 0.5  # the first sample over the mean, at most
-_RISING = 3  # samples after the first that must be between zero and the mean
-_SETTLED = 4.0  # standard deviations of the noise about the mean
+    longest: float = 10.0  # A record that settles later warms up. [s]
+    window: float = 1.0  # length of the means that the first sample is compared with. [s]
+    least_windows: int = 24  # windows of the record, at least
+    # Distance of the first sample from the mean of a window that begins 1 s later, over the robust standard deviation
+    # of the same all over the record: it is Gaussian for each of the five terms.
+    sigmas: float = 9.0
+    # With n windows the distance is larger by the factor 1 + few_windows/n, see `sigmatau.quality.samples.motion`.
+    few_windows: float = 12.0
+    near_zero: float = 0.5  # largest first sample over the mean
+    rising: int = 3  # samples after the first that must be between zero and the mean. [samples]
+    settled: float = 4.0  # standard deviations of the noise about the mean within which a sample has settled
 
 
-def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANSIENT) -> int:
+THRESHOLDS = TransientThresholds()
+
+
+def settled_from(stream: Stream, channel: str, *, thresholds: TransientThresholds = THRESHOLDS) -> int:
     """First sample of a channel at its mean, if it begins near zero and settles; 0 for any other beginning."""
     tau0 = stream.grid.tau0
-    w = max(round(_WINDOW / tau0), 16)
+    w = max(round(thresholds.window / tau0), 16)
     count = stream.grid.n // w - 2
-    if count < _LEAST_WINDOWS:
+    if count < thresholds.least_windows:
         return 0
     c = stream.channels.index(channel)
-    head = stream.samples.read(c, 0, min(round(longest / tau0) + 2 * w, stream.grid.n))
+    head = stream.samples.read(c, 0, min(round(thresholds.longest / tau0) + 2 * w, stream.grid.n))
     level = float(np.nanmean(head[-w:])) if np.isfinite(head[-w:]).any() else np.nan
-    first = head[: _RISING + 1]
-    if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > _NEAR_ZERO * abs(level):
+    first = head[: thresholds.rising + 1]
+    if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > thresholds.near_zero * abs(level):
         return 0
     if first[0] == first[1] or not np.all((first < level) == (level > 0)):  # held at zero, or beyond the mean
         return 0
@@ -43,26 +52,26 @@ def settled_from(stream: Stream, channel: str, *, longest: float = LONGEST_TRANS
     means = np.nanmean(np.where(np.isfinite(x), x, level), axis=1)
     away = x[:count, 0] - means[1 : count + 1]
     there = present(away[1:])
-    if len(there) < _LEAST_WINDOWS:
+    if len(there) < thresholds.least_windows:
         return 0
     spread = median_and_spread(there)[1]
-    if not abs(first[0] - level) > _THRESHOLD * (1 + _FEW_WINDOWS / len(there)) * spread:
+    if not abs(first[0] - level) > thresholds.sigmas * (1 + thresholds.few_windows / len(there)) * spread:
         return 0
-    far = np.flatnonzero(np.abs(head - level) > _SETTLED * spread)
+    far = np.flatnonzero(np.abs(head - level) > thresholds.settled * spread)
     if len(far) < 2 or far[1] != 1:  # a single zero is a row without a sample
         return 0
     stop = int(far[np.flatnonzero(np.diff(far, append=10 * len(head)) > w // 2)[0]]) + 1
-    return 0 if stop * tau0 > longest else min(max(2 * stop, stop + 4), stream.grid.n)
+    return 0 if stop * tau0 > thresholds.longest else min(max(2 * stop, stop + 4), stream.grid.n)
 
 
-def start_transient(stream: Stream, *, longest: float = LONGEST_TRANSIENT) -> list[Found]:
-    """Channels that begin near zero and settle at their mean within `longest` seconds, as a filter from zero does.
+def start_transient(stream: Stream, *, thresholds: TransientThresholds = THRESHOLDS) -> list[Found]:
+    """Channels that begin near zero and settle at their mean within ten seconds, as a filter from zero does.
 
     At most one finding; the beginning of all axes is concerned, because they have the same filter.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    stops = {c: stop for c in stream.channels if (stop := settled_from(stream, c, longest=longest))}
+    stops = {c: stop for c in stream.channels if (stop := settled_from(stream, c, thresholds=thresholds))}
     if not stops:
         return []
     stop = max(stops.values())

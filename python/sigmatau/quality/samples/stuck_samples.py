@@ -10,6 +10,7 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Dropout, StuckSamples
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import (
     FEW_STEPS,
@@ -25,24 +26,32 @@ from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, ru
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
 
-_FALSE_ALARM = 1e-4  # probability that a record of noise alone has a run that is reported
-_SMOOTH = 1.0  # power of the second differences over that of the first, 2 of a random walk, below which noise is smooth
-# Beside a long run smooth noise changes by less than so many steps of the numbers, or than this times its white part.
-_JUMP, _TIMES_NOISE = 2.5, 1.0
 _LOOKED_AT = 1 << 14
-_MIN_RUN = 5  # shortest run of equal samples that is reported: logs of real sensors have triples without a fault
 
-# Least noise seen, in steps, for which runs are judged. Rounded noise of 0.15 steps, which may rest on one value, shows 0 to
-# 0.5 steps, depending on where its mean lies between two steps.
-_MIN_NOISE_STEPS = 0.6
 
-# Least part of the visits to zero that are runs. Single samples of a sensor whose range ends at zero, or whose numbers are
-# coarse, are zero too.
-_MIN_SHARE_IN_RUNS = 0.95
+@frozen
+class StuckThresholds:
+    """Thresholds of `stuck_samples`."""
+
+    false_alarm: float = 1e-4  # probability that a record of noise alone has a run that is reported
+    min_run: int = 5  # shortest run that is reported: logs of real sensors have triples without a fault. [samples]
+    # Least noise seen for which runs are judged. Rounded noise of 0.15 steps, which may rest on one value, shows 0 to
+    # 0.5 steps, depending on where its mean lies between two steps. [steps]
+    min_noise_steps: float = 0.6
+    # Power of the second differences over that of the first, 2 of a random walk, below which noise is smooth.
+    smooth: float = 1.0
+    jump: float = 2.5  # change beside a run of smooth noise from which on the run is a fault. [steps]
+    times_noise: float = 1.0  # the same, over the white part of the noise
+    # Least part of the visits to zero that are runs. Single samples of a sensor whose range ends at zero, or whose
+    # numbers are coarse, are zero too.
+    min_share_in_runs: float = 0.95
+
+
+THRESHOLDS = StuckThresholds()
 
 
 @channel_fact
-def stuck_runs(stream: Stream, channel: str) -> Runs:
+def stuck_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = THRESHOLDS) -> Runs:
     """First samples and lengths of the runs of equal samples of a channel that are longer than the noise can explain.
 
     A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
@@ -51,25 +60,25 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
     then the mean may be near the border of a step, and the noise may rest on one value in the middle of another.
     """
     x = stream.column(channel)
-    first, lengths = runs_of_equal(x, least=_MIN_RUN)
+    first, lengths = runs_of_equal(x, least=thresholds.min_run)
     if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
         return first[:0], lengths[:0]
     found, usual = resolution(stream, channel), usual_value(stream, channel)
 
     def longest_by_chance(stay: float) -> float:
-        return math.log(len(x) / _FALSE_ALARM) / -math.log(min(max(stay, 1e-12), 1 - 1e-12))
+        return math.log(len(x) / thresholds.false_alarm) / -math.log(min(max(stay, 1e-12), 1 - 1e-12))
 
     def limit(times: float) -> float:
         stay = 0.0
         if found is not None:
-            if found.ratio < _MIN_NOISE_STEPS:
+            if found.ratio < thresholds.min_noise_steps:
                 return math.inf
             # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
             variance = (found.noise**2 * times - found.step**2 / 12) / 1.5
             stay = 2 * NormalDist().cdf(found.step / (2 * math.sqrt(variance))) - 1
         longest = longest_by_chance(max(stay, usual))
         # Irregular repetition has runs of twice its mean, and rarely more.
-        return max(_MIN_RUN, longest) * (1 if times <= 1 else 2 * times)
+        return max(thresholds.min_run, longest) * (1 if times <= 1 else 2 * times)
 
     kept = lengths > limit(1.0)
     if kept.any():
@@ -80,20 +89,20 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         for value in np.unique(x[first[kept]]):  # on which a counter rests between its pulses
             runs, (_, visits) = x[first] == value, runs_of_places(np.flatnonzero(x == value))
             usual = int(visits.sum() - lengths[runs & kept].sum()) / len(x)
-            tails = (longest_of_tail(of, false_alarm=_FALSE_ALARM) for of in (visits, lengths[runs]))
+            tails = (longest_of_tail(of, false_alarm=thresholds.false_alarm) for of in (visits, lengths[runs]))
             kept[runs] &= lengths[runs] > max(longest_by_chance(usual), *tails)
-    if kept.any() and found is not None and _is_smooth(x):
+    if kept.any() and found is not None and _is_smooth(x, thresholds=thresholds):
         edges = np.concatenate(([np.nan], x, [np.nan]))
         changes = np.abs(np.stack([edges[first], edges[first + lengths + 1]]) - x[first])
         jumps = np.where(np.isnan(changes), math.inf, changes).max(axis=0)
-        kept &= jumps > max(_JUMP * found.step, _TIMES_NOISE * found.noise)
+        kept &= jumps > max(thresholds.jump * found.step, thresholds.times_noise * found.noise)
     return first[kept], lengths[kept]
 
 
-def _is_smooth(x: Floats) -> bool:
+def _is_smooth(x: Floats, *, thresholds: StuckThresholds) -> bool:
     """Whether noise is smoother than a random walk."""
     changes = np.diff(present(x[:_LOOKED_AT]))
-    return 0 < block_rms(np.diff(changes)) ** 2 < _SMOOTH * block_rms(changes) ** 2
+    return 0 < block_rms(np.diff(changes)) ** 2 < thresholds.smooth * block_rms(changes) ** 2
 
 
 def zero_rate(stream: Stream, channel: str) -> float | None:
@@ -105,9 +114,9 @@ def zero_rate(stream: Stream, channel: str) -> float | None:
     return -transform.offset * factor if transform.offset else 0.0
 
 
-def zero_runs(stream: Stream, channel: str) -> Runs:
+def zero_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = THRESHOLDS) -> Runs:
     """The runs in which the log holds only the number 0; none if single samples are 0 too (coarse, or a range from 0 on)."""
-    first, lengths = stuck_runs(stream, channel)
+    first, lengths = stuck_runs(stream, channel, thresholds=thresholds)
     if len(first) == 0:
         return first, lengths
     x = stream.column(channel)
@@ -116,12 +125,12 @@ def zero_runs(stream: Stream, channel: str) -> Runs:
     count = int(np.count_nonzero(here))
     if count:
         visits = int(np.count_nonzero(np.diff(np.flatnonzero(x == zero)) > 1)) + 1
-        if visits - count > (1 - _MIN_SHARE_IN_RUNS) * visits:
+        if visits - count > (1 - thresholds.min_share_in_runs) * visits:
             here[:] = False
     return first[here], lengths[here]
 
 
-def stuck_samples(stream: Stream) -> list[Found]:
+def stuck_samples(stream: Stream, *, thresholds: StuckThresholds = THRESHOLDS) -> list[Found]:
     """Runs of equal samples that are improbably long for the step and the noise of a channel. At most one finding.
 
     None for a channel that never changes, for runs at an end of the range, see `saturation`, and for runs of the number 0,
@@ -130,9 +139,10 @@ def stuck_samples(stream: Stream) -> list[Found]:
     masks = []
     for channel in stream.channels:
         x = stream.column(channel)
-        first, lengths = stuck_runs(stream, channel)
+        first, lengths = stuck_runs(stream, channel, thresholds=thresholds)
         if len(first):
-            kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, zero_runs(stream, channel)[0])
+            zeros, _ = zero_runs(stream, channel, thresholds=thresholds)
+            kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, zeros)
             first, lengths = first[kept], lengths[kept]
         masks.append(mask_of_runs(len(x), first, lengths))
     return held(StuckSamples, stream, np.stack(masks, axis=1))

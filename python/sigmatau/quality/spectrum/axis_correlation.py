@@ -17,11 +17,9 @@ from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.spectrum import AxisPair, CorrelatedAxes, IdenticalAxes
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
-
-_FALSE_ALARM = 1e-4
-"""Probability of a finding for a stream with independent axes; divided among its pairs and its measures."""
 
 # The correlation of n pairs of independent Gaussian series has the variance Σ ρ₁(l) ρ₂(l) / n over all lags (Bartlett 1935).
 # First differences of white noise have ρ = −1/2 at lag 1: 1.5. Those of quantization noise −2/3 and 1/6: 1.944, the most
@@ -32,27 +30,38 @@ _INFLATION = 1 + 2 * (4 / 9 + 1 / 36)
 # tells how much, by Student's t.
 _STRETCHES = 32
 
-CORRELATION_TOLD = 0.05
-"""A smaller correlation r has no consequence: the variance of the mean of two Allan variances grows by the factor 1 + r²."""
-
-CORRELATION_WARNED = 0.3  # correlation from which shared noise is a warning
-
-_LEAST_MEANS = 60
-_LONGER = 4  # times, from one length of means to the next; the last is the longest of which there are enough
 _MOST_SAMPLES = 1 << 22
 
 
-def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float = CORRELATION_WARNED) -> list[Finding]:
-    """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``, from `told` on a finding, from
-    `warned` on a warning. Identical axes are a finding of their own. Of more than 4.2·10⁶ samples, 32 evenly spread parts
-    are used for neighbouring samples.
+@frozen
+class CorrelationThresholds:
+    """Thresholds of `cross_axis`."""
+
+    # Probability of a finding for a stream with independent axes; divided among its pairs and its measures.
+    false_alarm: float = 1e-4
+    # Correlation from which on there is a finding. A smaller one has no consequence: the variance of the mean of two
+    # Allan variances grows by the factor 1 + r².
+    told: float = 0.05
+    warned: float = 0.3  # correlation from which on shared noise is a warning
+    least_means: int = 60  # means from which on their correlation is measured
+    longer: int = 4  # factor from one length of means to the next; the last is the longest of which there are enough
+
+
+THRESHOLDS = CorrelationThresholds()
+
+
+def cross_axis(stream: Stream, *, thresholds: CorrelationThresholds = THRESHOLDS) -> list[Finding]:
+    """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``.
+
+    Identical axes are a finding of their own. Of more than 4.2·10⁶ samples, 32 evenly spread parts are used for neighbouring
+    samples.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
         return []
     columns = {channel: stream.column(channel) for channel in stream.channels}
     pairs = list(combinations(stream.channels, 2))
-    lengths = _lengths(stream)
-    level = _FALSE_ALARM / ((1 + len(lengths)) * len(pairs))
+    lengths = _lengths(stream, thresholds=thresholds)
+    level = thresholds.false_alarm / ((1 + len(lengths)) * len(pairs))
     fast = {channel: _differences(column) for channel, column in columns.items()}
     slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
     found: list[AxisPair] = []
@@ -66,10 +75,10 @@ def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float 
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
             r, of_length = _by_stretches(fast[first], fast[second], level), 0
             for length, means in zip(lengths, slow, strict=True):
-                other = _by_number(means[first], means[second], level)
+                other = _by_number(means[first], means[second], level, thresholds=thresholds)
                 if abs(other) > abs(r) + _chance(len(means[first]), 0.05):
                     r, of_length = other, length
-        if told <= abs(r) <= 1 + 1e-9:
+        if thresholds.told <= abs(r) <= 1 + 1e-9:
             found.append(AxisPair(first=first, second=second, coefficient=r, mean_length=of_length * stream.grid.tau0))
     if not found:
         return identical
@@ -79,7 +88,7 @@ def cross_axis(stream: Stream, *, told: float = CORRELATION_TOLD, warned: float 
     only_slow = all(pair.mean_length for pair in found)
     details = CorrelatedAxes(pairs=tuple(found), only_slow=only_slow, stretches=stretches)
     channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found))
-    severity: Severity = "warning" if largest >= warned else "info"
+    severity: Severity = "warning" if largest >= thresholds.warned else "info"
     return [*identical, Finding(details=details, severity=severity, channels=channels, size=largest)]
 
 
@@ -90,13 +99,13 @@ def _are_identical(first: Floats, second: Floats) -> bool:
     )
 
 
-def _lengths(stream: Stream) -> list[int]:
+def _lengths(stream: Stream, *, thresholds: CorrelationThresholds) -> list[int]:
     """Samples in the means: 1 s and more, so long as there are enough of them."""
-    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (_LEAST_MEANS + 1)
+    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (thresholds.least_means + 1)
     lengths = []
     while length < longest:
         lengths.append(length)
-        length *= _LONGER
+        length *= thresholds.longer
     return [each for each in [*lengths, longest] if each > 1]
 
 
@@ -147,10 +156,10 @@ def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     return r if abs(r) > max(bound, _chance(number, level)) else 0.0
 
 
-def _by_number(a: Floats, b: Floats, level: float) -> float:
+def _by_number(a: Floats, b: Floats, level: float, *, thresholds: CorrelationThresholds) -> float:
     """Correlation, 0 where its number of pairs makes as much by chance."""
     number = int(np.count_nonzero((a != 0) & (b != 0)))
-    if number < _LEAST_MEANS:
+    if number < thresholds.least_means:
         return 0.0
     r = float(a @ b / np.sqrt((a @ a) * (b @ b)))
     return r if abs(r) > _chance(number, level) else 0.0

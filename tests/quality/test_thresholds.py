@@ -1,0 +1,105 @@
+"""The thresholds of a check are its argument: with others it finds nothing where it found something."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau import Record
+from sigmatau.quality.drift import stationarity
+from sigmatau.quality.samples import (
+    copied_stretches,
+    dropouts,
+    duplicate_rows,
+    interpolation,
+    light_shocks,
+    repeated_samples,
+    saturation,
+    start_transient,
+    stuck_samples,
+)
+from sigmatau.quality.spectrum import axis_correlation
+
+N = 20_000
+MANY = 10**9
+
+
+def clipped(x):
+    np.clip(x, -2e-3, 2e-3, out=x)
+
+
+def with_zeros(x):
+    x += 1.0
+    x[::1000] = 0.0
+
+
+def stuck(x):
+    x[5000:5100] = x[5000]
+
+
+def with_copies(x):
+    x[1000::1000] = x[999::1000][: len(x[1000::1000])]
+
+
+def with_copied_stretch(x):
+    x[15_000:15_500] = x[5000:5500]
+
+
+def knocked(x):
+    for k in range(5):
+        x[3000 + 2 * k] += 0.1
+
+
+def settling(x):
+    x += 1 - np.exp(-np.arange(N) / 30)[:, None]
+    x[0] = 0.0
+
+
+def held(x):
+    x[1::2] = x[::2]
+
+
+def interpolated(x):
+    rows = np.arange(N)
+    for axis in x.T:
+        axis[:] = np.interp(rows, rows[::4], axis[::4])
+
+
+def shared(x):
+    x += x[:, :1]
+
+
+def louder(x):
+    x[N // 2 :] *= 3
+
+
+CASES = {
+    "saturation": (clipped, saturation, saturation.saturation, {"levels": MANY}),
+    "dropouts": (with_zeros, dropouts, dropouts.dropouts, {"no_chance": -1.0, "min_rows": MANY}),
+    "stuck samples": (stuck, stuck_samples, stuck_samples.stuck_samples, {"min_run": MANY}),
+    "copies": (with_copies, duplicate_rows, duplicate_rows.copies, {"min_rows": MANY}),
+    "copied stretch": (with_copied_stretch, copied_stretches, copied_stretches.copied_stretches, {"least_rows": MANY}),
+    "light shocks": (knocked, light_shocks, light_shocks.light_shocks, {"least_spikes": MANY}),
+    "start": (settling, start_transient, start_transient.start_transient, {"least_windows": MANY}),
+    "held": (held, repeated_samples, repeated_samples.repeated_samples, {"min_equal": MANY}),
+    "interpolated": (interpolated, interpolation, interpolation.interpolated, {"max_share": 0.0}),
+    "correlated": (shared, axis_correlation, axis_correlation.cross_axis, {"told": 1.5}),
+    "louder": (
+        louder,
+        stationarity,
+        lambda stream, **thresholds: stationarity.non_stationary(stream, {}, **thresholds),
+        {"min_ratio": 1e9},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_thresholds_are_an_argument(name):
+    change, module, check, others = CASES[name]
+    x = 1e-3 * np.random.default_rng(seed_of(f"thresholds {name}")).standard_normal((N, 3))
+    change(x)
+    (stream,) = Record.from_arrays(rate=100, gyro=x).streams
+    assert check(stream)
+    assert len(check(stream)) == len(check(stream, thresholds=module.THRESHOLDS))
+    assert not check(stream, thresholds=replace(module.THRESHOLDS, **others))

@@ -10,6 +10,7 @@ import numpy as np
 
 from sigmatau._native.neighbours import medians_of_others, residuals, scatter
 from sigmatau.arrays import Bools, Floats, Ints, median
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.local_scatter import medians, neighbours
 from sigmatau.record.streams import CHUNK
@@ -22,33 +23,46 @@ _SIDES = (16, 4)
 # Samples that the tail is taken from, in stretches; and the least number of residuals.
 _STRETCH, _STRETCHES, _LEAST = 1024, 24, 512
 
-# Of 24 000 samples of Gaussian noise 1.4 are beyond 4 standard deviations and 0.01 beyond 5, so that twelve there are not
-# noise. Heavy tails do not have twice as many beyond 5 as from 4 to 5: Laplace's has 0.4 times as many, Student's of 4
-# degrees 0.8, of 3 degrees 1.2. Spikes of 6 standard deviations have 5 times as many.
-_FROM, _BEYOND, _COUNT, _HUMP = 4.0, 5.0, 12, 2.0
 
-# Share of noise among the spikes found: 1e-5 (1e-4 where its scale is known to 7 % only). 1e-2 where more than this part of
-# the spikes is above that threshold by less than one standard deviation.
-_FALSE, _FALSE_NEAR, _NEAR, _PART_NEAR = 1e-5, 1e-2, 1.0, 0.05
-_HIGHEST = 6.0  # threshold, in standard deviations
+# Samples of the blocks whose scale a spike is compared with, the noisiest of three.
+_BLOCK = 128
 
-# Spikes remain if more samples than this many times those of noise, plus this many standard errors, are beyond 3.5.
-_REMAINING, _TIMES, _SIGMAS = 3.5, 2.0, 6.0
 
-# Share of spikes beyond which half of the neighbours are often spikes, and beyond which the noise has no scale.
-_SPOILED, _MOST = 0.05, 0.25
+@frozen
+class HumpThresholds:
+    """Thresholds of `dense_spikes`; lengths are in standard deviations of the noise."""
 
-# Spikes are independent: no more than twice as many as by chance are 3 to 16 samples from another, else the noise swells.
-_APART, _REACH, _CLUSTERED = 3, 16, 2.0
+    tail: float = 4.0  # beginning of the tail: of 24 000 samples of Gaussian noise 1.4 are beyond it
+    beyond: float = 5.0  # beginning of the hump: 0.01 are beyond it
+    count: int = 12  # samples of a hump, at least: so many are not noise. [samples]
+    # Samples beyond 5 over those from 4 to 5, at least: Laplace's law has 0.4, Student's of 4 degrees 0.8, of 3
+    # degrees 1.2; spikes of 6 standard deviations have 5.
+    hump: float = 2.0
+    false_share: float = 1e-5  # share of noise among the spikes found; 1e-4 where its scale is known to 7 % only
+    # The same where more than `part_near` of the spikes is above that threshold by less than `near`.
+    false_share_near: float = 1e-2
+    near: float = 1.0  # distance above the threshold within which spikes are near it
+    part_near: float = 0.05  # part of the spikes that is near it
+    highest: float = 6.0  # largest threshold
+    remaining: float = 3.5  # spikes remain if more samples are beyond it than noise makes
+    times: float = 2.0  # samples there over those of noise, from which on spikes remain
+    sigmas: float = 6.0  # standard errors of that number that are added to it
+    spoiled: float = 0.05  # share of spikes beyond which half of the neighbours are often spikes
+    most: float = 0.25  # share of spikes beyond which the noise has no scale
+    apart: int = 3  # spikes are independent: those from here to `reach` from another are counted. [samples]
+    reach: int = 16  # the end of that range. [samples]
+    clustered: float = 2.0  # their number over that by chance beyond which the noise swells
+    around: float = 3.0  # factor over the scatter of its neighbours that a spike must exceed
+    around_many: float = 2.0  # the same where half of the neighbours may be spikes
+    # Part of the residual that a spike must have against either side: at a step of the mean a sample is far from one
+    # side only.
+    one_side: float = 0.5
+    # Samples below the threshold by less than this are examined again without the spikes beside them.
+    almost: float = 1.5
+    rounds: int = 4  # how often they are
 
-# Samples of the blocks whose scale a spike is compared with, the noisiest of three; and the factor over the scatter of its
-# neighbours: before a hump is found, and after, when half of the neighbours may be spikes.
-_BLOCK, _AROUND, _AROUND_MANY = 128, 3.0, 2.0
 
-_ONE_SIDE = 0.5  # of the residual, against either side: at a step of the mean a sample is far from one side only
-
-# Samples below the threshold by less than this are examined again without the spikes beside them, this many times.
-_ALMOST, _ROUNDS = 1.5, 4
+THRESHOLDS = HumpThresholds()
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -64,32 +78,35 @@ class _Tail:
     clustered: bool
 
 
-def dense_spikes(x: Floats, step: float) -> Bools | None:
+def dense_spikes(x: Floats, step: float, *, thresholds: HumpThresholds = THRESHOLDS) -> Bools | None:
     """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them; None without a hump.
 
     A record has a hump if of 24 000 samples twelve or more are beyond 5 standard deviations, and twice as many as between 4
     and 5. The standard deviation is that of the samples outside the tail; where the noise is stronger for 128 samples, the
     local one. Noise below the `step` of the numbers is not examined.
     """
-    tail = _tail(x, step)
-    if tail is None or tail.share > _MOST:
+    tail = _tail(x, step, thresholds=thresholds)
+    if tail is None or tail.share > thresholds.most:
         return None
-    beyond = int(np.count_nonzero(tail.far > _BEYOND))
-    if tail.clustered or beyond < _COUNT or beyond < _HUMP * (len(tail.far) - beyond):
+    beyond = int(np.count_nonzero(tail.far > thresholds.beyond))
+    if tail.clustered or beyond < thresholds.count or beyond < thresholds.hump * (len(tail.far) - beyond):
         return None
     share = beyond / tail.count
-    least = _threshold(_FALSE * share)
-    near = np.count_nonzero((tail.far > least) & (tail.far < least + _NEAR))
-    if near > _PART_NEAR * len(tail.far):
-        least = _threshold(_FALSE_NEAR * share)
+    least = _threshold(thresholds.false_share * share, thresholds=thresholds)
+    near = np.count_nonzero((tail.far > least) & (tail.far < least + thresholds.near))
+    if near > thresholds.part_near * len(tail.far):
+        least = _threshold(thresholds.false_share_near * share, thresholds=thresholds)
     far = np.concatenate([_strength(x, start, tail, step) for start in range(0, len(x), CHUNK)])
     found = np.zeros(len(x), dtype=bool)
-    rest, part = x, 0.5 if share < _SPOILED else 0.25
+    rest, part = x, 0.5 if share < thresholds.spoiled else 0.25
     candidates = np.flatnonzero(far > least)
-    kept = candidates[_stands_alone(x, candidates, tail.side, np.abs(_residual_at(x, candidates, tail.side)), part)]
-    almost = np.flatnonzero(far > least - _ALMOST)
+    residual = np.abs(_residual_at(x, candidates, tail.side))
+    kept = candidates[
+        _stands_alone(x, candidates, tail.side, residual, part, thresholds.around_many, thresholds=thresholds)
+    ]
+    almost = np.flatnonzero(far > least - thresholds.almost)
     size = np.abs(_residual_at(x, almost, tail.side)) / far[almost]  # of one standard deviation there
-    for _ in range(_ROUNDS):
+    for _ in range(thresholds.rounds):
         if len(kept) == 0:
             break
         if rest is x:
@@ -100,24 +117,29 @@ def dense_spikes(x: Floats, step: float) -> Bools | None:
         away = np.abs(_residual_at(rest, almost, tail.side))
         beyond_it = np.flatnonzero(away > least * size)
         kept = almost[beyond_it]
-        kept = kept[_stands_alone(rest, kept, tail.side, away[beyond_it], 0.5)]
+        kept = kept[
+            _stands_alone(rest, kept, tail.side, away[beyond_it], 0.5, thresholds.around_many, thresholds=thresholds)
+        ]
     return found if found.any() else None
 
 
-def hidden(rest: Floats, step: float) -> bool:
+def hidden(rest: Floats, step: float, *, thresholds: HumpThresholds = THRESHOLDS) -> bool:
     """Whether a record without its spikes has more outliers than noise makes: smaller spikes remain."""
-    tail = _tail(rest, step)
+    tail = _tail(rest, step, thresholds=thresholds)
     if tail is None:
         return False
-    by_chance = 2 * tail.count * _NORMAL.cdf(-_REMAINING)
-    return bool(np.count_nonzero(tail.far > _REMAINING) > _TIMES * by_chance + _SIGMAS * math.sqrt(by_chance))
+    by_chance = 2 * tail.count * _NORMAL.cdf(-thresholds.remaining)
+    return bool(
+        np.count_nonzero(tail.far > thresholds.remaining)
+        > thresholds.times * by_chance + thresholds.sigmas * math.sqrt(by_chance)
+    )
 
 
-def _threshold(false: float) -> float:
-    return min(max(-_NORMAL.inv_cdf(false / 2), _FROM), _HIGHEST)
+def _threshold(false: float, *, thresholds: HumpThresholds) -> float:
+    return min(max(-_NORMAL.inv_cdf(false / 2), thresholds.tail), thresholds.highest)
 
 
-def _tail(x: Floats, step: float) -> _Tail | None:
+def _tail(x: Floats, step: float, *, thresholds: HumpThresholds) -> _Tail | None:
     """The tail of a part of the record, for the number of neighbours that leaves the least residual."""
     n = len(x)
     starts = [0] if n <= _STRETCH * _STRETCHES else np.linspace(0, n - _STRETCH, _STRETCHES).astype(int).tolist()
@@ -136,13 +158,14 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     usual, side, away = best
     relative = [each / _local(each, usual) for each in away]
     ordered = np.sort(present(np.concatenate(relative)))
-    scale, share = _scale(ordered)
+    scale, share = _scale(ordered, thresholds=thresholds)
     far, spread = [], []
     for part, size, each in zip(parts, away, relative, strict=True):
-        at = np.flatnonzero(each > _REMAINING * scale)
-        kept = at[_stands_alone(part, at, side, size[at], 0.5 if share < _SPOILED else 0.25, _AROUND)]
+        at = np.flatnonzero(each > thresholds.remaining * scale)
+        quantile = 0.5 if share < thresholds.spoiled else 0.25
+        kept = at[_stands_alone(part, at, side, size[at], quantile, thresholds.around, thresholds=thresholds)]
         far.append(each[kept])
-        spread.append(_with_others(kept[each[kept] > _FROM * scale]))
+        spread.append(_with_others(kept[each[kept] > thresholds.tail * scale], thresholds=thresholds))
     return _Tail(
         side=side,
         usual=usual,
@@ -150,31 +173,31 @@ def _tail(x: Floats, step: float) -> _Tail | None:
         share=share,
         far=np.concatenate(far) / scale,
         count=len(ordered),
-        clustered=_more_than_chance(np.concatenate(spread), len(ordered)),
+        clustered=_more_than_chance(np.concatenate(spread), len(ordered), thresholds=thresholds),
     )
 
 
-def _with_others(at: Ints) -> Bools:
+def _with_others(at: Ints, *, thresholds: HumpThresholds) -> Bools:
     """Which of some indices have another one near, but not next to them."""
-    after = np.searchsorted(at, at + _REACH, side="right") > np.searchsorted(at, at + _APART)
-    before = np.searchsorted(at, at - _APART, side="right") > np.searchsorted(at, at - _REACH)
+    after = np.searchsorted(at, at + thresholds.reach, side="right") > np.searchsorted(at, at + thresholds.apart)
+    before = np.searchsorted(at, at - thresholds.apart, side="right") > np.searchsorted(at, at - thresholds.reach)
     return np.asarray(after | before)
 
 
-def _more_than_chance(near: Bools, n: int) -> bool:
-    chance = 1 - (1 - min(len(near) / n, 1.0)) ** (2 * (_REACH - _APART + 1))
+def _more_than_chance(near: Bools, n: int, *, thresholds: HumpThresholds) -> bool:
+    chance = 1 - (1 - min(len(near) / n, 1.0)) ** (2 * (thresholds.reach - thresholds.apart + 1))
     expected = len(near) * chance
-    return bool(np.count_nonzero(near) > _CLUSTERED * expected + _SIGMAS * math.sqrt(expected + 1))
+    return bool(np.count_nonzero(near) > thresholds.clustered * expected + thresholds.sigmas * math.sqrt(expected + 1))
 
 
-def _scale(ordered: Floats) -> tuple[float, float]:
+def _scale(ordered: Floats, *, thresholds: HumpThresholds) -> tuple[float, float]:
     """Standard deviation from the median outside the tail, and the share of samples in the tail beyond that of noise."""
     share, n = 0.0, len(ordered)
-    chance = 2 * _NORMAL.cdf(-_REMAINING)
+    chance = 2 * _NORMAL.cdf(-thresholds.remaining)
     for _ in range(20):
         scale = float(ordered[int(n * (1 - share) / 2)]) / _NORMAL.inv_cdf(0.75)
-        tail = (n - int(np.searchsorted(ordered, _REMAINING * scale))) / n
-        share = min(max((tail - chance) / (1 - chance), 0.0), 2 * _MOST)
+        tail = (n - int(np.searchsorted(ordered, thresholds.remaining * scale))) / n
+        share = min(max((tail - chance) / (1 - chance), 0.0), 2 * thresholds.most)
     return scale, share
 
 
@@ -221,11 +244,15 @@ def _residual_at(x: Floats, at: Ints, side: int) -> Floats:
     return result
 
 
-def _stands_alone(x: Floats, at: Ints, side: int, away: Floats, part: float, times: float = _AROUND_MANY) -> Bools:
+def _stands_alone(
+    x: Floats, at: Ints, side: int, away: Floats, part: float, times: float, *, thresholds: HumpThresholds
+) -> Bools:
     """Whether samples are far from either side, compared with the scatter of their neighbours."""
     alone = np.zeros(len(at), dtype=bool)
     for start in range(0, len(at), CHUNK):
         piece = slice(start, start + CHUNK)
         beside = np.abs(residuals(x, at[piece], side))
-        alone[piece] = (beside > _ONE_SIDE * away[piece]) & (away[piece] > times * scatter(x, at[piece], part))
+        alone[piece] = (beside > thresholds.one_side * away[piece]) & (
+            away[piece] > times * scatter(x, at[piece], part)
+        )
     return alone

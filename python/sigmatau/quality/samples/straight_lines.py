@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints, Runs
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import FEW_STEPS, block_rms, longest_of_tail, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
@@ -20,18 +21,25 @@ _EPS = 16 * float(np.finfo(float).eps)
 _NOTHING = 1e-3
 
 MIN_STRETCH = 16  # samples of a line from which on it is an outage, and not single samples that were filled in
-_FALSE_ALARM = 1e-4  # probability that a record of noise alone has an outage that is reported
-
-# Single samples are reported from this part of the record on, beyond so many times chance and so many standard errors of it.
-_MIN_SHARE, _TIMES_CHANCE, _SIGMAS = 0.004, 3.0, 6.0
-
-_IN_TAIL = 4  # shortest line by which the tail of the others is judged [samples]
-
 _MIN_DIFFERENCES, _LOOKED_AT = 64, 1 << 16
-_MAX_SHARE = 0.9  # beyond it too little noise is left to compare lines with
 
 TOO_COARSE = 0.15
 """Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart."""
+
+
+@frozen
+class LineThresholds:
+    """Thresholds of `filled`."""
+
+    false_alarm: float = 1e-4  # probability that a record of noise alone has an outage that is reported
+    min_share: float = 0.004  # part of the record from which on single samples are reported, beyond chance
+    times_chance: float = 3.0  # times the part by chance that is added to it
+    sigmas: float = 6.0  # standard errors of the part by chance that are added to it
+    in_tail: int = 4  # shortest line by which the tail of the others is judged. [samples]
+    max_share: float = 0.9  # part on lines beyond which too little noise is left to compare lines with
+
+
+THRESHOLDS = LineThresholds()
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +120,7 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
 
 
 @channel_fact
-def filled(stream: Stream, channel: str) -> Filled | None:
+def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHOLDS) -> Filled | None:
     """Samples of a channel that were filled in with straight lines, where others were lost.
 
     A line is reported from L samples on, where n·p^L < 1e-4 and p is the share of samples on lines: for white noise, and
@@ -126,16 +134,22 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     first, lengths = runs_of_places(parts.at)
     n = stream.grid.n
     share = len(parts.at) / n
-    if share > _MAX_SHARE:
+    if share > thresholds.max_share:
         return None
-    longest = math.log(n / _FALSE_ALARM) / -math.log(max(share, parts.chance)) * max(1.0, 1 / max(parts.smooth, 1e-3))
+    longest = (
+        math.log(n / thresholds.false_alarm)
+        / -math.log(max(share, parts.chance))
+        * max(1.0, 1 / max(parts.smooth, 1e-3))
+    )
     steps = resolution(stream, channel)
     if steps is not None and steps.ratio < FEW_STEPS:
-        longest = max(longest, longest_of_tail(lengths[lengths >= _IN_TAIL], false_alarm=_FALSE_ALARM))
+        longest = max(
+            longest, longest_of_tail(lengths[lengths >= thresholds.in_tail], false_alarm=thresholds.false_alarm)
+        )
     long = lengths >= max(MIN_STRETCH, longest)
     single = lengths < MIN_STRETCH
     chance = parts.chance
-    needed = _MIN_SHARE + _TIMES_CHANCE * chance + _SIGMAS * math.sqrt(chance / n)
+    needed = thresholds.min_share + thresholds.times_chance * chance + thresholds.sigmas * math.sqrt(chance / n)
     if float(lengths[single].sum()) < needed * n:
         single[:] = False
     if not (long | single).any():

@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import os
 import threading
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar, copy_context
 from typing import Any, Concatenate, ParamSpec, TypeVar, cast
@@ -80,36 +80,35 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
 
 def stream_fact(function: Callable[Concatenate[Stream, P], T]) -> Callable[Concatenate[Stream, P], T]:
     """A function of a stream as a fact of all its channels; its other arguments must be hashable."""
-    defaults = _defaults_of(function)
 
     @functools.wraps(function)
     def fact(stream: Stream, /, *args: P.args, **kwargs: P.kwargs) -> T:
         def compute() -> T:
             return function(stream, *args, **kwargs)
 
-        return _kept(compute, stream, (function, _stream_key(stream), args, tuple((defaults | kwargs).items())))
+        return _kept(compute, stream, (function, _stream_key(stream), args, _stated(function, kwargs)))
 
     return fact
 
 
 def channel_fact(function: Callable[Concatenate[Stream, str, P], T]) -> Callable[Concatenate[Stream, str, P], T]:
     """A function of one channel of a stream as a fact of that channel; its other arguments must be hashable."""
-    defaults = _defaults_of(function)
 
     @functools.wraps(function)
     def fact(stream: Stream, channel: str, /, *args: P.args, **kwargs: P.kwargs) -> T:
         def compute() -> T:
             return function(stream, channel, *args, **kwargs)
 
-        arguments = args, tuple((defaults | kwargs).items())
-        return _kept(compute, stream, (function, channel, _channel_key(stream, channel), *arguments))
+        key = function, channel, _channel_key(stream, channel), args, _stated(function, kwargs)
+        return _kept(compute, stream, key)
 
     return fact
 
 
-def _defaults_of(function: Callable[..., object]) -> dict[str, Any]:
-    """Defaults of its keywords, so that a fact with a default and one with the same value are one."""
-    return dict(getattr(function, "__kwdefaults__", None) or {})
+def _stated(function: Callable[..., object], kwargs: Mapping[str, Any]) -> Hashable:
+    """Keywords that are not the default: a fact with its default and one without are one."""
+    defaults = getattr(function, "__kwdefaults__", None) or {}
+    return tuple((name, value) for name, value in kwargs.items() if value is not defaults.get(name))
 
 
 def _kept(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:

@@ -203,6 +203,8 @@ _LIMITS = """
   `--interleaved 1`.
 - Two sensors of which one has two or three rows for each row of the other, if their means differ by less than twice
   the noise.
+- Two sensors one after the other whose stamps go on: a sensor whose settings change has such rows too. They are read as
+  one; a finding names the time at which the noise changes, and the axes are `partial` at best.
 - Motion and vibration that two sensors on one board share looks like the slow noise of one. Logs with stamps in groups
   and different means are asked about whatever the slow noise is.
 - Fewer than 512 rows."""

@@ -20,10 +20,9 @@ from sigmatau.io.read import assemble
 from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
-from sigmatau.io.read.formats.translations import read_translated
 from sigmatau.io.read.instances import state_single_sensor
 from sigmatau.io.read.options import ReadOptions
-from sigmatau.io.read.registry import reader_of, require_text
+from sigmatau.io.read.registry import may_need_translation, reader_of, require_text
 from sigmatau.io.read.repeated_clocks import separate_clocks
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.io.read.turn_tables import separate_turns
@@ -144,7 +143,12 @@ def _tables(file: Path, skip: int) -> Sequence[Table]:
 
         require_text(head, file)
         return separate_clocks(text.read(file, head, skip=skip))
-    tables = separate_clocks(read_translated(file, head) or reader_of(head, file).read(file, head))
+    tables: Sequence[Table] = ()
+    if may_need_translation(head.data):
+        from sigmatau.io.read.formats.translations import read_translated
+
+        tables = read_translated(file, head)
+    tables = separate_clocks(tables or reader_of(head, file).read(file, head))
     if len(tables) != 1 or tables[0].format == "text":
         return tables  # the reader separates the rows of text
     from sigmatau.io.read.instance_tables import separate_instances

@@ -129,15 +129,15 @@ def _without_empty_sensors(parts: Sequence[Part]) -> list[Part]:
     accelerometer in messages of their own, each with the fields of both.
     """
     names = [stream.name for each in parts for stream in each.streams]
-    found = []
+    findings = []
     for each in parts:
         empty = tuple(stream for stream in each.streams if names.count(stream.name) > 1 and _is_zero(stream))
         if len(empty) == len(each.streams):  # a sensor that is off is told later
             empty = ()
         ignored = tuple(f"{stream.name}: zero in all rows, and in another topic too" for stream in empty)
         streams = tuple(stream for stream in each.streams if stream not in empty)
-        found.append(replace(each, streams=streams, ignored=(*each.ignored, *ignored)))
-    return found
+        findings.append(replace(each, streams=streams, ignored=(*each.ignored, *ignored)))
+    return findings
 
 
 def _is_zero(stream: Stream) -> bool:
@@ -206,8 +206,8 @@ _PROPOSED = 3  # devices whose topics a message proposes
 
 def sensors(table: Table) -> tuple[str, ...]:
     """Sensors whose three axes are recognised by column names: ``gyro``, ``accel``, both or none."""
-    found = {match[0] for match in recognise(table.columns) if match is not None}
-    return tuple(s for s in ("gyro", "accel") if {f"{s}_{axis}" for axis in "xyz"} <= found)
+    channels = {match[0] for match in recognise(table.columns) if match is not None}
+    return tuple(s for s in ("gyro", "accel") if {f"{s}_{axis}" for axis in "xyz"} <= channels)
 
 
 def describe(table: Table) -> str:

@@ -60,21 +60,21 @@ def choose(
     `sigmatau.io.read.read`; `increments`: whether increments are read where a log has rates too; `ask`: makes the question
     that is raised if no name is known; `without_times`: columns that are not time, whatever their name.
     """
-    found = recognise(columns)
-    found, beside = _of_one_kind(columns, found, increments=increments)
+    matches = recognise(columns)
+    matches, kind_notes = _of_one_kind(columns, matches, increments=increments)
     without = asked is not None and no_time(columns, asked)
     chosen = ChosenTime()
     if asked:
         named = _resolve(columns, {c: where for c, where in asked.items() if c.strip() != "time" or not without})
         time = named.pop("time", None)
         if without:
-            ignored = find_time(columns, found, taken=set(named.values()), strict=False).column
+            ignored = find_time(columns, matches, taken=set(named.values()), strict=False).column
             chosen = ChosenTime(notes=("no time stamps, as asked",), others=() if ignored is None else (ignored,))
         elif time is not None:
             pairs = (pair for pair in find_split_stamps(columns) if pair.seconds == time and time not in without_times)
             chosen = ChosenTime(column=time, split=next(pairs, None))
         else:
-            chosen = find_time(columns, found, taken={*named.values(), *without_times}, strict=False)
+            chosen = find_time(columns, matches, taken={*named.values(), *without_times}, strict=False)
         sensors = {channel: index for channel, index in named.items() if channel.startswith(("gyro", "accel"))}
         for channel, index in sensors.items():
             twin = next(other for other, where in sensors.items() if where == index)
@@ -89,10 +89,10 @@ def choose(
                 other_times=chosen.others,
             )
     else:
-        chosen = find_time(columns, found, taken=without_times, strict=True)
-    time, notes = chosen.column, (*chosen.notes, *beside)
+        chosen = find_time(columns, matches, taken=without_times, strict=True)
+    time, notes = chosen.column, (*chosen.notes, *kind_notes)
     channels: dict[str, int] = {}
-    for index, match in enumerate(found):
+    for index, match in enumerate(matches):
         if match is None or match[0] == "time" or index == time:
             continue
         channel = match[0]
@@ -100,7 +100,7 @@ def choose(
             first = channels[channel]
             raise OptionError(
                 f"columns {first + 1} {columns[first].name!r} and {index + 1} {columns[index].name!r} both look like"
-                f" {channel}; choose one and name all channels to read, e.g. {_first_of_each(found, time)}",
+                f" {channel}; choose one and name all channels to read, e.g. {_first_of_each(matches, time)}",
                 option="channels",
             )
         channels[channel] = index
@@ -109,7 +109,7 @@ def choose(
     _refuse_mixed(columns, channels)
     if not channels:
         raise ask() if ask is not None else _unknown_names(columns)
-    taken = {index for index, match in enumerate(found) if match is not None}
+    taken = {index for index, match in enumerate(matches) if match is not None}
     thermometer = find_thermometer(columns, [key_of(bare_name(column)) for column in columns], taken)
     return Choice(
         channels=_ordered(channels),
@@ -156,23 +156,23 @@ def _of_one_kind(
     both = {m[0] for m, k in zip(found, kinds, strict=True) if m and k} & {
         m[0] for m, k in zip(found, kinds, strict=True) if m and not k
     }
-    left = [i for i, m in enumerate(found) if m is not None and m[0] in both and kinds[i] is not increments]
-    if not left:
+    dropped = [i for i, m in enumerate(found) if m is not None and m[0] in both and kinds[i] is not increments]
+    if not dropped:
         return found, ()
-    names = ", ".join(columns[i].name for i in left)
+    names = ", ".join(columns[i].name for i in dropped)
     what = ("rates", "increments") if increments else ("increments", "rates")
-    kept = [None if i in left else match for i, match in enumerate(found)]
-    return kept, (f"{names} not read: {what[0]} beside {what[1]}",)
+    remaining = [None if i in dropped else match for i, match in enumerate(found)]
+    return remaining, (f"{names} not read: {what[0]} beside {what[1]}",)
 
 
 def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> None:
     """Raise `OptionError` if the axes of a sensor belong to two IMUs."""
     for sensor in ("gyro", "accel"):
         axes = {channel: index for channel, index in channels.items() if channel.startswith(sensor)}
-        found = {match[0] if (match := _IMU.search(columns[i].name.lower())) else "" for i in axes.values()}
-        if len(found) > 1:
+        devices = {match[0] if (match := _IMU.search(columns[i].name.lower())) else "" for i in axes.values()}
+        if len(devices) > 1:
             example = Hint("channels", value={channel: index + 1 for channel, index in axes.items()})
-            whose = ", ".join(sorted(one or "no IMU" for one in found))
+            whose = ", ".join(sorted(device or "no IMU" for device in devices))
             raise OptionError(
                 f"the columns of {sensor} belong to several IMUs ({whose}); choose the columns, e.g. {example}",
                 option="channels",
@@ -331,7 +331,7 @@ def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[
     """The column that is a temperature by its name and unit; None if there is none or more than one. `keys`: their
     names as `sigmatau.io.read.names.key_of` returns them; `taken`: columns that are recognised as something else.
     """
-    found: dict[int, list[Thermometer]] = {}
+    thermometers: dict[int, list[Thermometer]] = {}
     for index, (column, key) in enumerate(zip(columns, keys, strict=True)):
         if index in taken:
             continue
@@ -342,10 +342,10 @@ def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[
             continue
         for rank, names in enumerate(NAMES):
             if re.fullmatch(names, stem):
-                found.setdefault(rank, []).append(Thermometer(index=index, unit=unit))
+                thermometers.setdefault(rank, []).append(Thermometer(index=index, unit=unit))
         if unit and _ONLY_WITH_UNIT.fullmatch(stem):
-            found.setdefault(0, []).append(Thermometer(index=index, unit=unit))
-    if not found:
+            thermometers.setdefault(0, []).append(Thermometer(index=index, unit=unit))
+    if not thermometers:
         return None
-    best = found[min(found)]
+    best = thermometers[min(thermometers)]
     return best[0] if len(best) == 1 else None

@@ -84,13 +84,13 @@ def from_frame(frame: object, options: TableOptions) -> Record:
 
 
 def _table(frame: Any) -> Table:  # noqa: ANN401
-    found = list(_columns(frame))
-    if not found:
+    pairs = list(_columns(frame))
+    if not pairs:
         raise DataError("has no columns")
     kind = type(frame).__module__.split(".")[0]
     note = f"{kind} {type(frame).__name__}" if kind != "builtins" else type(frame).__name__
-    table = table_of_columns("frame", [column for column, _ in found], [get for _, get in found], (note,))
-    words = {column.name: get for column, get in found if column.unit is None and get().dtype.kind in "OUST"}
+    table = table_of_columns("frame", [column for column, _ in pairs], [get for _, get in pairs], (note,))
+    words = {column.name: get for column, get in pairs if column.unit is None and get().dtype.kind in "OUST"}
     return replace(table, words=words)
 
 
@@ -157,8 +157,8 @@ def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401
 def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
     from sigmatau.io.read.formats.arrow_table import columns_of, numbers
 
-    found, others = columns_of(frame.schema)
-    for column in found:
+    chosen, others = columns_of(frame.schema)
+    for column in chosen:
         yield column.column, lambda column=column: numbers(frame.column(column.path[0]), column)  # type: ignore[misc]
     for name in others:
         yield Column(name=name), lambda name=name: np.asarray(frame.column(name.split(".")[0]))  # type: ignore[misc]

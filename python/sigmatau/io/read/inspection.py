@@ -175,23 +175,23 @@ def _runs(columns: Sequence[ColumnInfo]) -> list[tuple[str, str, ColumnInfo]]:
     ``covariance[8]``, are one line.
     """
     lines: list[tuple[str, str, ColumnInfo]] = []
-    at = 0
-    while at < len(columns):
-        end = at + 1
-        element = None if columns[at].channel else _ELEMENT.fullmatch(columns[at].name)
+    start = 0
+    while start < len(columns):
+        end = start + 1
+        element = None if columns[start].channel else _ELEMENT.fullmatch(columns[start].name)
         base, first = (element[1], int(element[2])) if element else ("", 0)
         while (
             element
             and end < len(columns)
             and columns[end].channel is None
-            and columns[end].name == f"{base}[{first + end - at}]"
+            and columns[end].name == f"{base}[{first + end - start}]"
         ):
             end += 1
-        if end - at < _FEWEST_IN_ONE_LINE:
-            lines += [(str(k + 1), _shown(columns[k]), columns[k]) for k in range(at, end)]
+        if end - start < _FEWEST_IN_ONE_LINE:
+            lines += [(str(k + 1), _shown(columns[k]), columns[k]) for k in range(start, end)]
         else:
-            lines.append((f"{at + 1}:{end}", f"{columns[at].name} … [{first + end - at - 1}]", columns[at]))
-        at = end
+            lines.append((f"{start + 1}:{end}", f"{columns[start].name} … [{first + end - start - 1}]", columns[start]))
+        start = end
     return lines
 
 

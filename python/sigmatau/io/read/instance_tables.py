@@ -16,7 +16,7 @@ from sigmatau.errors import DataError
 from sigmatau.io.read.formats.kind_columns import with_sensor_names
 from sigmatau.io.read.instances import find_sensor, has_instance_name, may_be_instance, tells_kinds
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import Loaded, RowKind, Table
+from sigmatau.io.read.table import RowKind, Table
 
 _FORMATS = ("npy", "npz", "matlab", "hdf5", "parquet", "arrow", "tdms", "frame", "json")
 _IN_MEMORY = ("npy", "npz", "matlab", "frame", "json")  # a column is at hand without a pass over the file
@@ -114,30 +114,14 @@ def _values(table: Table, rows: NDArray[np.intp]) -> NDArray[np.float64]:
 
 def _of_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
     """The rows of a table where `mask` is true."""
-    rows = np.flatnonzero(mask)
-
-    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        loaded = table.load(wanted, exact)
-        size = min((len(column) for column in loaded.columns.values()), default=0)
-        chosen = rows[rows < size]  # rows may be missing in a damaged file
-        return replace(loaded, columns={k: np.asarray(column)[chosen] for k, column in loaded.columns.items()})
-
+    part = table.take_rows(np.flatnonzero(mask), kind.topic, kind.describe_rows())
     columns, notes = table.columns, tuple[str, ...]()
     if kind.column < 0:
-        values = _values(table, rows[:_HEAD])
+        values = _values(part, np.arange(min(len(np.flatnonzero(mask)), _HEAD)))
         empty = [table.format == "json" and bool(np.isnan(column).all()) for column in values.T]
         # Rows of another kind have other fields.
         columns = tuple(
             replace(c, name="", unit=None, first="") if e else c for c, e in zip(columns, empty, strict=True)
         )
         columns, notes = with_sensor_names(columns, kind.label, values)
-    return replace(
-        table,
-        columns=columns,
-        notes=(*table.notes, kind.describe_rows(), *notes),
-        load=load,
-        where=lambda row: table.where(int(rows[row])),
-        topic=f"{table.topic}/{kind.topic}" if table.topic else kind.topic,
-        rows=len(rows),
-        kind=kind,
-    )
+    return replace(part, columns=columns, notes=(*part.notes, *notes), kind=kind)

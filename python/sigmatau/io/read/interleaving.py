@@ -114,14 +114,10 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
     names = list(channels)
     if not names or len(channels[names[0]]) < MIN_PARTS * ROWS:
         return None
-    for period in _PERIODS:
-        interleaving = _find_by_means(channels, stamps, period)
-        if interleaving is not None:
-            return interleaving
-    for period in _PERIODS:
-        interleaving = _find_by_groups(channels, stamps, period)
-        if interleaving is not None:
-            return interleaving
+    for find in (_find_by_means, _find_by_groups):
+        for period in _PERIODS:
+            if (interleaving := find(channels, stamps, period)) is not None:
+                return interleaving
     return _find_by_order(channels) or _find_by_scatter(channels)
 
 

@@ -139,8 +139,6 @@ class _Log:
             return ROS_UNITS[sensor]
         if self.ros_paths and ROS_PATH.fullmatch(name):
             return ROS_UNITS[sensor]
-        if self.ros_imu and sensor == "time" and name == "time":
-            return "ns"  # the comment mark of %time is removed by the reader
         return next((units.get(sensor) for pattern, units in BY_MESSAGE.items() if re.fullmatch(pattern, name)), None)
 
 

@@ -211,10 +211,6 @@ class Options:
         """Whether a sampling rate is given, for all sensors or for some."""
         return self.rate is not None or bool(self.rates)
 
-    def rate_of(self, stream: str) -> float | None:
-        """The given sampling rate of a stream. [Hz]"""
-        return self.rates.get(stream, self.rate)
-
     def of_streams(self, streams: Sequence[str]) -> Options:
         """The options of streams in the same rows, which have one rate; raises `OptionError` if several are given."""
         if not self.rates:

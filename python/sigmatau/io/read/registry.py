@@ -104,6 +104,25 @@ _COMPRESSED = (
 )
 
 
+_FIGURES = b"0123456789+-.eE,;\t \r\n"
+
+
+def may_need_translation(head: bytes) -> bool:
+    """Whether the rows of a text may have to be changed before they are read: False for most tables, whose last rows have
+    figures and one delimiter alone, and whose header has a name for each column.
+    """
+    first, rows = head[:4096].split(b"\n")[:2], head[-4096:]
+    rows = rows[rows.find(b"\n") + 1 :]
+    if (
+        rows.translate(None, _FIGURES)
+        or b"@" in head[:4096]
+        or head.startswith(b'"TOA5"')
+        or (b"," in rows and (b";" in rows or b"\t" in rows))
+    ):
+        return True
+    return len(first) > 1 and len(first[0].split()) + 1 == len(first[1].split())
+
+
 def require_text(head: Head, path: Path) -> None:
     """Raise `OptionError` if a file of which lines are to be skipped is not text, by its first bytes."""
     for each in _FORMATS:

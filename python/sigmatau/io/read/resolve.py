@@ -73,10 +73,10 @@ def _check_keys(choice: Choice, options: Options) -> None:
             raise OptionError(
                 f"{{option}} {sensor}=…: no such sensor is read; sensors: {', '.join(sensors)}", option="rate"
             )
-    known = {*choice.channels, *map(stream_name, choice.channels)}
+    names = {*choice.channels, *map(stream_name, choice.channels)}
     for name, keys in (("unit", options.unit), ("scale", options.scale), ("offset", options.offset)):
         for key in keys:
-            if key in known or (key == "time" and name != "offset" and choice.time is not None):
+            if key in names or (key == "time" and name != "offset" and choice.time is not None):
                 continue
             if key == "time" and choice.time is None:
                 raise OptionError(
@@ -190,7 +190,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
 def _unknown_unit(unknown_units: Mapping[str, str]) -> OptionError:
     """The question for a unit that the file states and the table of units has not: no usual one takes its place."""
     first, unit = next(iter(unknown_units.items()))
-    channels = ", ".join(channel for channel, other in unknown_units.items() if other == unit)
+    channels = ", ".join(channel for channel, text in unknown_units.items() if text == unit)
     key = stream_name(first)
     return OptionError(
         f"the unit {unit!r} of {channels} is not known. State a known unit and the factor that converts to it:"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
@@ -129,6 +129,28 @@ class Table:
         name = self.columns[index].name
         return repr(name) if name else str(index + 1)
 
+    def take_rows(self, rows: NDArray[np.intp] | slice, topic: str, note: str) -> Table:
+        """The table of some of its rows, as a topic of this name below its own."""
+
+        def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+            loaded = self.load(wanted, exact)
+            size = min((len(column) for column in loaded.columns.values()), default=0)
+            chosen = rows if isinstance(rows, slice) else rows[rows < size]  # rows may be missing in a damaged file
+            return replace(loaded, columns={k: np.asarray(column)[chosen] for k, column in loaded.columns.items()})
+
+        def where(row: int) -> str:
+            return self.where(rows.start + row * rows.step if isinstance(rows, slice) else int(rows[row]))
+
+        count = self.rows if isinstance(rows, slice) else len(rows)
+        return replace(
+            self,
+            notes=(*self.notes, note),
+            load=load,
+            where=where,
+            topic=f"{self.topic}/{topic}" if self.topic else topic,
+            rows=None if count is None else len(range(count)[rows]) if isinstance(rows, slice) else count,
+        )
+
 
 class Format(Protocol):
     """A module that reads one format."""
@@ -180,7 +202,7 @@ def without_absurd(array: NDArray[Any]) -> NDArray[Any]:
 
 def all_without_absurd(columns: Mapping[int, NDArray[Any]]) -> dict[int, NDArray[Any]]:
     """The same for columns of one file, whose rows are read only once."""
-    found = dict(columns)
+    changed = dict(columns)
     doubted = {
         index: array.dtype.type(min(ABSURD, float(np.finfo(array.dtype).max)))
         for index, array in columns.items()
@@ -190,9 +212,9 @@ def all_without_absurd(columns: Mapping[int, NDArray[Any]]) -> dict[int, NDArray
         for index, most in tuple(doubted.items()):
             array = columns[index]
             if (np.abs(np.asarray(array[start : start + _CHUNK])) > most).any():
-                found[index] = np.where(np.abs(array) > most, np.nan, array)
+                changed[index] = np.where(np.abs(array) > most, np.nan, array)
                 del doubted[index]
-    return found
+    return changed
 
 
 def whole_stamps(array: NDArray[Any]) -> NDArray[Any]:

@@ -18,7 +18,6 @@ from sigmatau.findings.wording import sentence
 from sigmatau.hints import TIME_COLUMN, Hint
 from sigmatau.io.read.columns import Choice, Thermometer
 from sigmatau.io.read.gravity import gravity_on_gyro
-from sigmatau.io.read.interleaving import find_interleaving
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
@@ -26,7 +25,6 @@ from sigmatau.io.read.table import Loaded, Table, all_without_absurd
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.plausible import refuse_implausible, slow_rate
-from sigmatau.io.read.time.rows import shares_times
 from sigmatau.io.read.time.split_stamps import join
 from sigmatau.io.read.time.stamps import Timing, later
 from sigmatau.io.read.time.stated_rate import RateContradiction
@@ -37,6 +35,7 @@ from sigmatau.io.read.time.timing import (
     timed,
     with_missing,
 )
+from sigmatau.io.read.turn_tables import refuse_interleaved, refuse_shared_times
 from sigmatau.record.record import MIN_SAMPLES, make_stream, stream_name
 from sigmatau.record.sampling import RateSource
 from sigmatau.record.streams import RATES, Stream
@@ -95,20 +94,21 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     sensors = {name: list(columns.values()) for name, columns in by_stream.items()}
     warmth = () if choice.temperature is None else (choice.temperature.index,)
     missing = with_missing(raw, [*indices, *warmth])
-    own = own_rows(raw, sensors, missing) if missing else {}
-    if own and choice.time is None and not all(sensor in options.rates for sensor in own):
+    exclusive_rows = own_rows(raw, sensors, missing) if missing else {}
+    if exclusive_rows and choice.time is None and not all(sensor in options.rates for sensor in exclusive_rows):
         raise DataError(
-            f"has rows of its own for {next(iter(own))}, without time stamps; name them with {TIME_COLUMN}, or give"
-            f" the rate of each sensor, {Hint('rate', value=dict.fromkeys(by_stream, 'HZ'))}"
+            f"has rows of its own for {next(iter(exclusive_rows))}, without time stamps; name them with {TIME_COLUMN}, or"
+            f" give the rate of each sensor, {Hint('rate', value=dict.fromkeys(by_stream, 'HZ'))}"
         )
-    if not own and options.input != "accumulated" and options.interleaved != 1:
-        _refuse_interleaved(table, choice, raw, options.interleaved)
+    if not exclusive_rows and options.input != "accumulated" and options.interleaved != 1:
+        refuse_interleaved(table, choice, raw, options.interleaved)
         if choice.time is None and choice.other_times:
-            _refuse_shared_times(table, choice.other_times[0])
+            refuse_shared_times(table, choice.other_times[0])
     mostly = {
         channel: index
         for channel, index in choice.channels.items()
-        if index in missing and np.isnan(raw[index][own.get(stream_name(channel), slice(None))]).mean() > _MOST_EMPTY
+        if index in missing
+        and np.isnan(raw[index][exclusive_rows.get(stream_name(channel), slice(None))]).mean() > _MOST_EMPTY
     }
     if 0 < len(mostly) < len(choice.channels):  # one bad channel must not make the log unusable
         choice = replace(choice, channels={c: i for c, i in choice.channels.items() if c not in mostly})
@@ -121,15 +121,15 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     rates: dict[str, float] = {}
     contradictions: dict[str, RateContradiction] = {}
     shared: Timing | None = None
-    in_all_rows = options.of_streams([name for name in by_stream if name not in own])
+    in_all_rows = options.of_streams([name for name in by_stream if name not in exclusive_rows])
     times: list[Timing] = []
     for name, columns in by_stream.items():
-        if name in own:
-            timing = timed(table, choice, raw, unit.get("time"), options.of_streams([name]), name, own[name])
+        if name in exclusive_rows:
+            timing = timed(table, choice, raw, unit.get("time"), options.of_streams([name]), name, exclusive_rows[name])
         else:
             shared = shared or timed(table, choice, raw, unit.get("time"), in_all_rows)
             timing = shared
-        rate = (options.of_streams([name]) if name in own else in_all_rows).rate
+        rate = (options.of_streams([name]) if name in exclusive_rows else in_all_rows).rate
         slow = () if rate is not None else _check_rate(name, table, choice, timing, rows)
         if slow and slow[0] not in overruled:
             overruled = [*overruled, *slow]
@@ -166,7 +166,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         exchanged = GravityOnGyro(gyro=sizes[0], accel=sizes[1])
         overruled = [*overruled, Finding(details=exchanged, severity="warning")]
     tau0 = streams[0].grid.tau0
-    said = (
+    of_rows = (
         *missing_in(raw, mostly, missing, {}, table.where, tau0, dropped=True),
         *missing_in(raw, choice.channels, missing, rows_of, table.where, tau0),
         *jitter_findings(streams, times),
@@ -202,40 +202,11 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *loaded.findings,
             *overruled,
             *(later(finding, timing.start - begins) for timing in times for finding in timing.findings),
-            *said,
+            *of_rows,
         ),
         rates=rates,
         contradictions=contradictions,
     )
-
-
-def _refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]], count: int | None) -> None:
-    """Raise `OptionError` if the rows of several sensors take turns, or may do so. `count`: sensors by the option."""
-    axes = {channel: raw[index] for channel, index in choice.channels.items() if stream_name(channel) in SI}
-    interleaving = find_interleaving(axes, None if choice.time is None else raw[choice.time])
-    if interleaving is None:
-        return
-    label = table.label(choice.channels[interleaving.channel])
-    raise (
-        interleaving.error(label, table.topic)
-        if count is None
-        else interleaving.error_of_count(label, table.topic, count)
-    )
-
-
-def _refuse_shared_times(table: Table, column: int) -> None:
-    """Raise `OptionError` if blocks of rows have the same times in a column of stamps that is ignored."""
-    try:
-        stamps = table.load([column], column).columns[column]
-    except DataError:  # perhaps why it is ignored
-        return
-    if shares_times(stamps):
-        single = Hint("interleaved", value=1)
-        raise OptionError(
-            f"blocks of rows have the same times in column {table.label(column)}, as those of several sensors do. Save each"
-            f" sensor to its own file, or state {single} if it is a single one",
-            option="interleaved",
-        )
 
 
 def _check_rate(name: str, table: Table, choice: Choice, timing: Timing, rows: int) -> tuple[Finding, ...]:
@@ -374,19 +345,19 @@ def without_unwritten(
     Two kinds of rows at the end are removed: rows in which all columns (at least two) are 0, and rows in which the time
     is 0. The row before them is removed too, because it may be half written. `labels`: names of all columns.
     """
-    kept = dict(columns)
-    n = min(map(len, kept.values()), default=0)
-    if n <= 1 or len(kept) < 2:
-        return kept, ()
-    zeros = {index: _zeros_at_end(array[:n]) for index, array in kept.items()}
+    trimmed = dict(columns)
+    n = min(map(len, trimmed.values()), default=0)
+    if n <= 1 or len(trimmed) < 2:
+        return trimmed, ()
+    zeros = {index: _zeros_at_end(array[:n]) for index, array in trimmed.items()}
     together = min(zeros.values())
     if together >= n:  # other checks report a log of nothing but zeros
-        return kept, ()
-    if time is not None and 0 < zeros[time] < n and kept[time][n - zeros[time] - 1] > 0:
-        return _cut(kept, n - zeros[time], labels[time])
-    if together >= _MIN_ROWS and together > _RUN_RATIO * _longest(kept, n - together):
-        return _cut(kept, n - together)
-    return kept, ()
+        return trimmed, ()
+    if time is not None and 0 < zeros[time] < n and trimmed[time][n - zeros[time] - 1] > 0:
+        return _cut(trimmed, n - zeros[time], labels[time])
+    if together >= _MIN_ROWS and together > _RUN_RATIO * _longest(trimmed, n - together):
+        return _cut(trimmed, n - together)
+    return trimmed, ()
 
 
 def _cut(
@@ -394,8 +365,8 @@ def _cut(
 ) -> tuple[dict[int, NDArray[Any]], tuple[Finding, ...]]:
     n = min(map(len, columns.values()))
     details = NeverWritten(rows=n, zeros=n - rows, kept=rows - 1, column=column)
-    kept = {index: array[: rows - 1] for index, array in columns.items()}
-    return kept, (Finding(details=details, severity="error"),)
+    trimmed = {index: array[: rows - 1] for index, array in columns.items()}
+    return trimmed, (Finding(details=details, severity="error"),)
 
 
 def _longest(columns: Mapping[int, NDArray[Any]], rows: int) -> int:

@@ -1,17 +1,21 @@
-"""Tables of the sensors whose rows take turns, as the option says."""
+"""Tables of the sensors whose rows take turns, as the option says, and the refusal of such rows without it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
-import numpy as np
+from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.interleaving import find_turns
+from sigmatau.hints import Hint
+from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.interleaving import find_interleaving, find_turns
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, resolve
-from sigmatau.io.read.table import Loaded, Table
+from sigmatau.io.read.table import Table
+from sigmatau.io.read.time.rows import shares_times
 from sigmatau.record.record import stream_name
 
 
@@ -30,6 +34,35 @@ def separate_turns(tables: Sequence[Table], options: Options) -> Sequence[Table]
         else:
             separate.append(table)
     return separate
+
+
+def refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]], count: int | None) -> None:
+    """Raise `OptionError` if the rows of several sensors take turns, or may do so. `count`: sensors by the option."""
+    axes = {channel: raw[index] for channel, index in choice.channels.items() if stream_name(channel) in SI}
+    interleaving = find_interleaving(axes, None if choice.time is None else raw[choice.time])
+    if interleaving is None:
+        return
+    label = table.label(choice.channels[interleaving.channel])
+    raise (
+        interleaving.error(label, table.topic)
+        if count is None
+        else interleaving.error_of_count(label, table.topic, count)
+    )
+
+
+def refuse_shared_times(table: Table, column: int) -> None:
+    """Raise `OptionError` if blocks of rows have the same times in a column of stamps that is ignored."""
+    try:
+        stamps = table.load([column], column).columns[column]
+    except DataError:  # perhaps why it is ignored
+        return
+    if shares_times(stamps):
+        single = Hint("interleaved", value=1)
+        raise OptionError(
+            f"blocks of rows have the same times in column {table.label(column)}, as those of several sensors do. Save each"
+            f" sensor to its own file, or state {single} if it is a single one",
+            option="interleaved",
+        )
 
 
 def _check_turns(table: Table, options: Options, count: int) -> None:
@@ -62,22 +95,6 @@ def _check_turns(table: Table, options: Options, count: int) -> None:
 
 def _of_turn(table: Table, turn: int, count: int) -> Table:
     """Every so many-th row of a table."""
-
-    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        loaded = table.load(wanted, exact)
-        columns = {k: np.asarray(column)[turn::count] for k, column in loaded.columns.items()}
-        return replace(loaded, columns=columns)
-
-    return replace(
-        table,
-        notes=(
-            *table.notes,
-            f"rows {turn + 1}, {turn + 1 + count}, {turn + 1 + 2 * count} … of {count} sensors in turn",
-        ),
-        load=load,
-        where=lambda row: table.where(row * count + turn),
-        topic=f"{table.topic}/imu{turn}" if table.topic else f"imu{turn}",
-        rows=None if table.rows is None else len(range(turn, table.rows, count)),
-        rate=None if table.rate is None else table.rate / count,
-        words={},
-    )
+    note = f"rows {turn + 1}, {turn + 1 + count}, {turn + 1 + 2 * count} … of {count} sensors in turn"
+    part = table.take_rows(slice(turn, None, count), f"imu{turn}", note)
+    return replace(part, rate=None if table.rate is None else table.rate / count, words={})

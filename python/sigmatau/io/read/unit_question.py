@@ -65,8 +65,8 @@ def ask_for_units(
         ways = [answer("", unit) for unit in accel]
     else:
         as_gyro = f"{Hint('channels', 'gyro', column)} {Hint('unit', 'gyro', 'deg/s')}"
-        other = f"; if it is a gyro, give {as_gyro}" if column is not None else ""
-        return OptionError(f"{question}{answer('', '')} (any word; 1 for none){hint}{behind}{other}", option="unit")
+        gyro_hint = f"; if it is a gyro, give {as_gyro}" if column is not None else ""
+        return OptionError(f"{question}{answer('', '')} (any word; 1 for none){hint}{behind}{gyro_hint}", option="unit")
     doubt = ". The values do not tell which: see the manual of the sensor" if len(ways) > 1 else ""
     return OptionError(f"{question}{' or '.join(ways)}{hint}{behind}{doubt}", option="unit")
 

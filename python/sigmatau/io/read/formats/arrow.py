@@ -59,7 +59,7 @@ def _ipc(path: Path, head: Head) -> Table:
 
     with pa.OSFile(str(path)) as source, opened(source) as stream:
         schema = stream.schema
-    found, others = columns_of(schema)
+    chosen, others = columns_of(schema)
 
     def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any] | Finding]:
         indices = [schema.get_field_index(name) for name in fields]
@@ -82,7 +82,7 @@ def _ipc(path: Path, head: Head) -> Table:
                 yield place, batch
                 number += 1
 
-    return table_of("arrow", found, others, tuple(notes), batches, None, truncated=not ends)
+    return table_of("arrow", chosen, others, tuple(notes), batches, None, truncated=not ends)
 
 
 def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
@@ -100,10 +100,10 @@ def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
     with path.open("rb") as stream:
         stream.seek(end)
         directory = stream.read(min(size - end, _LONGEST_SCHEMA))
-    at = directory.find(_END)
-    if at < 4 or int.from_bytes(directory[at - 4 : at], "little") > at - 4:
+    position = directory.find(_END)
+    if position < 4 or int.from_bytes(directory[position - 4 : position], "little") > position - 4:
         return (fault(truncated=True, reason="its end mark is missing"),)
-    return behind(path, end + at + len(_END), "the Arrow file")
+    return behind(path, end + position + len(_END), "the Arrow file")
 
 
 PARQUET = b"PAR1"
@@ -127,7 +127,7 @@ def parquet(path: Path) -> Table:
 
     with opened() as file:
         meta = file.metadata
-        found, others = columns_of(file.schema_arrow)
+        chosen, others = columns_of(file.schema_arrow)
         groups = [meta.row_group(n).num_rows for n in range(meta.num_row_groups)]
     if sum(groups) != meta.num_rows:
         raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(groups)}; it is damaged")
@@ -147,7 +147,7 @@ def parquet(path: Path) -> Table:
                     raise BatchError(place, f"{len(held)} of {rows} rows")
                 yield place, held
 
-    return table_of("parquet", found, others, (f"Parquet, {len(groups)} row groups",), batches, meta.num_rows)
+    return table_of("parquet", chosen, others, (f"Parquet, {len(groups)} row groups",), batches, meta.num_rows)
 
 
 def _is_joined(path: Path) -> bool:

@@ -77,20 +77,20 @@ class _Table:
 
     def number(self, field: int, form: str) -> int:
         """A number; 0 if it is left out."""
-        at = self.place(field)
-        return 0 if at is None else self._read(form, at)
+        position = self.place(field)
+        return 0 if position is None else self._read(form, position)
 
     def table(self, field: int) -> _Table | None:
-        at = self.place(field)
-        return None if at is None else _Table(self.data, at + self._read("<I", at))
+        position = self.place(field)
+        return None if position is None else _Table(self.data, position + self._read("<I", position))
 
     def pairs(self, field: int) -> Iterator[tuple[int, int]]:
         """A vector of two numbers each."""
-        at = self.place(field)
-        if at is not None:
-            at += self._read("<I", at)
-            for k in range(self._read("<I", at)):
-                yield self._read("<q", at + 4 + 16 * k), self._read("<q", at + 12 + 16 * k)
+        position = self.place(field)
+        if position is not None:
+            position += self._read("<I", position)
+            for k in range(self._read("<I", position)):
+                yield self._read("<q", position + 4 + 16 * k), self._read("<q", position + 12 + 16 * k)
 
     def _read(self, form: str, at: int) -> int:
         if at < 0:

@@ -35,7 +35,7 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
     """The numeric columns of an Arrow schema, and the names of its other fields."""
     import pyarrow as pa
 
-    found: list[ArrowColumn] = []
+    chosen: list[ArrowColumn] = []
     others: list[str] = []
 
     def look(field: Any, above: tuple[str, ...]) -> None:  # noqa: ANN401
@@ -43,9 +43,9 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
         name, kind = ".".join(path), field.type
         if pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
             label = "time" if _INDEX.match(name) else name
-            found.append(ArrowColumn(column=Column(name=label, unit=kind.unit), path=path))
+            chosen.append(ArrowColumn(column=Column(name=label, unit=kind.unit), path=path))
         elif pa.types.is_integer(kind) or pa.types.is_floating(kind):
-            found.append(ArrowColumn(column=Column(name=name, unit=_unit(field)), path=path))
+            chosen.append(ArrowColumn(column=Column(name=name, unit=_unit(field)), path=path))
         elif pa.types.is_struct(kind):
             for inner in kind:
                 look(inner, path)
@@ -55,13 +55,13 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
             and (pa.types.is_integer(kind.value_type) or pa.types.is_floating(kind.value_type))
         ):
             for label, part in parts(name, (kind.list_size,)):
-                found.append(ArrowColumn(column=Column(name=label, unit=_unit(field)), path=path, part=part))
+                chosen.append(ArrowColumn(column=Column(name=label, unit=_unit(field)), path=path, part=part))
         else:
             others.append(name)
 
     for field in schema:
         look(field, ())
-    return found, others
+    return chosen, others
 
 
 def numbers(array: Any, column: ArrowColumn, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401

@@ -57,9 +57,9 @@ def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
     """
     if scan["broken"] is None:
         return ()
-    at, reason = scan["broken"]
+    position, reason = scan["broken"]
     cut = reason is None
-    inside, place = "message" if cut else "", Place("byte", at, of=size)
+    inside, place = "message" if cut else "", Place("byte", position, of=size)
     kept = scan["messages"]
     return (fault(truncated=cut, inside=inside, place=place, reason=reason or "", kept=kept, counted="messages"),)
 
@@ -88,10 +88,10 @@ def largest_expansion(stored: int) -> int:
 
 def refuse_expansion(stored: int, unpacked: int | None, what: str = "") -> None:
     """Raise `DataError` if content is unpacked to more than is allowed; `unpacked` is None if its size is not known."""
-    most = largest_expansion(stored)
-    if unpacked is not None and unpacked <= most:
+    largest = largest_expansion(stored)
+    if unpacked is not None and unpacked <= largest:
         return
-    size = f"more than {most / 1e6:.3g} MB" if unpacked is None else f"{unpacked / 1e6:.3g} MB"
+    size = f"more than {largest / 1e6:.3g} MB" if unpacked is None else f"{unpacked / 1e6:.3g} MB"
     need = "N" if unpacked is None else str(-(-unpacked // max(stored, 1)))
     raise DataError(
         f"{what and f'{what} '}expands from {stored / 1e6:.3g} MB to {size}: it may be damaged or made to fill the memory;"
@@ -147,16 +147,16 @@ def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
     """Findings of bytes before and after a zip archive; of several archives the library reads the last. `first`: where
     the first member begins [bytes].
     """
-    found: tuple[Finding, ...] = ()
+    findings: tuple[Finding, ...] = ()
     if first > 0:
-        found = (not_read(first, 0),)
+        findings = (not_read(first, 0),)
     size = path.stat().st_size
     start = max(0, size - _END_LENGTH - _COMMENT)
     with path.open("rb") as stream:
         stream.seek(start)
         tail = stream.read()
-    at = tail.rfind(_END_RECORD)
-    if at < 0 or at + _END_LENGTH > len(tail):
-        return found
-    comment = int.from_bytes(tail[at + 20 : at + 22], "little")
-    return (*found, *behind(path, start + at + _END_LENGTH + comment, "the archive"))
+    position = tail.rfind(_END_RECORD)
+    if position < 0 or position + _END_LENGTH > len(tail):
+        return findings
+    comment = int.from_bytes(tail[position + 20 : position + 22], "little")
+    return (*findings, *behind(path, start + position + _END_LENGTH + comment, "the archive"))

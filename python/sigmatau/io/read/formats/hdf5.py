@@ -64,8 +64,8 @@ def declared_end(path: Path, start: int) -> int:
         len(block) < 64 or block[13 if version < 2 else 9] != 8
     ):  # only offsets of 8 bytes, which all current libraries write
         return path.stat().st_size
-    at = 40 if version == 0 else 44 if version == 1 else 28
-    return int.from_bytes(block[at : at + 8], "little")
+    position = 40 if version == 0 else 44 if version == 1 else 28
+    return int.from_bytes(block[position : position + 8], "little")
 
 
 def open_file(path: Path) -> Any:  # noqa: ANN401  h5py has no types
@@ -90,20 +90,20 @@ def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
     """Datasets with their path of names; each object once, without links to other files."""
     import h5py
 
-    seen: set[bytes] = set()
+    visited: set[bytes] = set()
     waiting: list[tuple[tuple[str, ...], Any]] = [((), file)]
     while waiting:
         names, group = waiting.pop(0)
         for name in group:
-            if len(seen) > _MAX_OBJECTS:
+            if len(visited) > _MAX_OBJECTS:
                 raise DataError(f"has more than {_MAX_OBJECTS} objects, too many for a log")
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 continue
             item = group[name]
             number = bytes(h5py.h5o.get_info(item.id).addr.to_bytes(8, "little", signed=False))
-            if number in seen:
+            if number in visited:
                 continue
-            seen.add(number)
+            visited.add(number)
             if isinstance(item, h5py.Group) and len(names) < _MAX_DEPTH:
                 waiting.append(((*names, name), item))
             elif isinstance(item, h5py.Dataset):
@@ -126,10 +126,10 @@ def _leaves(path: Path, names: tuple[str, ...], dataset: Any) -> Iterator[Leaf]:
                     unit=_unit(dataset, field),
                 )
         return
-    found = squeezed(dataset.shape)
-    if found is None or dtype.kind not in "iuf":
+    dims = squeezed(dataset.shape)
+    if dims is None or dtype.kind not in "iuf":
         return
-    shape, _ = found
+    shape, _ = dims
     yield Leaf(
         group=names[:-1],
         name=names[-1],

@@ -58,11 +58,11 @@ class Found:
         label = ".".join(names)
         if dims == (1, 1):
             return
-        found = squeezed(dims, lying=True)
-        if found is None:
+        squeezed_dims = squeezed(dims, lying=True)
+        if squeezed_dims is None:
             self.skipped.append(f"{label} {dims}")
             return
-        shape, transposed = found
+        shape, transposed = squeezed_dims
         if transposed and len(shape) == 2:
             self.notes.append(f"{label}, shape {dims}, is read as its transpose")
 
@@ -127,25 +127,30 @@ def walk(path: Path, head: bytes, found: Found) -> None:
         raise DataError("ends after its header; copy or record the file again")
     data = file_bytes(path)
     file = _Bytes(data, order)
-    at = _HEADER
+    position = _HEADER
     (subsystem,) = struct.unpack_from(f"{order}Q", data.data, 116)  # contains the data of tables; not a variable
-    while at < size:
-        if at + 8 <= size and (kind := struct.unpack_from(f"{order}I", data.data, at)[0]) not in (_MATRIX, _COMPRESSED):
-            found.findings.append(fault(place=Place("byte", at), reason=f"type {kind} where a variable should begin"))
+    while position < size:
+        if position + 8 <= size and (kind := struct.unpack_from(f"{order}I", data.data, position)[0]) not in (
+            _MATRIX,
+            _COMPRESSED,
+        ):
+            found.findings.append(
+                fault(place=Place("byte", position), reason=f"type {kind} where a variable should begin")
+            )
             return
         try:
-            kind, element, following = file.element(at)
+            kind, element, following = file.element(position)
         except _BrokenError as error:
-            what = _label(data[at:], order) or "file"
+            what = _label(data[position:], order) or "file"
             found.findings.append(fault(truncated=True, what=what, place=Place("byte", size), reason=str(error)))
             return
-        if at != subsystem:
+        if position != subsystem:
             try:
                 _variable(path, element, compressed=kind == _COMPRESSED, found=found)
             except (_BrokenError, zlib.error, struct.error) as error:
-                what = _label(data[at : at + 8 + len(element.data)], order) or "variable"
-                found.findings.append(fault(what=what, place=Place("byte", at), reason=str(error)))
-        at = following
+                what = _label(data[position : position + 8 + len(element.data)], order) or "variable"
+                found.findings.append(fault(what=what, place=Place("byte", position), reason=str(error)))
+        position = following
 
 
 def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) -> None:

@@ -28,32 +28,32 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The tables of a file: variables of equal length form one table; each struct, table and timetable is one."""
-    found = mat5.Found()
+    contents = mat5.Found()
     if head.data[_HDF5_AT : _HDF5_AT + 8] == b"\x89HDF\r\n\x1a\n":
         version = "7.3"
-        _walk_73(path, found)
-        found.findings.extend(behind(path, hdf5.declared_end(path, _HDF5_AT), "the HDF5 file"))
+        _walk_73(path, contents)
+        contents.findings.extend(behind(path, hdf5.declared_end(path, _HDF5_AT), "the HDF5 file"))
     else:
         version = "5"
-        found.version_5 = True
-        mat5.walk(path, head.data, found)
-    if found.opaque:
-        _tables(path, found)
+        contents.version_5 = True
+        mat5.walk(path, head.data, contents)
+    if contents.opaque:
+        _tables(path, contents)
     notes = [f"MATLAB file, version {version}"]
-    if version == "5" and found.plain:
+    if version == "5" and contents.plain:
         notes.append("without compression there is no checksum: a damaged number is not detected")
-    if found.skipped:
-        notes.append(f"not numbers of shape (n,) or (n, k): {', '.join(found.skipped[:12])}")
-    if not found.leaves:
-        lost = "".join(f"; {sentence(finding)}" for finding in found.findings)
+    if contents.skipped:
+        notes.append(f"not numbers of shape (n,) or (n, k): {', '.join(contents.skipped[:12])}")
+    if not contents.leaves:
+        lost = "".join(f"; {sentence(finding)}" for finding in contents.findings)
         raise DataError(f"has no variable of numbers of shape (n, 1) or (n, k){lost}")
     return gather(
-        found.leaves,
+        contents.leaves,
         kind="matlab",
         root="",
         separator=".",
-        notes=(*notes, *found.notes),
-        findings=tuple(found.findings),
+        notes=(*notes, *contents.notes),
+        findings=tuple(contents.findings),
     )
 
 

@@ -131,13 +131,13 @@ def _types(definition: str, name: str) -> dict[str, tuple[_Field, ...]]:
     types: dict[str, tuple[_Field, ...]] = {}
     for number, section in enumerate(_SEPARATOR.split(definition)):
         lines = section.strip().splitlines()
-        own = name
+        full_name = name
         if lines and lines[0].startswith("MSG:"):
-            own = _short(lines[0].removeprefix("MSG:").strip())
+            full_name = _short(lines[0].removeprefix("MSG:").strip())
             lines = lines[1:]
         elif number > 0:
             raise DataError(f"the definition of {name} has a part without a name")
-        types.setdefault(own, tuple(f for f in (_field(line, own) for line in lines) if f is not None))
+        types.setdefault(full_name, tuple(f for f in (_field(line, full_name) for line in lines) if f is not None))
     return types
 
 
@@ -183,10 +183,10 @@ def _message(
     for part in fields:
         if builder.open:
             return
-        own = _UNITS.get((name, part.name), unit)
-        if own is None and name.startswith("px4_msgs/") and part.name in ("timestamp", "timestamp_sample"):
-            own = "us"
-        _one(builder, part, _resolved(builder, part.type, name), path + part.name, own, depth, columns, ros1)
+        unit_of_field = _UNITS.get((name, part.name), unit)
+        if unit_of_field is None and name.startswith("px4_msgs/") and part.name in ("timestamp", "timestamp_sample"):
+            unit_of_field = "us"
+        _one(builder, part, _resolved(builder, part.type, name), path + part.name, unit_of_field, depth, columns, ros1)
 
 
 def _one(

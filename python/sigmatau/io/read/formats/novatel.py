@@ -66,24 +66,24 @@ def sniff(head: bytes, path: Path) -> bool:
     others = any(b"RAWIMU" not in match[0][:8] for match in _ANY.finditer(head))
     if _BEGUN.search(head) is None and _SYNC.search(head) is None and not others:
         return False
-    found = _scan(head)
-    if found.rows or not (others or found.whole):
-        return bool(found.rows)
+    scan = _scan(head)
+    if scan.rows or not (others or scan.whole):
+        return bool(scan.rows)
     data = file_bytes(path).data
-    return found.whole > 0 or _BEGUN.search(data) is not None or _SYNC.search(data) is not None
+    return scan.whole > 0 or _BEGUN.search(data) is not None or _SYNC.search(data) is not None
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The logs of a file, each name a topic, of messages whose CRC-32 is right."""
     data = file_bytes(path).tobytes()
-    found = _scan(data)
-    rest = data[found.end : found.end + 400]
-    if not found.rows:
+    scan = _scan(data)
+    rest = data[scan.end : scan.end + 400]
+    if not scan.rows:
         raise DataError(
-            f"is a NovAtel log without RAWIMU, RAWIMUS, RAWIMUX or RAWIMUSX; log one of them ({found.whole} others)"
+            f"is a NovAtel log without RAWIMU, RAWIMUS, RAWIMUX or RAWIMUSX; log one of them ({scan.whole} others)"
         )
-    findings = _findings(found, rest)
-    return tuple(_table(name, np.array(rows, dtype=_DTYPE), findings) for name, rows in found.rows.items())
+    findings = _findings(scan, rest)
+    return tuple(_table(name, np.array(rows, dtype=_DTYPE), findings) for name, rows in scan.rows.items())
 
 
 def _scan(data: bytes) -> _Found:
@@ -114,29 +114,29 @@ def _crc(data: bytes) -> int:
 
 
 def _messages(data: bytes, found: _Found) -> Iterator[tuple[str, bytes]]:
-    at, size = 0, len(data)
-    while (at := data.find(b"\xaaD", at)) >= 0 and at + 12 <= size:
-        kind = data[at + 2]
+    position, size = 0, len(data)
+    while (position := data.find(b"\xaaD", position)) >= 0 and position + 12 <= size:
+        kind = data[position + 2]
         if kind == 0x12:
-            header, length = data[at + 3], int.from_bytes(data[at + 8 : at + 10], "little")
+            header, length = data[position + 3], int.from_bytes(data[position + 8 : position + 10], "little")
         elif kind == 0x13:
-            header, length = 12, data[at + 3]
+            header, length = 12, data[position + 3]
         else:
-            at += 2
+            position += 2
             continue
-        end = at + header + length
-        message = data[at:end]
+        end = position + header + length
+        message = data[position:end]
         if header >= 12 and end + 4 <= size and _crc(message) == int.from_bytes(data[end : end + 4], "little"):
             name = _IDS.get(int.from_bytes(message[4:6], "little"))
             if name is not None:
                 yield name, message[header:]
             found.whole += 1
-            at = end + 4
-            found.end = at
+            position = end + 4
+            found.end = position
         else:
-            if int.from_bytes(data[at + 4 : at + 6], "little") in _IDS:
-                found.broken.append(at)
-            at += 2
+            if int.from_bytes(data[position + 4 : position + 6], "little") in _IDS:
+                found.broken.append(position)
+            position += 2
 
 
 def _take_binary(name: str, body: bytes, found: _Found) -> None:
@@ -171,15 +171,15 @@ def _stamp(week: int, seconds: float) -> int:
 
 def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Table:
     kinds = np.unique(rows["type"]).tolist()
-    known = _SCALES.get(kinds[0]) if len(kinds) == 1 and name.endswith("X") else None
-    units = ("", "") if known is None else (" [rad]", " [m/s]")
+    scales = _SCALES.get(kinds[0]) if len(kinds) == 1 and name.endswith("X") else None
+    units = ("", "") if scales is None else (" [rad]", " [m/s]")
     columns = (
         Column(name="time [ns]"),
         *(Column(name=f"delta_theta_{axis}{units[0]}") for axis in "xyz"),
         *(Column(name=f"delta_vel_{axis}{units[1]}") for axis in "xyz"),
     )
-    if known is not None:
-        note = f"counts of the {known[0]} by its published scale"
+    if scales is not None:
+        note = f"counts of the {scales[0]} by its published scale"
     elif name.endswith("X"):
         note = f"counts: the scale of IMU type {', '.join(map(str, kinds))} is not known"
     else:
@@ -194,7 +194,7 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
             gyro, axis = index <= 3, (index - 1) % 3
             # Order in the log: z, -y, x; velocity first.
             counts = rows["counts"][:, (3 if gyro else 0) + 2 - axis].astype(np.float64)
-            scale = 1.0 if known is None else known[1] if gyro else known[2]
+            scale = 1.0 if scales is None else scales[1] if gyro else scales[2]
             raw[index] = counts * (-scale if axis == 1 else scale)
         return Loaded(columns=raw)
 

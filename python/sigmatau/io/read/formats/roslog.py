@@ -146,9 +146,9 @@ def _load(
     exact: int | None,
 ) -> Loaded:
     """The columns of a topic."""
-    most = largest_expansion(path.stat().st_size)
+    largest = largest_expansion(path.stat().st_size)
     found, end = logs.log_messages(
-        str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, most=most
+        str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, most=largest
     )
     _within(path, end)
     if not found.rows and end.kind:

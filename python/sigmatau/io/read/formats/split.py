@@ -37,10 +37,10 @@ def files_of(folder: Path) -> tuple[Path, ...]:
         text = (folder / METADATA).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return ()
-    found = _FILES.search(text)
-    if found is None or "\0" in found[1]:
+    numbered = _FILES.search(text)
+    if numbered is None or "\0" in numbered[1]:
         return ()
-    names = [line.strip().removeprefix("-").strip(" \t\"'") for line in found[1].splitlines()]
+    names = [line.strip().removeprefix("-").strip(" \t\"'") for line in numbered[1].splitlines()]
     # Older recorders put the name of the folder first. Files outside of the folder are never read.
     return tuple(folder / Path(name).name for name in names if Path(name).name)
 

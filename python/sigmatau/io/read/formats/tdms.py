@@ -86,28 +86,28 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
     """The end of the last readable segment, and a finding of the damage after it, which npTDMS does not report. [bytes]"""
     size = path.stat().st_size
-    at, number = 0, 0
+    position, number = 0, 0
     with path.open("rb") as stream:
-        while at < size:
+        while position < size:
             number += 1
-            place = Place("segment", number, byte=at)
-            stream.seek(at)
+            place = Place("segment", number, byte=position)
+            stream.seek(position)
             lead = stream.read(_LEAD)
             if not _MARK.startswith(lead[:4]):
-                return at, (fault(place=place, reason="it does not begin with its mark"),)
+                return position, (fault(place=place, reason="it does not begin with its mark"),)
             if len(lead) < _LEAD:
-                return at, (fault(truncated=True, place=place, reason=f"{size - at} of {_LEAD} bytes"),)
+                return position, (fault(truncated=True, place=place, reason=f"{size - position} of {_LEAD} bytes"),)
             order = ">" if lead[4] & _BIG_ENDIAN else "<"
             following, data = struct.unpack(f"{order}QQ", lead[12:28])
             if following == _UNKNOWN:
                 return size, (fault(truncated=True, place=place, reason="its writer did not close it"),)
-            have = size - at - _LEAD
+            have = size - position - _LEAD
             if following > have:
-                end = size if data <= have else at  # data without their description cannot be read
+                end = size if data <= have else position  # data without their description cannot be read
                 return end, (fault(truncated=True, place=place, reason=f"{have} of {following} bytes"),)
             if data > following:
-                return at, (fault(place=place, reason="its data begin after its end"),)
-            at += _LEAD + following
+                return position, (fault(place=place, reason="its data begin after its end"),)
+            position += _LEAD + following
     return size, ()
 
 
@@ -130,8 +130,8 @@ class _Part(io.RawIOBase):
         return self._stream.seek(offset + self._end if whence == 2 else offset, 0 if whence == 2 else whence)
 
     def read(self, size: int = -1, /) -> bytes:
-        left = max(0, self._end - self._stream.tell())
-        return self._stream.read(left if size is None or size < 0 else min(size, left))
+        rest = max(0, self._end - self._stream.tell())
+        return self._stream.read(rest if size is None or size < 0 else min(size, rest))
 
     def readinto(self, buffer: Any, /) -> int:  # noqa: ANN401
         data = self.read(memoryview(buffer).nbytes)

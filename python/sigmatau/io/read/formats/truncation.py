@@ -97,27 +97,10 @@ def beginning_below(source: Path | bytes, skip: int, encoding: str, size: int) -
 
 def line_at(source: Path | bytes, number: int, encoding: str) -> Line:
     """A line, counted from 1; raises `DataError` if there is none."""
-    left, text, ended = number - 1, b"", False
-    for block in _blocks_of(source, encoding):  # line by line, a file of only line ends would take hours
-        rest = block
-        if left:
-            ends = rest.count(b"\n")
-            if ends < left:
-                left -= ends
-                continue
-            at = -1
-            for _ in range(left):
-                at = rest.find(b"\n", at + 1)
-            left, rest = 0, rest[at + 1 :]
-        if not ended:
-            line, end, rest = rest.partition(b"\n")
-            text += line[: _CHUNK - len(text)] + end
-            ended = bool(end)
-        if ended and rest.strip():
-            return Line(text=text, ended=ended, last=False)
-    if left or not text:
+    line, end, rest = beginning_below(source, number - 1, encoding, _CHUNK).partition(b"\n")
+    if not line + end:
         raise DataError("changed while it was read")
-    return Line(text=text, ended=ended, last=True)
+    return Line(text=line + end, ended=bool(end), last=not rest.strip())
 
 
 def damaged(line: bytes, encoding: str) -> bool:

@@ -179,9 +179,9 @@ def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[
     good = int(wrong[0]) if len(wrong) else source.rows
     if len(wrong):
         reason = f"{counts[good]} samples where at most {depth} fit"
-        kept = int(counts[:good].sum())
+        rows = int(counts[:good].sum())
         place, topic = Place("message", good + 1), source.label
-        findings = (*findings, fault(place=place, reason=reason, kept=kept, counted="samples", topic=topic))
+        findings = (*findings, fault(place=place, reason=reason, kept=rows, counted="samples", topic=topic))
     counts = counts[:good]
     columns = (Column(name=_STAMPS["timestamp_sample"]), *(Column(name=_named(name, axis)) for axis in "xyz"))
     first = np.concatenate(([0], np.cumsum(counts)))

@@ -44,8 +44,8 @@ _FIELDS = {
 
 def sniff(head: bytes, path: Path) -> bool:
     """Whether at least half the lines are VectorNav sentences."""
-    found = sum(1 for _ in _LINE.finditer(head))
-    return found > 0 and 2 * found >= sum(1 for line in head.split(b"\n") if line.strip())
+    count = sum(1 for _ in _LINE.finditer(head))
+    return count > 0 and 2 * count >= sum(1 for line in head.split(b"\n") if line.strip())
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
@@ -67,26 +67,28 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
     names = _FIELDS.get(name, [])
-    known = len(names) == width
+    is_documented = len(names) == width
     columns = (
-        tuple(Column(name=n) for n in names) if known else tuple(Column(name=f"field {k + 1}") for k in range(width))
+        tuple(Column(name=n) for n in names)
+        if is_documented
+        else tuple(Column(name=f"field {k + 1}") for k in range(width))
     )
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         try:
             stored = path.stat().st_size
-            most = largest_expansion(stored)
-            found = formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted), most=most)
+            largest = largest_expansion(stored)
+            sentences = formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted), most=largest)
         except formats.TextReadError as error:
             if error.kind == "too_large":
                 refuse_expansion(stored, None)
             if error.kind == "damaged":
                 raise DataError("the compressed data are damaged; copy or record the file again") from None
             raise DataError(f"cannot be read: {error.text}") from None
-        rows = len(found.columns[0])
-        return Loaded(columns=dict(zip(wanted, found.columns, strict=True)), findings=_findings(found, rows))
+        rows = len(sentences.columns[0])
+        return Loaded(columns=dict(zip(wanted, sentences.columns, strict=True)), findings=_findings(sentences, rows))
 
-    what = "" if known else f"; its {width} fields are not the documented ones and are named by number"
+    what = "" if is_documented else f"; its {width} fields are not the documented ones and are named by number"
     return Table(
         format="vectornav",
         columns=columns,

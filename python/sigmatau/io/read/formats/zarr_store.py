@@ -235,14 +235,14 @@ class ChunkedRows(Rows):
 
     def _block(self, first: int) -> NDArray[Any]:
         with self._lock:
-            found = self._blocks.get(first)
-        if found is None:
-            found = self._decoded(first, min(first + self._step, self.count))
+            block = self._blocks.get(first)
+        if block is None:
+            block = self._decoded(first, min(first + self._step, self.count))
             with self._lock:
                 while len(self._blocks) >= self._most:
                     del self._blocks[next(iter(self._blocks))]
-                self._blocks[first] = found
-        return found
+                self._blocks[first] = block
+        return block
 
     def _decoded(self, start: int, stop: int) -> NDArray[Any]:
         raw = self._stored(0, start, stop)
@@ -315,6 +315,6 @@ def _with_fill(array: Any, fill: float) -> Any:  # noqa: ANN401
     """The same array with another value for chunks that are not stored; its attributes are not changed in the store."""
     import zarr
 
-    found = array.async_array
+    wrapped = array.async_array
     metadata = replace(array.metadata, fill_value=array.dtype.type(fill))
-    return zarr.Array(type(found)(metadata=metadata, store_path=array.store_path, config=found.config))
+    return zarr.Array(type(wrapped)(metadata=metadata, store_path=array.store_path, config=wrapped.config))

@@ -31,7 +31,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     import zipfile  # in the call, to keep the reading of text fast
 
     tables: list[Table] = []
-    left: list[str] = []
+    skipped: list[str] = []
     with library_faults(_damaged), zipfile.ZipFile(path) as archive:
         first = min((m.header_offset for m in archive.infolist()), default=0)
         members = [m for m in archive.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX/")]
@@ -42,17 +42,17 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         for member in members:
             held = _tables(path, archive, member)
             if isinstance(held, str):
-                left.append(f"{member.filename} ({held})")
+                skipped.append(f"{member.filename} ({held})")
             else:
                 tables += held
     if not tables:
-        why = f": {'; '.join(left[:3])}" if left else ""
+        why = f": {'; '.join(skipped[:3])}" if skipped else ""
         raise DataError(f"is a zip archive without text tables, .npy or .npz files{why}"[:400])
     ends = archive_ends(path, first)
-    if left or ends:
-        note = f"left out: {', '.join(left)}"[:300]
+    if skipped or ends:
+        note = f"left out: {', '.join(skipped)}"[:300]
         tables = [
-            replace(t, notes=(*t.notes, note) if left and t is tables[0] else t.notes, findings=(*t.findings, *ends))
+            replace(t, notes=(*t.notes, note) if skipped and t is tables[0] else t.notes, findings=(*t.findings, *ends))
             for t in tables
         ]
     return tuple(tables)

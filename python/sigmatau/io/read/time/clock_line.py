@@ -65,9 +65,9 @@ def about_line(
     rest = t - t[0] - x * first
     rest -= rest.mean()
     middle = x - x.mean()
-    more = float(middle @ rest) / float(middle @ middle)
-    rest -= more * middle
-    return rest, first + more, middle
+    correction = float(middle @ rest) / float(middle @ middle)
+    rest -= correction * middle
+    return rest, first + correction, middle
 
 
 def rate_change(intervals: NDArray[np.float64]) -> tuple[int, float, float] | None:
@@ -181,6 +181,6 @@ def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: floa
     along = along - along.mean(axis=1, keepdims=True)
     squares = (along * along).sum(axis=1)
     slopes = (values * along).sum(axis=1) / squares
-    left = values - slopes[:, None] * along
-    scatter = math.sqrt(float((left * left).sum()) / (_PARTS * (per - 2)) * max(1.0, per / apart))
+    residuals = values - slopes[:, None] * along
+    scatter = math.sqrt(float((residuals * residuals).sum()) / (_PARTS * (per - 2)) * max(1.0, per / apart))
     return Drift(rates=-slopes / interval, error=scatter / math.sqrt(float(squares.mean())) / interval)

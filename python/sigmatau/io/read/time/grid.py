@@ -91,10 +91,10 @@ def fit_grid(
         return finished(t, None, "grid", usual, None)
     if (stairs := _stairs(intervals, t, step)) is not None:
         interval, bound = stairs
-        most = interval if bound == math.inf else interval * (1 + bound)
-        interval = given if given and interval * (1 - bound) <= given <= most else interval
-        one = finished(t, None, "coarse", usual, intervals)
-        return replace(one, interval=interval, error=bound * interval, drift=None, bound=bound)
+        longest = interval if bound == math.inf else interval * (1 + bound)
+        interval = given if given and interval * (1 - bound) <= given <= longest else interval
+        coarse = finished(t, None, "coarse", usual, intervals)
+        return replace(coarse, interval=interval, error=bound * interval, drift=None, bound=bound)
     if _even_line(t, intervals, step):
         period = pattern(intervals, step)
         stated = bool(given) and period > 0 and abs(cast("float", given) / step - 1) < _EQUAL_INTERVALS
@@ -208,10 +208,10 @@ def _finer(t: NDArray[np.float64], intervals: NDArray[np.float64]) -> float:
     """The interval of a finer grid than that of the median that fits the intervals; 0 if there is none."""
     some = intervals[:: max(len(intervals) // _MAX_INTERVALS, 1)]
     low = float(np.quantile(some, _FINE_QUANTILE, method="lower"))
-    near = some[(some > 0.7 * low) & (some < 1.4 * low)] if low > 0 else some[:0]
-    if not len(near):
+    typical = some[(some > 0.7 * low) & (some < 1.4 * low)] if low > 0 else some[:0]
+    if not len(typical):
         return 0.0
-    interval = _refined(t, float(near.mean()))
+    interval = _refined(t, float(typical.mean()))
     return interval if _cosine(intervals, interval) > _LEAST_FIT else 0.0
 
 

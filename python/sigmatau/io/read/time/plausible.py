@@ -70,7 +70,7 @@ def unit_by_size(first: float, last: float, interval: float, n: int) -> str | No
     by_unit = {reading.unit: reading for reading in readings(interval, n)}
     possible = {unit for unit, reading in by_unit.items() if reading.is_possible}
     unit = epoch_unit(first)
-    if unit is not None and by_unit[unit].rate < _SLOW and any(by_unit[other].is_usual for other in _UNITS):
+    if unit is not None and by_unit[unit].rate < _SLOW and any(by_unit[name].is_usual for name in _UNITS):
         return None
     if unit is None and possible.isdisjoint(_UNITS):
         unit = "d" if any(low <= first <= last <= high for low, high in _DAY_NUMBERS) else None

@@ -62,21 +62,21 @@ def in_order(
     all.
     """
     findings: list[Finding] = []
-    least = stamps.min() if len(stamps) else 0  # NaN if there is one
-    if (least != least) if stamps.dtype.kind == "f" else (least == NO_STAMP and stamps.dtype == np.int64):
+    smallest = stamps.min() if len(stamps) else 0  # NaN if there is one
+    if (smallest != smallest) if stamps.dtype.kind == "f" else (smallest == NO_STAMP and stamps.dtype == np.int64):
         missing = np.isnan(stamps) if stamps.dtype.kind == "f" else stamps == NO_STAMP
         rows, without = _with_stamp(missing, where, name, rows)
         findings.append(without)
         stamps = stamps[~missing]
         samples = [channel[~missing] for channel in samples]
-        least = stamps.min() if len(stamps) else 0
-    most = stamps.max() if len(stamps) else 0
-    if stamps.dtype.kind in "iu" and int(most) - int(least) >= 1 << 62:
+        smallest = stamps.min() if len(stamps) else 0
+    largest = stamps.max() if len(stamps) else 0
+    if stamps.dtype.kind in "iu" and int(largest) - int(smallest) >= 1 << 62:
         stamps = stamps.astype(np.float64)
-    if stamps.dtype.kind == "f" and not max(abs(least), abs(most)) < _LARGEST_STAMP:
+    if stamps.dtype.kind == "f" and not max(abs(smallest), abs(largest)) < _LARGEST_STAMP:
         worst = int(np.argmax(np.abs(stamps)))
         raise DataError(f", {where(_row(rows, worst))}: column {name} has {stamps[worst]}, which is not a time")
-    if len(stamps) and least == most:
+    if len(stamps) and smallest == largest:
         raise StampError(
             f"all stamps in column {name} are {stamps[0]}, so they give no rate; name another column with {TIME_COLUMN}"
             f" (in a bag or MCAP {Hint('channels', 'time', 'log_time')}), or ignore the stamps with {WITHOUT_STAMPS}"
@@ -96,10 +96,10 @@ def in_order(
         intervals = np.diff(stamps)
         shortest = intervals.min()
         if len(back):
-            kept, moved = _sorted(stamps, back, where, name, rows)
+            order, moved = _sorted(stamps, back, where, name, rows)
             findings.append(moved)
-            stamps, samples = stamps[kept], [channel[kept] for channel in samples]
-            rows = kept if rows is None else rows[kept]
+            stamps, samples = stamps[order], [channel[order] for channel in samples]
+            rows = order if rows is None else rows[order]
             intervals = np.diff(stamps)
             shortest = intervals.min()
     if shortest == 0:
@@ -135,8 +135,8 @@ def _with_stamp(
             channel=name,
             index=_row(rows, first),
         )
-    kept = np.flatnonzero(~missing) if rows is None else rows[~missing]
-    return kept, _finding("missing", count, len(missing), place)
+    remaining = np.flatnonzero(~missing) if rows is None else rows[~missing]
+    return remaining, _finding("missing", count, len(missing), place)
 
 
 def _finding(what: Literal["missing", "wrong", "repeated", "late"], count: int, rows: int, place: str) -> Finding:
@@ -153,9 +153,9 @@ def _sorted(
         if (moved := _moved(stamps)) is not None:
             return moved[0], _finding("late", moved[1], len(stamps), place)
         if (wrong := _wrong(stamps, back)) is not None:
-            at = where(_row(rows, int(wrong[0])))
-            kept = np.delete(np.arange(len(stamps)), wrong)
-            return kept, _finding("wrong", len(wrong), len(stamps), at)
+            first_wrong = where(_row(rows, int(wrong[0])))
+            remaining = np.delete(np.arange(len(stamps)), wrong)
+            return remaining, _finding("wrong", len(wrong), len(stamps), first_wrong)
     times = "" if len(back) == 1 else f", and {len(back) - 1} times more after it"
     usual, back_to = _usual(stamps), float(stamps[row]) - float(stamps[0])
     if abs(back_to) <= _RESTART * usual and float(stamps[row - 1]) - float(stamps[row]) >= _LEAST_RUN * usual:
@@ -210,14 +210,14 @@ def _unswapped(stamps: NDArray[Any]) -> NDArray[Any]:
         return stamps
     intervals = np.diff((stamps - stamps.min()).astype(np.float64))
     usual, spread = median_and_spread(intervals)
-    most = _JITTER_SIGMAS * spread
-    if not most > usual:
+    limit = _JITTER_SIGMAS * spread
+    if not limit > usual:
         return stamps
     stamps = stamps.copy()
     for _ in range(_SWAP_ROUNDS):  # a stamp may be behind several others
         back = np.flatnonzero(stamps[1:] < stamps[:-1])
         size = (stamps[back] - stamps[back + 1]).astype(np.float64)
-        mild = back[size <= most - usual]
+        mild = back[size <= limit - usual]
         mild = mild[np.diff(mild, prepend=-2) > 1]  # disjoint pairs only
         if not len(mild):
             break
@@ -244,8 +244,8 @@ def _moved(stamps: NDArray[Any]) -> tuple[NDArray[np.int64], int] | None:
     intervals = np.diff(stamps[order]).astype(np.float64)
     usual = _usual(stamps)
     place = np.flatnonzero(late[order])
-    beside = np.unique(np.clip(np.concatenate((place - 1, place)), 0, n - 2))
-    gaps = intervals[beside]
+    neighbours = np.unique(np.clip(np.concatenate((place - 1, place)), 0, n - 2))
+    gaps = intervals[neighbours]
     fits = bool((gaps >= _MIN_DISTANCE * usual).all() and (gaps <= _MAX_DISTANCE * usual).all())
     return (order, count) if fits and usual > 0 else None
 
@@ -254,19 +254,19 @@ def _wrong(stamps: NDArray[Any], back: NDArray[np.intp]) -> NDArray[np.int64] | 
     """Rows whose stamps are wrong: without them, time goes on regularly; None if that does not explain all steps back."""
     n = len(stamps)
     wrong = []
-    for at in back.tolist():  # one in a hundred rows at most
-        if at > 0 and stamps[at - 1] <= stamps[at + 1]:
-            wrong.append(at)  # too late
-        elif at + 2 < n and stamps[at] <= stamps[at + 2]:
-            wrong.append(at + 1)  # too early
-        elif at == 0:
+    for row in back.tolist():  # one in a hundred rows at most
+        if row > 0 and stamps[row - 1] <= stamps[row + 1]:
+            wrong.append(row)  # too late
+        elif row + 2 < n and stamps[row] <= stamps[row + 2]:
+            wrong.append(row + 1)  # too early
+        elif row == 0:
             wrong.append(0)  # before the clock was set
         else:
             return None
-    left = np.diff(np.delete(stamps, wrong)).astype(np.float64)
+    intervals = np.diff(np.delete(stamps, wrong)).astype(np.float64)
     usual = _usual(stamps)
-    at = np.clip(np.asarray(wrong) - 1 - np.arange(len(wrong)), 0, len(left) - 1)
-    if left.min() < 0 or (left[at] > (_MAX_DISTANCE + 1) * usual).any() or not usual > 0:
+    row = np.clip(np.asarray(wrong) - 1 - np.arange(len(wrong)), 0, len(intervals) - 1)
+    if intervals.min() < 0 or (intervals[row] > (_MAX_DISTANCE + 1) * usual).any() or not usual > 0:
         return None
     return np.asarray(wrong, dtype=np.int64)
 
@@ -302,17 +302,17 @@ def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least
     """The rows of a damaged log before time goes backwards; raises `error`, with known damage, for other logs. The last
     of these rows is left out as well: either it or the next row has a wrong stamp.
     """
-    known = (*table.findings, *loaded.findings)
-    if choice.time is None or not any(finding.severity == "error" for finding in known):
+    findings = (*table.findings, *loaded.findings)
+    if choice.time is None or not any(finding.severity == "error" for finding in findings):
         raise with_damage(error, table, loaded.findings) from None
     stamps = loaded.columns[choice.time]
     back = np.flatnonzero(stamps[1:] < stamps[:-1])
     rows = len(stamps)
-    kept = int(back[0]) if len(back) else rows
-    if not least <= kept < rows:
+    end = int(back[0]) if len(back) else rows
+    if not least <= end < rows:
         raise with_damage(error, table, loaded.findings) from None
-    finding = fault(place=Place("row", kept), reason="time goes backwards", kept=kept, declared=rows)
-    columns = {index: array[:kept] for index, array in loaded.columns.items()}
+    finding = fault(place=Place("row", end), reason="time goes backwards", kept=end, declared=rows)
+    columns = {index: array[:end] for index, array in loaded.columns.items()}
     return replace(loaded, columns=columns, findings=(*loaded.findings, finding))
 
 

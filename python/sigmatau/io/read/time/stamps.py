@@ -102,49 +102,49 @@ def fit(
     # Consecutive rows as well: rows at a regular stride may hide a pattern.
     some = np.concatenate((np.diff(stamps[:2048]), np.diff(stamps[:: max(len(stamps) // 4096, 1)])))
     step = resolution(some, float(max(abs(stamps[0]), abs(stamps[-1]))))
-    given = 1 / (rate * second) if rate and second else None
-    found = fit_grid(t, used.intervals, step, given=given)
-    if found.bound == math.inf and rate is None:
+    stated = 1 / (rate * second) if rate and second else None
+    grid = fit_grid(t, used.intervals, step, given=stated)
+    if grid.bound == math.inf and rate is None:
         single = " (the resolution of single precision)" if _is_single_precision(used, step) else ""
         raise StampError(
             f"stamps in column {name} have two values only, {stamps[0]} and {stamps[-1]}{single}, which give no upper limit"
-            f" of the rate of {found.n} samples; give {RATE}, or write the stamps with all their digits"
+            f" of the rate of {grid.n} samples; give {RATE}, or write the stamps with all their digits"
         )
-    known = second is not None
+    has_unit = second is not None
     if second is None:
-        second = 1 / (rate * found.interval) if rate else 1.0
-    tau0 = found.interval * second
+        second = 1 / (rate * grid.interval) if rate else 1.0
+    tau0 = grid.interval * second
     if not 1e-200 < tau0 < 1e200:
         raise StampError(f"stamps in column {name} give an interval of {tau0:.3g} s, which is not usable; give {RATE}")
 
     def place(k: int) -> str:
         return where(k if used.rows is None else int(used.rows[k]))
 
-    start, notes = _start(stamps[found.start], second)
-    lost = found.n - (found.stop - found.start)
+    start, notes = _start(stamps[grid.start], second)
+    lost = grid.n - (grid.stop - grid.start)
     source = RateSource(kind="time stamps", place=name, lost=lost)
     rows = used.rows
-    if found.start > 0 or found.stop < len(stamps):
-        rows = (np.arange(len(stamps)) if rows is None else rows)[found.start : found.stop]
+    if grid.start > 0 or grid.stop < len(stamps):
+        rows = (np.arange(len(stamps)) if rows is None else rows)[grid.start : grid.stop]
     return Timing(
         rate=1.0 / tau0,
-        second=second if known else None,
+        second=second if has_unit else None,
         start=start,
         source=source,
-        jitter=found.jitter * second,
+        jitter=grid.jitter * second,
         step=step * second,
-        on_grid=found.kind == "grid" and found.pieces > 0,
-        is_regular=found.pieces > 0 and found.bound < math.inf,
+        on_grid=grid.kind == "grid" and grid.pieces > 0,
+        is_regular=grid.pieces > 0 and grid.bound < math.inf,
         rows=rows,
-        places=found.places,
-        n=found.n,
+        places=grid.places,
+        n=grid.n,
         notes=notes,
         findings=(
             *used.findings,
-            *_pauses(found, used, second, place),
-            *_resolution_or_host(found, used, second, step),
-            *(_rate_change(found, used, second, place) or (*_gaps(found, second, place), *_rate_drift(found, tau0))),
-            *(_rate_not_nominal(1.0 / tau0, found) if known and rate is None else ()),
+            *_pauses(grid, used, second, place),
+            *_resolution_or_host(grid, used, second, step),
+            *(_rate_change(grid, used, second, place) or (*_gaps(grid, second, place), *_rate_drift(grid, tau0))),
+            *(_rate_not_nominal(1.0 / tau0, grid) if has_unit and rate is None else ()),
         ),
     )
 
@@ -166,8 +166,10 @@ def mismatch(given: float, other: float, kind: InputKind = "rate", *, stated: bo
     ratio = given / other
     if abs(1 / ratio - 1) <= _EQUAL_RATES:
         return ()
-    more = 0.0 if kind == "rate" else 1.0
-    factors = tuple((term, ratio ** (power + more)) for term, power in _POWERS.items() if power + more)
+    power_of_kind = 0.0 if kind == "rate" else 1.0
+    factors = tuple(
+        (term, ratio ** (power + power_of_kind)) for term, power in _POWERS.items() if power + power_of_kind
+    )
     details = RateMismatch(used=given, other=other, stated=stated)
     return (Finding(details=details, severity="warning", size=ratio - 1, factors=factors),)
 
@@ -206,7 +208,7 @@ def _gaps(
     if found.places is None:
         return ()
     holes = np.diff(found.places) - 1
-    at = np.flatnonzero(holes)
+    places = np.flatnonzero(holes)
     lost = int(holes.sum())
     tau0 = found.interval * second
     longest = tuple(
@@ -216,16 +218,16 @@ def _gaps(
             length=float(holes[k]) * tau0,
             place=place(found.start + int(k) + 1),
         )
-        for k in at[np.argsort(-holes[at], kind="stable")][:_LISTED_GAPS]
+        for k in places[np.argsort(-holes[places], kind="stable")][:_LISTED_GAPS]
     )
-    starts = (found.places[at] + 1) * tau0
-    spans, more_spans = longest_spans(starts, starts + holes[at] * tau0)
+    starts = (found.places[places] + 1) * tau0
+    spans, more_spans = longest_spans(starts, starts + holes[places] * tau0)
     even_rate = None
     if found.period:
         even_rate = found.period / (float(found.places[found.period] - found.places[0]) * tau0)
     details = Gaps(
         samples=found.n,
-        gaps=len(at),
+        gaps=len(places),
         longest=longest,
         rate=1 / tau0,
         estimated=found.kind == "host",
@@ -311,17 +313,17 @@ def _rate_change(found: GridFit, used: Rows, second: float, place: Callable[[int
         empty=found.places is not None,
     )
     longest = 1 if found.places is None else int(np.diff(found.places).max())
-    more = () if longest <= round(max(before, after) / found.interval) else _gaps(found, second, place)
-    return (told, *more)
+    gaps = () if longest <= round(max(before, after) / found.interval) else _gaps(found, second, place)
+    return (told, *gaps)
 
 
 def rate_changed(*, at: float, end: float, details: RateChange, empty: bool) -> Finding:
     """A finding of a change of the rate at the time `at` of a log that ends at `end` [s]. Where places are left `empty`, the
     coefficients allow for it; else they are those of a mixture.
     """
-    most = max(details.before, details.after) / min(details.before, details.after)
-    factors = () if empty else (("random_walk", math.sqrt(most)),)
-    return Finding(details=details, severity="warning", spans=((at, end),), size=most, factors=factors)
+    ratio = max(details.before, details.after) / min(details.before, details.after)
+    factors = () if empty else (("random_walk", math.sqrt(ratio)),)
+    return Finding(details=details, severity="warning", spans=((at, end),), size=ratio, factors=factors)
 
 
 def later(finding: Finding, by: float) -> Finding:

@@ -28,7 +28,7 @@ class RateContradiction:
     """A stated rate and the other rate, which are not one nominal rate."""
 
     stated: float  # [Hz]
-    other: float  # By the time stamps, or stated by the file. [Hz]
+    logged: float  # By the time stamps, or stated by the file. [Hz]
     source: str  # What gives the other one, in words
     sensor: str = ""  # The sensor whose rate is stated; empty if the rate is that of all
     unit: str = ""  # The unit of time in use, if it follows from the stated rate or the size of the stamps
@@ -37,7 +37,7 @@ class RateContradiction:
 
     def error(self) -> OptionError:
         """The refusal, with both readings and the option for each."""
-        other, stated = f"{self.other:.6g} Hz", f"{self.stated:.6g} Hz"
+        logged, stated = f"{self.logged:.6g} Hz", f"{self.stated:.6g} Hz"
         in_unit = f" in {self.unit}" if self.unit else ""
         omit = "omit {option}" + (f" and add {Hint('unit', 'time', self.unit)}" if self.unit else "")
         if self.other_unit:
@@ -46,9 +46,9 @@ class RateContradiction:
             use = f"put time=none in place of the time column in {Hint('channels')}"
         else:
             use = f"add {Hint('channels', 'time', 'none')}"
-        choice = f"For {other}, {omit}; for {stated}, {use}" if is_possible(self.other) else f"For {stated}, {use}"
+        choice = f"For {logged}, {omit}; for {stated}, {use}" if is_possible(self.logged) else f"For {stated}, {use}"
         rate = Hint("rate", self.sensor or None, int(self.stated) if self.stated.is_integer() else self.stated)
-        return OptionError(f"{self.source} {other}{in_unit}, which contradicts {rate}. {choice}", option="rate")
+        return OptionError(f"{self.source} {logged}{in_unit}, which contradicts {rate}. {choice}", option="rate")
 
 
 def is_possible(rate: float) -> bool:
@@ -56,9 +56,9 @@ def is_possible(rate: float) -> bool:
     return PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
 
 
-def is_one_nominal_rate(rate: float, other: float) -> bool:
+def is_one_nominal_rate(rate: float, reference: float) -> bool:
     """Whether two rates may be one nominal rate by two clocks."""
-    return 1 / NOMINAL_RATIO <= rate / other <= NOMINAL_RATIO
+    return 1 / NOMINAL_RATIO <= rate / reference <= NOMINAL_RATIO
 
 
 def unit_by_rate(interval: float, typical: float, rate: float) -> str | None:
@@ -86,11 +86,11 @@ def unit_for(second: float, by_stamps: float, stated: float) -> str:
     )
 
 
-def is_confirmed(*, by_stamps: float, length: float, other_unit: str, is_unit_given: bool, is_inertial: bool) -> bool:
+def is_confirmed(*, by_stamps: float, length: float, other_unit: str, has_stated_unit: bool, is_inertial: bool) -> bool:
     """Whether a stated rate that the stamps contradict is used: no inertial sensor has the rate of the stamps, or few
     have it and another unit of time gives the stated rate. A unit that the user gives is not overridden.
     """
-    if is_unit_given or not is_inertial:
+    if has_stated_unit or not is_inertial:
         return False
     is_unusual = by_stamps < _SLOWEST_USUAL or length < _SHORTEST_USUAL
     return not is_possible(by_stamps) or (is_unusual and bool(other_unit))

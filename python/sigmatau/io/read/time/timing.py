@@ -96,34 +96,34 @@ def timed(
             raise OptionError("the scale of time must be positive", option="scale")
     elif options.rate is None:
         raise stamps.without_unit(used.stamps, used.intervals, name)
-    found = stamps.fit(used, second, table.where, name, rate=options.rate)
-    findings = found.findings
-    notes = found.notes
+    fitted = stamps.fit(used, second, table.where, name, rate=options.rate)
+    findings = fitted.findings
+    notes = fitted.notes
     if clock is not None:
         notes = (*notes, f"time stamps in column {name} are the digits of hours, minutes and seconds")
     epoch = "as day numbers" if by_size == "d" else "counted from 1970"
     notes = (*notes, f"time stamps in {by_size} by their size, {epoch}") if by_size else notes
     contradiction = None
     if options.rate is None:
-        notes = (*notes, f"sampling rate {found.rate:.6g} Hz from {found.source}")
+        notes = (*notes, f"sampling rate {fitted.rate:.6g} Hz from {fitted.source}")
     elif second is None:
         notes = (f"time stamps in column {name} checked for order and gaps only",)
     else:
         notes = (*notes, f"time stamps in {by_rate} by the given rate") if by_rate else notes
-        findings = (*stamps.mismatch(options.rate, found.rate, options.input), *findings)
-        contradiction = _contradiction(found, second, choice, options, name, by_rate or by_size)
+        findings = (*stamps.mismatch(options.rate, fitted.rate, options.input), *findings)
+        contradiction = _contradiction(fitted, second, choice, options, name, by_rate or by_size)
     if own is not None:
         findings = tuple(f if f.channels else replace(f, channels=(stream,)) for f in findings)
         notes = (*notes, f"{stream} in {len(own)} of {len(stamps_raw)} rows, with the stamps of these")
-    source, given = found.source, options.rate
-    if given is not None:  # "given" alone: the log does not confirm it
-        confirmed = second is not None and not stamps.mismatch(given, found.rate)
+    source, stated = fitted.source, options.rate
+    if stated is not None:  # "given" alone: the log does not confirm it
+        confirmed = second is not None and not stamps.mismatch(stated, fitted.rate)
         source = replace(source, kind="given", confirmed=True) if confirmed else GIVEN
-    start = 0.0 if second is None else found.start
-    measured = None if second is None else found.rate
+    start = 0.0 if second is None else fitted.start
+    measured = None if second is None else fitted.rate
     return replace(
-        found,
-        rate=given or found.rate,
+        fitted,
+        rate=stated or fitted.rate,
         measured=measured,
         start=start,
         source=source,
@@ -157,7 +157,7 @@ def of_statement(table: Table, options: Options) -> RateContradiction | None:
     if rate is None or stated is None or no_time(table.columns, options.channels) or is_one_nominal_rate(rate, stated):
         return None
     source = f"the file states, as {table.rate_source}," if table.rate_source else "the file states"
-    return RateContradiction(stated=rate, other=stated, source=source)
+    return RateContradiction(stated=rate, logged=stated, source=source)
 
 
 def _contradiction(
@@ -174,13 +174,13 @@ def _contradiction(
         by_stamps=timing.rate,
         length=(timing.n or 0) / timing.rate,
         other_unit=other_unit,
-        is_unit_given="time" in options.unit or "time" in options.scale,
+        has_stated_unit="time" in options.unit or "time" in options.scale,
         is_inertial=any(stream_name(channel) in SI for channel in choice.channels),
     ):
         return None
     return RateContradiction(
         stated=rate,
-        other=timing.rate,
+        logged=timing.rate,
         source=f"the time stamps in column {name} give",
         unit=assumed,
         other_unit=other_unit,
@@ -196,8 +196,8 @@ def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set
     """The columns that contain a NaN."""
     held = [i for i in indices if isinstance(raw[i], np.ndarray) and raw[i].dtype == np.float64]
     doubles = [i for i in held if raw[i].flags.c_contiguous]
-    found = dict(zip(doubles, kernels.all_finite([raw[i] for i in doubles]), strict=True)) if doubles else {}
-    doubted = {i for i in indices if not found.get(i, False) and raw[i].dtype.kind == "f"}
+    all_finite = dict(zip(doubles, kernels.all_finite([raw[i] for i in doubles]), strict=True)) if doubles else {}
+    doubted = {i for i in indices if not all_finite.get(i, False) and raw[i].dtype.kind == "f"}
     missing: set[int] = set()
     for start in range(0, max((len(raw[i]) for i in doubted), default=0), CHUNK):
         for i in doubted - missing:  # together: columns of one file share its rows
@@ -221,7 +221,7 @@ def own_rows(
             for i in indices[1:]:
                 nothing &= np.isnan(raw[i])
             empty[name] = nothing
-    found: dict[str, NDArray[np.int64]] = {}
+    rows_of_stream: dict[str, NDArray[np.int64]] = {}
     for name, nothing in empty.items():
         share = np.count_nonzero(nothing) / len(nothing)
         if share < _LEAST_OTHER_ROWS or share == 1:
@@ -231,8 +231,8 @@ def own_rows(
             if other != name:
                 filled |= ~empty[other] if other in empty else True
         if np.count_nonzero(filled & nothing) >= _FILLED_BY_OTHERS * np.count_nonzero(nothing):
-            found[name] = np.flatnonzero(~nothing)
-    return found
+            rows_of_stream[name] = np.flatnonzero(~nothing)
+    return rows_of_stream
 
 
 def missing_in(
@@ -246,7 +246,7 @@ def missing_in(
     dropped: bool = False,
 ) -> tuple[Finding, ...]:
     """A finding about missing numbers in the rows in use; `tau0` is the time from row to row."""
-    said: dict[str, NDArray[np.bool_]] = {}
+    missing_by_channel: dict[str, NDArray[np.bool_]] = {}
     for channel, index in channels.items():
         if index not in missing:
             continue
@@ -255,9 +255,9 @@ def missing_in(
             inside = np.zeros(len(bad), dtype=bool)
             inside[used[index]] = True
             bad &= inside
-        said[channel] = bad
-    of = {channel: len(used[channels[channel]]) for channel in said if channels[channel] in used}
-    return missing_values(said, where, tau0, of=of, dropped=dropped)
+        missing_by_channel[channel] = bad
+    counts = {channel: len(used[channels[channel]]) for channel in missing_by_channel if channels[channel] in used}
+    return missing_values(missing_by_channel, where, tau0, of=counts, dropped=dropped)
 
 
 _LEAST_JITTER = 0.03  # share of the sample interval from which on jitter is a finding
@@ -272,20 +272,20 @@ def jitter_findings(
     integrating sensor whose intervals scatter so shows its mean times the scatter as quantization noise. The mean of a
     rate does not depend on the instant of sampling.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for timing in times:
         jitter = timing.jitter or 0.0
         rounding = timing.step / math.sqrt(12)
         if not timing.on_grid or jitter * timing.rate <= least or jitter <= _ROUNDING_FACTOR * rounding:
             continue
-        own = [s for s in streams if s.grid.jitter == timing.jitter]
-        integrating = [s for s in own if s.samples.transforms[0].kind != "rate"]
-        for stream in integrating or own[:1]:
+        jittered = [s for s in streams if s.grid.jitter == timing.jitter]
+        integrating = [s for s in jittered if s.samples.transforms[0].kind != "rate"]
+        for stream in integrating or jittered[:1]:
             details = Jitter(sigma=jitter, interval=1 / timing.rate)
             if integrating:
                 means = np.abs(sum(np.nansum(chunk, axis=0) for chunk in stream.chunks())) / stream.grid.n
                 unit = _INTEGRALS.get(stream.unit, f"{stream.unit} s")
                 details = replace(details, added=float(np.max(means)) * jitter, unit=unit)
             channels = stream.channels if integrating else ()
-            found.append(Finding(details=details, severity="info", channels=channels, size=jitter, unit="s"))
-    return tuple(found)
+            findings.append(Finding(details=details, severity="info", channels=channels, size=jitter, unit="s"))
+    return tuple(findings)

@@ -54,7 +54,7 @@ def refuse_shared_times(table: Table, column: int) -> None:
     """Raise `OptionError` if blocks of rows have the same times in a column of stamps that is ignored."""
     try:
         stamps = table.load([column], column).columns[column]
-    except DataError:  # perhaps why it is ignored
+    except (DataError, OptionError):  # perhaps why it is ignored
         return
     if shares_times(stamps):
         single = Hint("interleaved", value=1)

@@ -77,6 +77,19 @@ def lists(rows):
     ]
 
 
+def bare_lists(rows):
+    return [
+        "time_s={:.7f} gyr_rad_s=[{:.7f}, {:.7f}, {:.7f}] acc_m_s2: ({:.7f},{:.7f},{:.7f})".format(*r)
+        for r in rows.tolist()
+    ]
+
+
+def dictionaries(rows):
+    return [
+        str({"time_s": t, "gyro_rad_s": {"x": x, "y": y, "z": z}, "acc_m_s2": a}) for t, x, y, z, *a in rows.tolist()
+    ]
+
+
 def objects(rows):
     return [
         "Imu(time_s={:.7f}, gyro_rad_s=Vector3(x={:.7f}, y={:.7f}, z={:.7f}), "
@@ -112,6 +125,8 @@ FORMS = (
     row_names,
     station,
     lists,
+    bare_lists,
+    dictionaries,
     objects,
     colours,
 )

@@ -26,7 +26,9 @@ _ROW_COUNT = re.compile(rb"^(?:\(\d+ rows?\)|\d+ rows? in set.*)(?=\r?$)", re.MU
 _D_EXPONENT = re.compile(rb"(?<=[\d.])[dD](?=[-+]\d{2,3}(?!\w))")
 _THOUSANDS = re.compile(rb"(?<![\d.,])[-+]?\d{1,3}(?:,\d{3})+(?![\d,])")
 _ATTRIBUTE = re.compile(rb"^@attribute\s+('[^']*'|\"[^\"]*\"|\S+)", re.IGNORECASE)
-_LIST = re.compile(rb"(?<=[\w)])[ \t]*\[[ \t]*(" + _NUMBER + rb"(?:[ \t]*,[ \t]*" + _NUMBER + rb")+)[ \t]*\]")
+_LIST = re.compile(
+    rb"([\w)])[ \t]*[=:]?[ \t]*[\[(][ \t]*(" + _NUMBER + rb"(?:[ \t]*,[ \t]*" + _NUMBER + rb")+)[ \t]*[\])]"
+)
 _LIST_FIELD = re.compile(rb"(?<=;)\[(" + _NUMBER + rb"(?:, ?" + _NUMBER + rb")+)\](?=\r?$)", re.MULTILINE)
 _VECTOR = re.compile(
     rb"(?P<name>\w+)\s*[=:]?\s*\w*(?P<open>[({])\s*(?P<axes>x\s*[=:]\s*"
@@ -187,7 +189,7 @@ _TRANSLATIONS = (
     _Translation("ARFF", lambda first, last: re.search(rb"(?im)^@relation\b", first) is not None, _name_attributes),
     _Translation("row names of R", _lacks_row_name, lambda data: b"row " + data),
     _Translation("TOA5", _has_station, _without_station),
-    _Translation("lists within brackets", _on_most_lines(_LIST), lambda data: _LIST.sub(rb": \1", data)),
+    _Translation("lists within brackets", _on_most_lines(_LIST), lambda data: _LIST.sub(rb"\1: \2", data)),
     _Translation(
         "lists within brackets",
         _on_most_lines(_LIST_FIELD),
@@ -195,8 +197,9 @@ _TRANSLATIONS = (
     ),
     _Translation(
         "vectors within braces",
-        lambda first, last: _VECTOR.search(last) is not None and not last.lstrip().startswith(b'{"'),
+        lambda first, last: _VECTOR.search(last) is not None and not last.lstrip().startswith((b'{"', b"{'")),
         _flatten,
     ),
+    _Translation("dictionaries of Python", _on_most_lines(re.compile(rb"^\{'")), lambda data: data.replace(b"'", b'"')),
     _Translation("messages of MAVLink", _on_most_lines(_MESSAGE), _as_json),
 )

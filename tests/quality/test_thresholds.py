@@ -16,7 +16,9 @@ from sigmatau.quality.samples import (
     interpolation,
     light_shocks,
     repeated_samples,
+    resolution,
     saturation,
+    spikes,
     start_transient,
     straight_lines,
     stuck_samples,
@@ -85,6 +87,14 @@ def louder(x):
     x[N // 2 :] *= 3
 
 
+def rounded(x):
+    x[:] = np.round(x, 3)
+
+
+def spikes_of(stream, **thresholds):
+    return np.flatnonzero(spikes.find_spikes(stream.column("gyro_x"), **thresholds)).tolist()
+
+
 CASES = {
     "saturation": (clipped, saturation, saturation.saturation, {"levels": MANY}),
     "dropouts": (with_zeros, dropouts, dropouts.dropouts, {"no_chance": -1.0, "min_rows": MANY}),
@@ -111,6 +121,8 @@ CASES = {
         ],
         {"count": MANY},
     ),
+    "spikes": (with_spikes, spikes, spikes_of, {"least": MANY}),
+    "coarse": (rounded, resolution, resolution.coarse_resolution, {"max_noise_steps": 0.0}),
     "correlated": (shared, axis_correlation, axis_correlation.cross_axis, {"told": 1.5}),
     "louder": (
         louder,

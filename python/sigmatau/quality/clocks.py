@@ -18,14 +18,22 @@ from sigmatau.findings.rates import ClockOff
 from sigmatau.fitting.noise_fit import Interval, NoiseFit
 from sigmatau.frozen import frozen
 
-_STRONGEST = 8  # lines of a channel that are compared
-_FARTHEST = math.log(1.25)  # largest factor of a clock that is looked for
-_LEAST = 3  # marks that must show the factor
-_MOST_MARKS_OF_ALL = 0.75  # part of the marks that has the factor, or has it within its errors
-_CONTRARY = 0.25  # most marks that are at the usual place, over those that have the factor
-_AGREE = 0.5  # part of the marks at the same place from which on two records have the same clock
-_FOOT = 0.125  # error of a line over the width of the band that is left out, which has its foot too
-_HIGHEST_MULTIPLE = 20  # of the lowest line, that another line may be
+
+@frozen
+class ClockThresholds:
+    """Thresholds of `marks_of` and `clocks`."""
+
+    strongest: int = 8  # lines of a channel that are compared
+    farthest: float = math.log(1.25)  # logarithm of the largest factor of a clock that is looked for
+    least: int = 3  # marks that must show the factor
+    most_marks_of_all: float = 0.75  # part of the marks that has the factor, or has it within its errors
+    contrary: float = 0.25  # most marks that are at the usual place, over those that have the factor
+    agree: float = 0.5  # part of the marks at the same place from which on two records have the same clock
+    foot: float = 0.125  # error of a line over the width of the band that is left out, which has its foot too
+    highest_multiple: int = 20  # multiple of the lowest line that another line may be
+
+
+THRESHOLDS = ClockThresholds()
 
 
 @frozen(kw_only=False)
@@ -59,12 +67,12 @@ class _Shift:
     marks: int
 
 
-def marks_of(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
+def marks_of(fits: Mapping[str, NoiseFit], *, thresholds: ClockThresholds = THRESHOLDS) -> tuple[Mark, ...]:
     """The marks of a record, from its fits by channel."""
     marks: list[Mark] = []
     for channel, fitted in fits.items():
-        for line in fitted.sinusoid[:_STRONGEST]:
-            marks += _mark(channel, "line", _ends(line.frequency), _FOOT)
+        for line in fitted.sinusoid[: thresholds.strongest]:
+            marks += _mark(channel, "line", _ends(line.frequency), thresholds.foot)
         for process in fitted.resonance:
             marks += _mark(channel, "resonance", _ends(process.frequency), 0.5)
         if fitted.response is not None:
@@ -88,7 +96,7 @@ def _mark(
         yield Mark(channel, kind, value, part * (high - low) / value)
 
 
-def clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
+def clocks(records: Mapping[str, Sequence[Mark]], *, thresholds: ClockThresholds = THRESHOLDS) -> dict[str, Finding]:
     """The records whose clock is off, by name, with the finding that says by how much.
 
     Parameters
@@ -96,7 +104,7 @@ def clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
     records : mapping of str to sequence of Mark
         Marks of each record. With fewer than three records nothing tells which clock is off.
     """
-    shifts = {(a, b): _shift(records[a], records[b]) for a, b in combinations(records, 2)}
+    shifts = {(a, b): _shift(records[a], records[b], thresholds=thresholds) for a, b in combinations(records, 2)}
     found: dict[str, Finding] = {}
     for name in records:
         others = [other for other in records if other != name]
@@ -128,24 +136,28 @@ def _reversed(shift: _Shift) -> _Shift:
     return _Shift(shift.same, factor, shift.error, shift.marks)
 
 
-def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
+def _shift(ours: Sequence[Mark], theirs: Sequence[Mark], *, thresholds: ClockThresholds) -> _Shift:
     """The factor that the frequencies of one record have to those of another."""
     pairs = [
         (k, math.log(a.frequency / b.frequency), a.error + b.error)
         for k, a in enumerate(ours)
         for b in theirs
-        if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < _FARTHEST
+        if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < thresholds.farthest
     ]
     most = min(len(ours), len(theirs))
     here = _near(pairs, 0.0)
-    same = bool(here) and len(here) >= _AGREE * most
-    if most < _LEAST or not pairs:
+    same = bool(here) and len(here) >= thresholds.agree * most
+    if most < thresholds.least or not pairs:
         return _Shift(same, None, 0.0, 0)
     shift = max((d for _, d, _ in pairs), key=lambda d: (len(_near(pairs, d) - here), -abs(d)))
     there = _near(pairs, shift)
     moved, contrary = there - here, here - there
-    enough = len(moved) >= _LEAST and len(there) >= _MOST_MARKS_OF_ALL * most
-    if not enough or len(contrary) > _CONTRARY * len(moved) or _one_origin([ours[k] for k in moved]):
+    enough = len(moved) >= thresholds.least and len(there) >= thresholds.most_marks_of_all * most
+    if (
+        not enough
+        or len(contrary) > thresholds.contrary * len(moved)
+        or _one_origin([ours[k] for k in moved], thresholds=thresholds)
+    ):
         return _Shift(same, None, 0.0, 0)
     known = [(d, e) for k, d, e in pairs if k in moved and abs(d - shift) <= e]
     weights = np.array([1 / max(e, 1e-9) ** 2 for _, e in known])
@@ -158,7 +170,7 @@ def _near(pairs: Sequence[tuple[int, float, float]], shift: float) -> set[int]:
     return {k for k, d, e in pairs if abs(d - shift) <= e}
 
 
-def _one_origin(marks: Sequence[Mark]) -> bool:
+def _one_origin(marks: Sequence[Mark], *, thresholds: ClockThresholds) -> bool:
     """Whether all marks may be a line and its multiples: a fan whose speed differs is not a clock."""
     if any(mark.kind != "line" for mark in marks):
         return False
@@ -166,6 +178,6 @@ def _one_origin(marks: Sequence[Mark]) -> bool:
     for mark in marks:
         times = mark.frequency / lowest.frequency
         nearest = round(times)
-        if nearest > _HIGHEST_MULTIPLE or abs(times - nearest) > times * (mark.error + lowest.error):
+        if nearest > thresholds.highest_multiple or abs(times - nearest) > times * (mark.error + lowest.error):
             return False
     return True

@@ -11,6 +11,7 @@ import numpy as np
 from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.values import CoarseResolution
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
@@ -18,30 +19,36 @@ from sigmatau.record.streams import Stream
 # Samples that the step is looked for in: enough for each step of a channel with 1e5 of them to the standard deviation.
 _LOOKED_AT = 16384
 
-# A common step is believed if no value is further from its multiple than this many steps. Chance gives a half of that range
-# to every value, so that 30 values all within it are worth 0.3^30.
-_MAX_OFF, _MIN_VALUES = 0.15, 30
-
-# Factor of the random walk from which on rounding is reported, and from which on it is a warning: the usual interval is 5 %.
-_REPORT_FACTOR, _WARN_FACTOR = 1.005, 1.05
-
-# Noise seen, in steps, below which rounding errors are no longer white nor independent of the signal. How much they add then
-# depends on where between two steps the mean lies: at 0.3, the standard deviation of the excess is as large as its mean.
-# Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps show anything up to 0.5.
-_MIN_NOISE_STEPS = 0.54
-
-_MAX_NOISE_STEPS = 3.0  # noise in steps above which nothing is reported: rounding then makes 0.5 % of N at most
-_MAX_FACTOR = 2.0  # beyond it, what rounding adds is not known
-
-_WHITE_FROM = 0.5
-"""Least variance of sums of increments, in squared steps, from which the rounding of the angle is white from sum to sum: the
-rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its correlation."""
-
-_LEAST_SUMS_SEEN = 32  # sums from which their variance is known to a quarter
-
 LEAST_SUMS = 256
 """Sums of coarse increments from which their likelihood is used: of 170 simulated records (docs/study/disturbed.md), the
 interval of the random walk held the truth in 167."""
+
+
+@frozen
+class ResolutionThresholds:
+    """Thresholds of `resolution` and `coarse_resolution`."""
+
+    # Largest distance of a value from a multiple of the common step. Chance gives 0.3 of that range to every value,
+    # so that 30 values all within it are worth 0.3^30. [steps]
+    max_off: float = 0.15
+    min_values: int = 30  # values that a common step needs
+    report_factor: float = 1.005  # factor of the random walk from which on rounding is reported
+    warn_factor: float = 1.05  # factor of the random walk from which on it is a warning: the usual interval is 5 %
+    # Noise seen below which rounding errors are no longer white nor independent of the signal. How much they add then
+    # depends on where between two steps the mean lies: at 0.3, the standard deviation of the excess is as large as
+    # its mean. Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps show anything up to 0.5. [steps]
+    min_noise_steps: float = 0.54
+    # Noise above which nothing is reported: rounding then makes 0.5 % of N at most. [steps]
+    max_noise_steps: float = 3.0
+    max_factor: float = 2.0  # factor of the random walk beyond which what rounding adds is not known
+    # Least variance of sums of increments, in squared steps, from which the rounding of the angle is white from sum
+    # to sum: the rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its
+    # correlation.
+    white_from: float = 0.5
+    least_sums_seen: int = 32  # sums from which their variance is known to a quarter
+
+
+THRESHOLDS = ResolutionThresholds()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +68,7 @@ class Resolution:
         return self.noise / self.step
 
 
-def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
+def common_step(x: Floats, *, rounding: float = 0.0, thresholds: ResolutionThresholds = THRESHOLDS) -> float | None:
     """The step q of numbers that are a + k·q with whole k, each known to a part of q; None if there is none.
 
     Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32): the
@@ -74,7 +81,7 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     gaps = np.diff(values)
     least = max(rounding, 8 * np.finfo(float).eps * float(np.abs(values[[0, -1]]).max()))
     gaps = gaps[gaps > least]
-    if len(gaps) == 0 or (len(gaps) < _MIN_VALUES and 2 * (len(gaps) + 1) > len(x)):
+    if len(gaps) == 0 or (len(gaps) < thresholds.min_values and 2 * (len(gaps) + 1) > len(x)):
         return None
     # The least gap is the step to one rounding; each wider set of gaps gives it more exactly, for the next.
     step = float(gaps.min())
@@ -87,21 +94,21 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     # Not by BLAS, whose threads would take ten times as long for so few.
     slope = float(np.einsum("i,i", centred, levels) / np.einsum("i,i", centred, centred))
     off = levels - levels.mean() - slope * centred
-    return slope if np.abs(off).max() <= _MAX_OFF * slope else None
+    return slope if np.abs(off).max() <= thresholds.max_off * slope else None
 
 
-def white_sum(increments: Floats) -> int | None:
+def white_sum(increments: Floats, *, thresholds: ResolutionThresholds = THRESHOLDS) -> int | None:
     """Number of increments of a rounded angle, in steps, whose sums have white rounding: a power of two.
 
     The rounding of an angle that moves by much less than a step from sample to sample is nearly the same in both, and its
     density rises with the frequency like no term's. None if no sum of which the record has enough is long enough.
     """
     previous, size = False, 1
-    while len(increments) // size >= _LEAST_SUMS_SEEN:
+    while len(increments) // size >= thresholds.least_sums_seen:
         whole = len(increments) // size * size
         sums = np.diff(increments[:whole].reshape(-1, size).sum(axis=1))
         # A steady rate of half a step a sum has the same variance: then sums of twice the size have none.
-        white = float(np.nanmean(sums * sums)) / 2 >= _WHITE_FROM if np.isfinite(sums).any() else False
+        white = float(np.nanmean(sums * sums)) / 2 >= thresholds.white_from if np.isfinite(sums).any() else False
         if white and previous:
             return size // 2
         previous, size = white, 2 * size
@@ -109,12 +116,14 @@ def white_sum(increments: Floats) -> int | None:
 
 
 @channel_fact
-def resolution(stream: Stream, channel: str) -> Resolution | None:
+def resolution(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> Resolution | None:
     """Step and noise of a channel; None if its values have no common step that can be told from none."""
     x = sample_of(stream, channel, most=_LOOKED_AT)
     # Rates may have been made outside of differences of angles: no step is so small beside the noise.
     rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
-    step = common_step(x, rounding=rounding) or step_of_changes(np.diff(x))
+    step = common_step(x, rounding=rounding, thresholds=thresholds) or step_of_changes(
+        np.diff(x), thresholds=thresholds
+    )
     if not step:
         return None
     differences = np.diff(x)
@@ -134,7 +143,7 @@ _STAGES = ((64, 0.4), (256, 0.6), (_CHANGES, _LATTICE))
 _SAME_STEP = 0.8  # steps no smaller than this part of the largest are about the same one
 
 
-def step_of_changes(changes: Floats) -> float:
+def step_of_changes(changes: Floats, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
     """The step of numbers whose common step is hidden by a slow compensation or by printed decimals; 0 if there is none.
 
     The largest q of which the changes from sample to sample are whole multiples to about a tenth: Σ cos(2π·d/q) over the
@@ -142,7 +151,7 @@ def step_of_changes(changes: Floats) -> float:
     """
     size = np.abs(present(changes))[:_CHANGES]
     size = size[size > 0]
-    if len(size) < _MIN_VALUES:
+    if len(size) < thresholds.min_values:
         return 0.0
     usual = median(size)
     size = size[size > usual / 4] / usual  # less is the compensation
@@ -178,16 +187,16 @@ def usual_value(stream: Stream, channel: str) -> float:
     return min(math.sqrt(2) * equal, math.sqrt(equal))
 
 
-def step_of(stream: Stream, channel: str) -> float:
+def step_of(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
     """Step of a channel's numbers; 0 if it has none."""
-    found = resolution(stream, channel)
+    found = resolution(stream, channel, thresholds=thresholds)
     return 0.0 if found is None else found.step
 
 
-def hides_noise(stream: Stream) -> bool:
+def hides_noise(stream: Stream, *, thresholds: ResolutionThresholds = THRESHOLDS) -> bool:
     """Whether a channel has a step so coarse that the noise seen is that of the rounding, more or less than the sensor's."""
-    found = (resolution(stream, channel) for channel in stream.channels)
-    return any(one is not None and one.ratio < _MIN_NOISE_STEPS for one in found)
+    found = (resolution(stream, channel, thresholds=thresholds) for channel in stream.channels)
+    return any(one is not None and one.ratio < thresholds.min_noise_steps for one in found)
 
 
 def rounded(finding: Finding) -> bool:
@@ -195,22 +204,19 @@ def rounded(finding: Finding) -> bool:
     return isinstance(finding.details, CoarseResolution) and finding.details.rounding != "quantization"
 
 
-def coarse_resolution(
-    stream: Stream, *, report_factor: float = _REPORT_FACTOR, warn_factor: float = _WARN_FACTOR
-) -> list[Finding]:
+def coarse_resolution(stream: Stream, *, thresholds: ResolutionThresholds = THRESHOLDS) -> list[Finding]:
     """Channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding per channel.
 
     Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise, not quantization
     noise, which belongs to increments and accumulated values alone. Below half a step of noise it is not known how much.
-    The thresholds are factors of the random walk.
     """
-    findings = (_coarse(stream, channel, report_factor, warn_factor) for channel in stream.channels)
+    findings = (_coarse(stream, channel, thresholds=thresholds) for channel in stream.channels)
     return [finding for finding in findings if finding is not None]
 
 
-def _coarse(stream: Stream, channel: str, report_factor: float, warn_factor: float) -> Finding | None:
-    found = resolution(stream, channel)
-    if found is None or found.ratio > _MAX_NOISE_STEPS:
+def _coarse(stream: Stream, channel: str, *, thresholds: ResolutionThresholds) -> Finding | None:
+    found = resolution(stream, channel, thresholds=thresholds)
+    if found is None or found.ratio > thresholds.max_noise_steps:
         return None
     sample = present(sample_of(stream, channel, most=_LOOKED_AT))
     if 2 * len(np.unique(np.rint((sample - sample[0]) / found.step))) > len(sample):
@@ -224,19 +230,23 @@ def _coarse(stream: Stream, channel: str, report_factor: float, warn_factor: flo
     needed: float | None = None
     if stream.samples.transforms[stream.channels.index(channel)].kind != "rate":
         rounding, severity, added = "quantization", "info", found.step * tau0 / math.sqrt(12)
-        summed = white_sum(stream.column(channel) / found.step)
+        summed = white_sum(stream.column(channel) / found.step, thresholds=thresholds)
         if summed is None or stream.grid.n < LEAST_SUMS * summed:
             severity, needed = "warning", None if summed is None else LEAST_SUMS * summed * tau0
     else:
         square = found.step**2 * tau0 / 12
         level, _ = white_level(sample_of(stream, channel, most=1 << 18), tau0)
         factor = math.sqrt(level / (level - square)) if level > square else math.inf
-        if found.ratio < _MIN_NOISE_STEPS or factor > _MAX_FACTOR:
+        if found.ratio < thresholds.min_noise_steps or factor > thresholds.max_factor:
             rounding, severity, added = "unknown", "warning", None
-        elif factor < report_factor:
+        elif factor < thresholds.report_factor:
             return None
         else:
-            rounding, severity, added = "white", "warning" if factor > warn_factor else "info", math.sqrt(square)
+            rounding, severity, added = (
+                "white",
+                "warning" if factor > thresholds.warn_factor else "info",
+                math.sqrt(square),
+            )
             factors = (("random_walk", factor),)
     details = CoarseResolution(
         step=found.step,

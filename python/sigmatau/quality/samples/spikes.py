@@ -13,6 +13,7 @@ from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.spans import longest_spans
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact, stream_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
@@ -21,31 +22,13 @@ from sigmatau.quality.samples.masking import Found, masked
 from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.record.streams import Stream
 
-FALSE_SPIKES = 1e-4
-"""Spikes that noise alone makes in a record, on average. The residual (a sample less a median of its neighbours) of Gaussian
-noise no smoother than a random walk is Gaussian in its tail, and a spike must be one on both sides."""
-
 _SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
-
-# Neighbours on either side where two of four are often spikes; and how often the rest is searched again, because spikes
-# beside each other hide each other.
-_WIDE, _ROUNDS = 16, 8
-
-# Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike: from some 2 % on.
-_SPOILED = 2.0
-
-# Beyond 4 standard deviations noise has 1.6 of the residuals that the scale is taken from; the tail is examined from 12 on.
-_TAIL_FROM, _TAIL_COUNT = 4.0, 12
+_WIDE = 16  # the same where two of four are often spikes
 
 _BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
 _STRETCH, _STRETCHES = 1024, 24  # samples that the scale is taken from
 
-# A step q of the numbers moves a sample and a median by q/2 each; noise below 0.3 q leaves no trace in their scatter.
-_STEPS, _UNSEEN = 1.0, 0.3
-
 _AROUND = 32  # neighbours on either side whose scatter a spike must exceed too: in a shock all samples are large
-_FEW = 1024  # with fewer samples that have all four neighbours before them, samples with two of these count too
-_LEAST = 32  # samples from which a scale can be taken
 
 # Behind a low-pass filter far below the sampling rate, medians of neighbours follow slopes, but no extremes: all residuals
 # are small but those, which are not spikes. A fourth difference is Gaussian whatever the spectrum; of white noise it is
@@ -55,7 +38,32 @@ _LEAST = 32  # samples from which a scale can be taken
 _SMOOTH, _MIDDLE = 0.4, 6.0
 
 
-def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
+@frozen
+class SpikeThresholds:
+    """Thresholds of `find_spikes`."""
+
+    # Spikes that noise alone makes in a record, on average. The residual (a sample less a median of its neighbours)
+    # of Gaussian noise no smoother than a random walk is Gaussian in its tail, and a spike must be one on both sides.
+    false_spikes: float = 1e-4
+    steps: float = 1.0  # steps of the numbers that are added: a step q moves a sample and a median by q/2 each. [steps]
+    unseen: float = 0.3  # noise below it leaves no trace in the scatter of numbers with this step. [steps]
+    # Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike: from some 2 %
+    # on.
+    spoiled: float = 2.0
+    # Beginning of the tail: beyond it noise has 1.6 of the residuals that the scale is taken from. [standard
+    # deviations]
+    tail_from: float = 4.0
+    tail_count: int = 12  # residuals there from which on the tail is examined. [samples]
+    rounds: int = 8  # how often the rest is searched again, because spikes beside each other hide each other
+    # With fewer samples that have all four neighbours before them, samples with two of these count too. [samples]
+    few: int = 1024
+    least: int = 32  # samples from which a scale can be taken. [samples]
+
+
+THRESHOLDS = SpikeThresholds()
+
+
+def find_spikes(x: Floats, *, thresholds: SpikeThresholds = THRESHOLDS) -> Bools:
     """Samples that stand out from the medians of the four samples before and of the four samples after them; shape (n,).
 
     Where spikes make a hump in the tail, from a thousandth of all samples on, the threshold is six standard deviations of
@@ -72,24 +80,24 @@ def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
     x = np.asarray(x, dtype=np.float64)
     n = len(x)
     found = np.zeros(n, dtype=bool)
-    if n < _LEAST:
+    if n < thresholds.least:
         return found
     rest, part = x, 0.5
-    multiple = _multiple(n, false_spikes)
-    for k in range(_ROUNDS):
-        seen = _scale(rest)
-        if k == 0 and seen.far >= _TAIL_COUNT:
+    multiple = _multiple(n, thresholds=thresholds)
+    for k in range(thresholds.rounds):
+        seen = _scale(rest, thresholds=thresholds)
+        if k == 0 and seen.far >= thresholds.tail_count:
             many = dense_spikes(x, seen.step)
             if many is not None:
-                found[_beyond_smooth(x, np.flatnonzero(many), seen, multiple)] = True
+                found[_beyond_smooth(x, np.flatnonzero(many), seen, multiple, thresholds=thresholds)] = True
                 rest = np.where(found, np.nan, x)
-                seen = _scale(rest)
-        least = _STEPS * seen.step
-        threshold = multiple * max(seen.noise, _UNSEEN * seen.step) + least
+                seen = _scale(rest, thresholds=thresholds)
+        least = thresholds.steps * seen.step
+        threshold = multiple * max(seen.noise, thresholds.unseen * seen.step) + least
         if not (math.isfinite(threshold) and threshold > 0):
             break
         more = outliers(rest, threshold=threshold, multiple=multiple, least=least, side=seen.side, part=part)
-        more = _beyond_smooth(x, more, seen, multiple)
+        more = _beyond_smooth(x, more, seen, multiple, thresholds=thresholds)
         if len(more) == 0:
             break
         found[more] = True
@@ -101,39 +109,41 @@ def find_spikes(x: Floats, *, false_spikes: float = FALSE_SPIKES) -> Bools:
 
 
 @channel_fact
-def spike_mask(stream: Stream, channel: str) -> Bools:
+def spike_mask(stream: Stream, channel: str, *, thresholds: SpikeThresholds = THRESHOLDS) -> Bools:
     """The spikes of a channel, see `find_spikes`; read-only."""
-    found = find_spikes(stream.column(channel))
+    found = find_spikes(stream.column(channel), thresholds=thresholds)
     found.setflags(write=False)
     return found
 
 
-def more_below(rest: Floats) -> bool:
+def more_below(rest: Floats, *, thresholds: SpikeThresholds = THRESHOLDS) -> bool:
     """Whether a record without its spikes has more outliers than noise makes: smaller spikes remain."""
-    seen = _scale(rest)
+    seen = _scale(rest, thresholds=thresholds)
     return not seen.smooth and hidden(rest, seen.step)
 
 
 @stream_fact
-def spikes(stream: Stream) -> list[Found]:
+def spikes(stream: Stream, *, thresholds: SpikeThresholds = THRESHOLDS) -> list[Found]:
     """Spikes of each channel: number, time and height; at most one finding a channel."""
     found: list[Found] = []
     for k, channel in enumerate(stream.channels):
-        at = spike_mask(stream, channel)
+        at = spike_mask(stream, channel, thresholds=thresholds)
         if at.any():
             mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
             mask[:, k] = at
-            found.append((_finding(stream, channel, at), mask))
+            found.append((_finding(stream, channel, at, thresholds=thresholds), mask))
     return found
 
 
 @stream_fact
-def spikes_missing(stream: Stream) -> Stream:
+def spikes_missing(stream: Stream, *, thresholds: SpikeThresholds = THRESHOLDS) -> Stream:
     """The stream with its spikes taken for missing; the very same if it has none."""
-    return masked(stream, np.stack([spike_mask(stream, channel) for channel in stream.channels], axis=1))
+    return masked(
+        stream, np.stack([spike_mask(stream, channel, thresholds=thresholds) for channel in stream.channels], axis=1)
+    )
 
 
-def _finding(stream: Stream, channel: str, found: Bools) -> Finding:
+def _finding(stream: Stream, channel: str, found: Bools, *, thresholds: SpikeThresholds) -> Finding:
     x, at = stream.column(channel), np.flatnonzero(found)
     clean = np.where(found, np.nan, x)
     heights = _heights(x, clean, at)
@@ -148,7 +158,7 @@ def _finding(stream: Stream, channel: str, found: Bools) -> Finding:
             share=len(at) / int(np.count_nonzero(np.isfinite(x))),
             height=float(heights[largest]),
             time=stream.grid.time(int(at[largest])),
-            more_below=more_below(clean),
+            more_below=more_below(clean, thresholds=thresholds),
         ),
         severity="warning",
         channels=(channel,),
@@ -159,9 +169,9 @@ def _finding(stream: Stream, channel: str, found: Bools) -> Finding:
     )
 
 
-def _multiple(n: int, false_spikes: float = FALSE_SPIKES) -> float:
+def _multiple(n: int, *, thresholds: SpikeThresholds = THRESHOLDS) -> float:
     """Threshold in standard deviations: six, more for long records, and for short ones, whose scale is uncertain."""
-    needed = -NormalDist().inv_cdf(false_spikes / (2 * n))
+    needed = -NormalDist().inv_cdf(thresholds.false_spikes / (2 * n))
     return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / _AROUND))
 
 
@@ -193,17 +203,19 @@ class _Scale:
         return self.fourth < _SMOOTH * self.noise
 
 
-def _beyond_smooth(x: Floats, at: Ints, seen: _Scale, multiple: float) -> Ints:
+def _beyond_smooth(x: Floats, at: Ints, seen: _Scale, multiple: float, *, thresholds: SpikeThresholds) -> Ints:
     """Of some samples those that stand out in the fourth differences too, if the noise is smooth; all if it is not."""
     if len(at) == 0 or not seen.smooth:
         return at
     there = np.flatnonzero(np.isfinite(x))
     middle = np.clip(np.searchsorted(there, at), 2, len(there) - 3)
     fourth = np.abs(np.diff(x[there[middle[:, None] + np.arange(-2, 3)]], n=4)[:, 0]) / _MIDDLE
-    return np.asarray(at[fourth > multiple * max(seen.fourth, _UNSEEN * seen.step) + _STEPS * seen.step])
+    return np.asarray(
+        at[fourth > multiple * max(seen.fourth, thresholds.unseen * seen.step) + thresholds.steps * seen.step]
+    )
 
 
-def _scale(x: Floats) -> _Scale:
+def _scale(x: Floats, *, thresholds: SpikeThresholds) -> _Scale:
     """The noise of a part of the record."""
     n = len(x)
     if n <= _STRETCH * _STRETCHES:
@@ -218,18 +230,18 @@ def _scale(x: Floats) -> _Scale:
     else:
         differences = np.abs(np.diff(rows)).ravel()
     changes = differences[differences > dust]
-    if np.count_nonzero(np.isfinite(residual)) < _FEW:
+    if np.count_nonzero(np.isfinite(residual)) < thresholds.few:
         residual = _where_two_are(x)
-        if len(residual) < _LEAST:
+        if len(residual) < thresholds.least:
             return _Scale(math.nan, 0.0, _SIDE, 0, math.inf)
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = median(np.abs(present(residual))) / NormalDist().inv_cdf(0.75)
-    far = int(np.count_nonzero(np.abs(residual) > _TAIL_FROM * min(scale, usual + step / 2)))
+    far = int(np.count_nonzero(np.abs(residual) > thresholds.tail_from * min(scale, usual + step / 2)))
     fourth = present(np.abs(np.diff(rows, n=4, axis=1)).ravel())
-    smooth = median(fourth) / NormalDist().inv_cdf(0.75) / _MIDDLE if len(fourth) >= _LEAST else math.inf
-    if scale > _SPOILED * (usual + step):
+    smooth = median(fourth) / NormalDist().inv_cdf(0.75) / _MIDDLE if len(fourth) >= thresholds.least else math.inf
+    if scale > thresholds.spoiled * (usual + step):
         return _Scale(usual + step / 2, step, _WIDE, far, smooth)
     return _Scale(scale, step, _SIDE, far, smooth)
 

@@ -34,20 +34,29 @@ def test_other_arguments(name, value, key, python, typed):
 
 
 @pytest.mark.parametrize(
-    ("message", "words"),
+    ("error", "words", "reason"),
     [
-        ("is empty", "logs: a.csv: is empty"),
-        (", line 5: time goes backwards", "logs: a.csv, line 5: time goes backwards"),
+        (DataError("is empty"), "logs: a.csv: is empty", "is empty"),
+        (DataError("time ends", place="line 5"), "logs: a.csv, line 5: time ends", "line 5: time ends"),
+        (DataError("ends", place="line 5").at("b.csv"), "logs: a.csv, b.csv, line 5: ends", "b.csv, line 5: ends"),
+        (OptionError("{option} is wrong", option="rate"), "logs: a.csv: `rate` is wrong", "`rate` is wrong"),
     ],
 )
-def test_what_an_error_is_about(message, words):
-    assert str(DataError(message).about("a.csv").about("logs")) == words
+def test_what_an_error_is_about(error, words, reason):
+    assert str(error.about("a.csv").about("logs")) == words
+    assert error.reason == reason
+
+
+def test_another_option_is_named():
+    error = OptionError("{option} must be positive, not -1", option="span").named("read_off_at", "gyro.random_walk")
+    assert str(error) == "`read_off_at` gyro.random_walk must be positive, not -1"
+    assert error.option == "read_off_at"
 
 
 @pytest.mark.parametrize(
     "error",
     [
-        OptionError("{option} is wrong", option="unit").about("a.csv"),
+        OptionError("{option} is wrong", option="unit").about("a.csv").at("line 5").named("unit", "of gyro"),
         DataError("is empty"),
         StampError("have two values only"),
         RecordTooShortError("has 3 rows", need=4, got=3),

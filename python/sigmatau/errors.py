@@ -13,7 +13,7 @@ from sigmatau.hints import Hint, as_options, hints_in, worded
 
 
 class _SourcedError(ValueError):
-    """Base of all errors: a message, and the file or object that it is about.
+    """Base of all errors: a message, the file or object that it is about, and the place in it.
 
     The options that it names are hints in the message; see `sigmatau.hints`.
 
@@ -21,21 +21,29 @@ class _SourcedError(ValueError):
     ----------
     source : str
         Name of the file or object, printed in front of the message; empty if not known.
+    place : str
+        Where it is in the source, ``"line 5"``; empty for the whole.
     """
 
-    def __init__(self, message: str) -> None:
+    def __init__(self, message: str, *, place: str = "") -> None:
         super().__init__(message)
         self.source: str = ""
+        self.place = place
 
     @property
     def message(self) -> str:
-        """The message without the source, with hints in it."""
+        """The message without source and place, with hints in it."""
         return str(self.args[0])
 
     @property
     def text(self) -> str:
-        """The message behind its source, with hints in it."""
-        return _joined(self.source, self.message)
+        """The message behind its source and place, with hints in it."""
+        return ": ".join(filter(None, [", ".join(filter(None, [self.source, self.place])), self.message]))
+
+    @property
+    def reason(self) -> str:
+        """The message behind its place, for those who name the source themselves."""
+        return worded(": ".join(filter(None, [self.place, self.message])))
 
     @property
     def hints(self) -> tuple[Hint, ...]:
@@ -59,7 +67,23 @@ class _SourcedError(ValueError):
         DataError or OptionError
             The error itself, changed.
         """
-        self.source = _joined(source, self.source) if self.source else source
+        self.source = f"{source}: {self.source}" if self.source else source
+        return self
+
+    def at(self, place: str) -> Self:
+        """The same error, at a place of its source.
+
+        Parameters
+        ----------
+        place : str
+            ``"line 5"``. A place that the error has already is put behind it.
+
+        Returns
+        -------
+        DataError or OptionError
+            The error itself, changed.
+        """
+        self.place = f"{place}, {self.place}" if self.place else place
         return self
 
     def __str__(self) -> str:
@@ -70,11 +94,6 @@ class _SourcedError(ValueError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuilt, (type(self), self.args, self.__dict__)
-
-
-def _joined(source: str, message: str) -> str:
-    """A message that begins with a place, ``", line 5: …"``, follows the name of the file without a colon."""
-    return f"{source}{'' if message.startswith(',') else ': '}{message}" if source else message
 
 
 def _rebuilt(kind: type[_SourcedError], args: tuple[Any, ...], fields: dict[str, Any]) -> _SourcedError:
@@ -130,7 +149,7 @@ class OptionError(_SourcedError):
 
     @property
     def message(self) -> str:
-        """The message without the source, with hints in it."""
+        """The message without source and place, with hints in it."""
         return super().message.replace("{option}", " ".join(filter(None, [str(Hint(str(self.option))), self.key])))
 
     def named(self, option: str, key: str = "") -> Self:
@@ -188,6 +207,8 @@ class RecordTooShortError(DataError):
         Description of the record that is too short, and the action to take.
     need, got : int
         Samples needed, and samples found.
+    place : str
+        Where it is in the source.
 
     Attributes
     ----------
@@ -208,8 +229,8 @@ class RecordTooShortError(DataError):
     4 2
     """
 
-    def __init__(self, message: str, *, need: int, got: int) -> None:
-        super().__init__(message)
+    def __init__(self, message: str, *, need: int, got: int, place: str = "") -> None:
+        super().__init__(message, place=place)
         self.need = need
         self.got = got
 
@@ -225,6 +246,8 @@ class NonFiniteError(DataError):
         Name of the channel.
     index : int
         Index of the first such sample, from 0.
+    place : str
+        Where it is in the source, ``"line 5"``.
 
     Attributes
     ----------
@@ -248,7 +271,7 @@ class NonFiniteError(DataError):
     gyro_x 2
     """
 
-    def __init__(self, message: str, *, channel: str, index: int) -> None:
-        super().__init__(message)
+    def __init__(self, message: str, *, channel: str, index: int, place: str = "") -> None:
+        super().__init__(message, place=place)
         self.channel = channel
         self.index = index

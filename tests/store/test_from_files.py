@@ -103,7 +103,7 @@ def test_unit(naming, notes, unit):
 def test_unit_that_nothing_names():
     with pytest.raises(UnknownUnitError, match="give `unit=NAME`"):
         Naming().entry(noted(), FILE)
-    with pytest.raises(UnknownUnitError, match=r"`unit_from` 'X.*' finds no unit in the path of the log, '.*SN7"):
+    with pytest.raises(UnknownUnitError, match=r"SN7.*: `unit_from` 'X.*' finds no unit in the path of the log"):
         Naming(unit_from=r"X(\d+)").entry(noted(), FILE)
 
 

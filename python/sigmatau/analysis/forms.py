@@ -19,6 +19,7 @@ from sigmatau.fitting.noise_fit import GaussMarkov, Interval, Resonance, Sinusoi
 from sigmatau.fitting.read_off import Source as RangeSource
 from sigmatau.fitting.response import Shape
 from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, as_options
 from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.rest import Verdict as RestVerdict
 
@@ -353,7 +354,9 @@ class ChannelForm:
         " this length of the record",
         default=(),
     )
-    joint: JointForm | None = key("differences between the runs of a joint fit (analyze --joint)", read=False)
+    joint: JointForm | None = key(
+        f"differences between the runs of a joint fit (analyze {as_options([Hint('joint')])})", read=False
+    )
     stability: StabilityForm | None = key("dynamic Allan deviation, if requested", default=None)
 
 
@@ -374,7 +377,7 @@ class ResultForm:
     )
     rest: RestForm | None = key(
         "whether the sensor is at rest; if not, or if the record is too short to tell, no channel has coefficients, unless"
-        " --at-rest was given",
+        f" {as_options([Hint('at_rest')])} was given",
         default=None,
     )
     error: ErrorForm | None = key("reason of a failed analysis, which has no findings and no channels", default=None)

@@ -58,7 +58,7 @@ def read_result(
     try:
         return result_of_dict(_parsed(path.read_bytes()), as_form=as_form)
     except OSError as error:
-        raise DataError(f"{path}: {error.strerror or error}") from None
+        raise DataError(error.strerror or str(error)).about(str(path)) from None
     except DataError as error:
         raise error.about(str(path)) from None
 

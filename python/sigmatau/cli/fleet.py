@@ -181,7 +181,7 @@ def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str
         try:
             stated[log.place] = _stated(naming, log.place)
         except DataError as error:
-            unnamed.append(str(error) if log.place in str(error) else f"{log.place}: {error}")
+            unnamed.append(str(error if error.source else error.about(log.place)))
     if unnamed and not stated:
         more = f"; the same for {len(unnamed) - 1} more logs" if len(unnamed) > 1 else ""
         raise DataError(f"{unnamed[0]}{more}")

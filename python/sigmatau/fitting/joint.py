@@ -218,9 +218,9 @@ def run_of(
     """
     stream = record.stream_of(channel)
     if not usable(stream, channel):
-        raise DataError(f"{name}: channel {channel!r} has too few samples for a joint fit: {stream.grid.n}")
+        raise DataError(f"channel {channel!r} has too few samples for a joint fit: {stream.grid.n}").about(name)
     if never_changes(stream, channel):
-        raise DataError(f"{name}: channel {channel!r} never changes")
+        raise DataError(f"channel {channel!r} never changes").about(name)
     if fit is None or fit.method != "likelihood":
         wanted = None if terms is None else list(terms)
         fit = fit_channel(record, channel, terms=wanted, processes=processes, level=level)

@@ -506,6 +506,11 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             return f"not seen in {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
 
+    @property
+    def is_fitted(self) -> bool:
+        """Whether there is a fit: else `reason` states why there is none."""
+        return self.verdict != "too_short" and self.tau_min is not None and self.tau_max is not None
+
     def headline(self, *, method: bool = True) -> str:
         """Method, averaging times and p-value in one line.
 
@@ -518,7 +523,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         -------
         str
         """
-        if self.verdict == "too_short" or self.tau_min is None or self.tau_max is None:
+        if self.tau_min is None or self.tau_max is None or not self.is_fitted:
             return f"no fit: {self.reason}"
         if self.verdict == "descriptive":
             return verdict_text(self.verdict)

@@ -130,8 +130,7 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
                 raise DataError("the rounding of its increments is not white")
             runs[channel] = run_of(used, channel, name=name, fit=fits[channel])
         except DataError as error:
-            reason = str(error).partition(": ")[2] or str(error)
-            details = RunLeftOut(run=name, reason=reason)
+            details = RunLeftOut(run=name, reason=error.reason)
             findings.append(Finding(details=details, severity="warning", channels=(channel,)))
     return AnalysedRun(name=name, analysis=analysis, runs=runs, findings=tuple(findings))
 

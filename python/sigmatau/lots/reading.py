@@ -76,8 +76,7 @@ def _read(files: Sequence[Path]) -> RunTable:
             else:
                 builder.add_result(read_result(file, as_form=CoefficientsForm), name=file.stem, place=str(file))
         except DataError as error:
-            reason = str(error).removeprefix(str(file)).lstrip(":, ")
-            builder.add_run(Run(name=file.stem, serial="", place=str(file), problem=reason))
+            builder.add_run(Run(name=file.stem, serial="", place=str(file), problem=error.reason))
     return builder.table()
 
 
@@ -96,13 +95,13 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
     columns = _header(file)
     if columns is None:
         if not file.exists():
-            raise DataError(f"{file}: No such file or directory")
+            raise DataError("No such file or directory")
         raise DataError(
-            f"{file}: not a table of coefficients: columns channel, term and value are needed;"
+            f"not a table of coefficients: columns channel, term and value are needed;"
             f" a log must first be analysed: {command('analyze', 'LOG', Hint('json', value='RESULT.json'))}"
         )
     if "unit" not in columns:
-        raise DataError(f"{file}: the column 'unit' is missing: the unit of each value")
+        raise DataError("the column 'unit' is missing: the unit of each value")
     run_column = next((columns.index(name) for name in _RUN_COLUMNS if name in columns), None)
     serial_column = next((columns.index(name) for name in _SERIAL_COLUMNS if name in columns), None)
     reader = _Rows(columns)
@@ -123,13 +122,13 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
                 try:
                     reader.add(builder, runs[serial, name], name, cells)
                 except DataError as error:
-                    raise DataError(f"{file}, row {rows.line_num}: {error}") from None
+                    raise error.at(f"row {rows.line_num}") from None
     except OSError as error:
-        raise DataError(f"{file}: {error.strerror or error}") from None
+        raise DataError(error.strerror or str(error)) from None
     except (UnicodeDecodeError, csv.Error) as error:
-        raise DataError(f"{file}: not a table of coefficients: {error}") from None
+        raise DataError(f"not a table of coefficients: {error}") from None
     if not runs:
-        raise DataError(f"{file}: has no rows below its header")
+        raise DataError("has no rows below its header")
 
 
 _RUN_COLUMNS = ("run", "day", "test")

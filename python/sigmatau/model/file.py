@@ -64,7 +64,13 @@ def channels_of(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
     channels = content.get("channels", {})
     if not isinstance(channels, Mapping) or not all(isinstance(c, Mapping) for c in channels.values()):
         raise DataError("a model file has tables [channels.NAME], e.g. [channels.gyro_x]")
-    return {name: _channel(name, table) for name, table in channels.items()}
+    read = {}
+    for name, table in channels.items():
+        try:
+            read[name] = _channel(name, table)
+        except DataError as error:
+            raise error.about(f"channel {name!r}") from None
+    return read
 
 
 def correlation_of(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, str], float]]:
@@ -185,33 +191,29 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
     unknown = next((key for key in table if key not in TERMS and key not in _OTHER_KEYS), None)
     if unknown is not None:
         listed = ", ".join((*TERMS, *(key for key in _OTHER_KEYS if key not in ("sided", "unit", "adequate"))))
-        raise DataError(f"channel {name!r}: unknown term {unknown!r}; terms: {listed}")
+        raise DataError(f"unknown term {unknown!r}; terms: {listed}")
     terms: dict[str, float] = {}
     for key, text in table.items():
         term = "random_walk" if key == "noise_density" else key
         if term not in TERMS:
             continue
         if term in terms:
-            raise DataError(f"channel {name!r}: random_walk and noise_density are the same coefficient; give one")
-        value = _value(name, key, text, coefficient_unit(term, quantity, unit))
-        terms[term] = value * _two_sided(name, table) if key == "noise_density" else value
+            raise DataError("random_walk and noise_density are the same coefficient; give one")
+        value = _value(key, text, coefficient_unit(term, quantity, unit))
+        terms[term] = value * _two_sided(table) if key == "noise_density" else value
     if "sided" in table and "noise_density" not in table:
-        raise DataError(f"channel {name!r}: `sided` belongs to noise_density, which is not given")
-    try:
-        return ChannelModel(
-            terms=terms,
-            gauss_markov=tuple(_processes(name, table, "gauss_markov", unit)),
-            resonance=tuple(_processes(name, table, "resonance", unit)),
-            sinusoid=tuple(_processes(name, table, "sinusoid", unit)),
-            alike_from=next(_processes(name, table, "alike_from", unit), None),
-            bandwidth=_bandwidth(name, table),
-            quantity=quantity,
-            unit=unit,
-            adequate=_adequate(name, table),
-        )
-    except DataError as error:
-        text = str(error)
-        raise DataError(text if text.startswith("channel ") else f"channel {name!r}: {text}") from None
+        raise DataError("`sided` belongs to noise_density, which is not given")
+    return ChannelModel(
+        terms=terms,
+        gauss_markov=tuple(_processes(table, "gauss_markov", unit)),
+        resonance=tuple(_processes(table, "resonance", unit)),
+        sinusoid=tuple(_processes(table, "sinusoid", unit)),
+        alike_from=next(_processes(table, "alike_from", unit), None),
+        bandwidth=_bandwidth(table),
+        quantity=quantity,
+        unit=unit,
+        adequate=_adequate(table),
+    )
 
 
 def _quantity(name: str, table: Mapping[str, Any]) -> tuple[str, str]:
@@ -219,14 +221,14 @@ def _quantity(name: str, table: Mapping[str, Any]) -> tuple[str, str]:
     unit = table.get("unit")
     if known is not None:
         if unit is not None:
-            raise DataError(f"channel {name!r}: `unit` is for other signals; each value here says its own unit")
+            raise DataError("`unit` is for other signals; each value here says its own unit")
         return known
     if not isinstance(unit, str) or not unit.strip():
-        raise DataError(f'channel {name!r}: names begin with gyro_ or accel_; another signal says its unit, unit = "V"')
+        raise DataError('names begin with gyro_ or accel_; another signal says its unit, unit = "V"')
     return "signal", unit.strip()
 
 
-def _processes(name: str, table: Mapping[str, Any], key: str, unit: str) -> Iterator[Any]:
+def _processes(table: Mapping[str, Any], key: str, unit: str) -> Iterator[Any]:
     """The processes of a key: a list of tables, or a single one."""
     kind = PROCESSES.get(key, GaussMarkov)
     units = {part.name: _UNITS_OF_PARTS.get(part.name, unit) for part in fields(kind)}
@@ -236,50 +238,50 @@ def _processes(name: str, table: Mapping[str, Any], key: str, unit: str) -> Iter
     if alone or not isinstance(rows, list) or not all(isinstance(r, Mapping) and set(r) == set(units) for r in rows):
         written = ", ".join(f'{part} = "1 {usual(si)}"' for part, si in units.items())
         form = f"is a list, {key} = [{{ {written} }}]" if key in PROCESSES else f"is {{ {written} }}"
-        raise DataError(f"channel {name!r}: {key} {form}, not {table[key]!r}")
-    return (kind(**{part: _part(name, key, row, part, si) for part, si in units.items()}) for row in rows)
+        raise DataError(f"{key} {form}, not {table[key]!r}")
+    return (kind(**{part: _part(key, row, part, si) for part, si in units.items()}) for row in rows)
 
 
-def _part(name: str, key: str, row: Mapping[str, Any], part: str, si: str) -> float:
-    return _value(name, f"{part} of {key}", row[part], si, written=part)
+def _part(key: str, row: Mapping[str, Any], part: str, si: str) -> float:
+    return _value(f"{part} of {key}", row[part], si, written=part)
 
 
-def _bandwidth(name: str, table: Mapping[str, Any]) -> LowPass | None:
+def _bandwidth(table: Mapping[str, Any]) -> LowPass | None:
     row = table.get("bandwidth")
     if row is None:
         return None
     if not isinstance(row, Mapping) or set(row) - {"rate"} != {"order", "corner"}:
-        raise DataError(f'channel {name!r}: bandwidth is {{ order = 1, corner = "30 Hz" }}, not {row!r}')
-    rate = _part(name, "bandwidth", row, "rate", "Hz") if "rate" in row else None
-    return LowPass(order=row["order"], corner=_part(name, "bandwidth", row, "corner", "Hz"), rate=rate)
+        raise DataError(f'bandwidth is {{ order = 1, corner = "30 Hz" }}, not {row!r}')
+    rate = _part("bandwidth", row, "rate", "Hz") if "rate" in row else None
+    return LowPass(order=row["order"], corner=_part("bandwidth", row, "corner", "Hz"), rate=rate)
 
 
-def _adequate(name: str, table: Mapping[str, Any]) -> bool:
+def _adequate(table: Mapping[str, Any]) -> bool:
     adequate = table.get("adequate", True)
     if not isinstance(adequate, bool):
-        raise DataError(f"channel {name!r}: adequate = {adequate!r}; want true or false, without quotes")
+        raise DataError(f"adequate = {adequate!r}; want true or false, without quotes")
     return adequate
 
 
-def _two_sided(name: str, table: Mapping[str, Any]) -> float:
+def _two_sided(table: Mapping[str, Any]) -> float:
     sided = table.get("sided")
     if sided not in ("one", "two"):
         raise DataError(
-            f'channel {name!r}: noise_density needs sided = "one" or "two", because a one-sided density is √2 larger'
+            'noise_density needs sided = "one" or "two", because a one-sided density is √2 larger'
             " (most datasheets state it one-sided)"
         )
     return 1 / math.sqrt(2) if sided == "one" else 1.0
 
 
-def _value(channel: str, key: str, text: object, si: str, *, written: str | None = None) -> float:
+def _value(key: str, text: object, si: str, *, written: str | None = None) -> float:
     example = f'{written or key} = "1 {_DENSITY_UNITS.get(si, si) if key == "noise_density" else usual(si)}"'
     match = _VALUE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise DataError(f"channel {channel!r}: {key} = {text!r} is not a value with a unit; write e.g. {example}")
+        raise DataError(f"{key} = {text!r} is not a value with a unit; write e.g. {example}")
     try:
         return float(match[1]) * _factor(match[2], si)
     except OptionError as error:
-        raise DataError(f"channel {channel!r}: {key}: {error}") from None
+        raise DataError(f"{key}: {error}") from None
 
 
 def _factor(unit: str, si: str) -> float:

@@ -187,7 +187,7 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
     name = printable(channel)
     fitted = analysis.fits.get(channel)
     if fitted is not None:
-        reason = [fitted.reason] if fitted.reason not in fitted.headline() else []
+        reason = [fitted.reason] if fitted.reason and fitted.is_fitted else []
         return Coefficients(
             channel=name,
             verdict=fitted.headline(),

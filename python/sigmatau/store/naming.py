@@ -145,8 +145,8 @@ class Naming:
             found = (match[1] or "") if match else ""
             if not found:
                 raise UnknownUnitError(
-                    f"{Hint('unit_from')} {self.unit_from!r} finds no unit in the path of the log, {log!r:.200}"
-                )
+                    f"{Hint('unit_from')} {self.unit_from!r} finds no unit in the path of the log"
+                ).about(log)
         if not found:
             raise UnknownUnitError(
                 f"its unit is not known; give {Hint('unit', value='NAME')}, {Hint('unit_from', value='folder')}, or a note:"
@@ -214,4 +214,4 @@ def _in_name(log: str) -> datetime:
             for h, m, s in ((hour, minute, second), (0, 0, 0)):
                 with suppress(ValueError):
                     return datetime(int(year), int(month), int(day), int(h or 0), int(m or 0), int(s or 0))  # noqa: DTZ001  UTC
-    raise DataError(f"no date in the name of the log {log!r:.60}; give {Hint('date', value='2026-05-01')}")
+    raise DataError(f"no date in the name of the log; give {Hint('date', value='2026-05-01')}").about(log)

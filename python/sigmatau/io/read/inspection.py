@@ -303,7 +303,7 @@ def _counted(table: Table, info: TableInfo) -> TableInfo:
 
 
 def _unusable(info: TableInfo, error: DataError) -> TableInfo:
-    details = Unusable(reason=str(error).removeprefix(", "))
+    details = Unusable(reason=error.reason)
     return replace(info, findings=(*info.findings, Finding(details=details, severity="error")))
 
 

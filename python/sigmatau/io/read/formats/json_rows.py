@@ -118,8 +118,9 @@ class _Field:
         except (ValueError, TypeError, OverflowError):
             row = next(k for k, value in enumerate(self.values) if not _is_number(value))
             raise DataError(
-                f", row {row} (counted from 0): field {self.name} has {str(self.values[row])[:40]!r}, which is not a"
-                " number; correct or delete the row"
+                f"field {self.name} has {str(self.values[row])[:40]!r}, which is not a"
+                " number; correct or delete the row",
+                place=f"row {row} (counted from 0)",
             ) from None
 
 
@@ -280,10 +281,11 @@ def _find_columns(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...]]:
             or truncation.BREAK.search(text[begin : begin + 4096].encode()) is not None
         )
         if not count:
-            raise DataError(f", line {line}: is not JSON; correct or delete the line") from None
+            raise DataError("is not JSON; correct or delete the line", place=f"line {line}") from None
         if not last and not damaged and not _is_cut(text, begin):
             raise DataError(
-                f", line {line}: {text[begin : begin + 40].strip()!r} is not JSON; correct or delete the line"
+                f"{text[begin : begin + 40].strip()!r} is not JSON; correct or delete the line",
+                place=f"line {line}",
             ) from None
         reason = "bytes that are not text" if damaged else ""
         place = Place("line", line)

@@ -167,8 +167,9 @@ class _Loader:
         if odd:
             place = next(k for k, line in enumerate(lines) if line in odd)
             raise DataError(
-                f", line {place + self.records.first_line}: other names than on line {self.records.first_line}"
-                f" ({lines[place][:40].decode('latin-1')!r}); correct or delete the line"
+                f"other names than on line {self.records.first_line}"
+                f" ({lines[place][:40].decode('latin-1')!r}); correct or delete the line",
+                place=f"line {place + self.records.first_line}",
             )
 
 

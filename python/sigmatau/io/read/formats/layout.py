@@ -31,7 +31,7 @@ from sigmatau.io.read.formats.text_lines import (
     decode,
     is_number,
     kibibytes,
-    long_line,
+    numbers_in_line,
     split_lines,
     without_arrows,
 )
@@ -98,8 +98,8 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) 
         raise DataError(f"is JSON or XML, not a format that is read: {FORMATS}")
     _refuse_sentences(rows)
     if whole and len(rows) == 1 and len(rows[0].text) > 1000:
-        error = long_line(rows[0].text.encode(), "the only line")
-        if "all of it numbers" in error.message:
+        error = numbers_in_line(rows[0].text.encode(), "the only line")
+        if error is not None:
             raise error
     _refuse_lying(rows)
     decimal_comma = exchange_decimal_commas(rows)
@@ -160,8 +160,9 @@ def _refuse_sentences(rows: list[Line]) -> None:
     if 2 * len(sentences) > len(rows):
         name = sentences[0].text.split(",")[0]
         raise DataError(
-            f", line {sentences[0].number}: sentences like {name} (NMEA style, with checksums) are not read yet;"
-            " cut the columns of numbers out, e.g. by cut -d, -f…"
+            f"sentences like {name} (NMEA style, with checksums) are not read yet;"
+            " cut the columns of numbers out, e.g. by cut -d, -f…",
+            place=f"line {sentences[0].number}",
         )
 
 
@@ -222,8 +223,9 @@ def _refuse_cut_rows(before: list[Line], header: int | None, first: Line, delimi
             continue
         if all(map(is_number, fields)):
             raise DataError(
-                f", line {line.number}: {len(fields)} field{'s' if len(fields) != 1 else ''}, but {columns} on line"
-                f" {first.number}; correct or delete the line"
+                f"{len(fields)} field{'s' if len(fields) != 1 else ''}, but {columns} on line"
+                f" {first.number}; correct or delete the line",
+                place=f"line {line.number}",
             )
 
 

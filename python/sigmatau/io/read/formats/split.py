@@ -101,7 +101,7 @@ def _table(held: Sequence[tuple[PartMissing, Table]], lost: tuple[Finding, ...],
             except DataError as error:
                 if type(error) is not DataError or len(held) == 1:
                     raise  # an infinite value is an error in any log
-                details = replace(missing, reason=str(error).removeprefix(", "))
+                details = replace(missing, reason=error.reason)
                 findings.append(Finding(details=details, severity="error"))
                 lengths.append(0)
                 continue

@@ -87,8 +87,9 @@ def exchange_decimal_commas(rows: list[Line]) -> bool:
             point = next((f for f in row.split(delimiter) if "." in f and is_number(f)), None)
             if point is not None:
                 raise DataError(
-                    f", line {first.number}: numbers with a decimal comma ({first.text[:40]!r}), though line {row.number}"
-                    f" has {point!r} with a point; save all with points"
+                    f"numbers with a decimal comma ({first.text[:40]!r}), though line {row.number}"
+                    f" has {point!r} with a point; save all with points",
+                    place=f"line {first.number}",
                 )
         for row in rows:
             exchanged = row.text.translate(EXCHANGED)
@@ -128,8 +129,9 @@ def refuse_split_numbers(rows: list[Line], first: Line, columns: int) -> None:
 
 def _decimal_comma(row: Line) -> DataError:
     return DataError(
-        f", line {row.number}: numbers with a decimal comma ({row.text[:40]!r}) cannot be distinguished from two numbers"
-        " with a comma between them; save them with a decimal point, or with semicolons between them"
+        f"numbers with a decimal comma ({row.text[:40]!r}) cannot be distinguished from two numbers"
+        " with a comma between them; save them with a decimal point, or with semicolons between them",
+        place=f"line {row.number}",
     )
 
 
@@ -141,6 +143,7 @@ def refuse_other_delimiters(first: Line, delimiter: str | None) -> None:
         parts = [p for p in re.split(r"[;,\s|]+", text) if p]
         if len(parts) > 1 and all(map(is_number, parts)):
             raise DataError(
-                f", line {first.number}: {text[:40]!r} between two {DELIMITERS[delimiter]}s has another delimiter;"
-                " save the table with one delimiter"
+                f"{text[:40]!r} between two {DELIMITERS[delimiter]}s has another delimiter;"
+                " save the table with one delimiter",
+                place=f"line {first.number}",
             )

@@ -121,17 +121,24 @@ def decode(data: bytes, *, whole: bool) -> tuple[str, str]:
 
 def long_line(data: bytes, which: str, ends: str = "") -> DataError:
     """The error for a line that does not end within `data`."""
+    return numbers_in_line(data, which) or DataError(
+        f"{which} is longer than {kibibytes(data)} KiB, so this is not a text table{ends}"
+    )
+
+
+def numbers_in_line(data: bytes, which: str) -> DataError | None:
+    """The error for a line that has nothing but numbers, too many for a sample; None for another line."""
     begun = data[:1000].decode("latin-1").strip()
     fields = re.split(r"[,;\s]+", begun)[:-1]
-    if len(fields) > _LONG_LINE and all(map(is_number, fields)):
-        marks = "".join(sorted({c for c in begun if c in ",; \t"}, reverse=True)).replace("\t", "\\t")
-        skipped = "tail -n +2 LOG | tr" if which == "the second line" else "tr"
-        command = f"{skipped} -s '{marks}' '\\n'{'' if skipped != 'tr' else ' < LOG'} | paste -d, - - - > rows.csv"
-        return DataError(
-            f"{which} is longer than {kibibytes(data)} KiB, all of it numbers, and a sample needs a line of its own;"
-            f" for samples of 3 numbers: {command}"
-        )
-    return DataError(f"{which} is longer than {kibibytes(data)} KiB, so this is not a text table{ends}")
+    if len(fields) <= _LONG_LINE or not all(map(is_number, fields)):
+        return None
+    marks = "".join(sorted({c for c in begun if c in ",; \t"}, reverse=True)).replace("\t", "\\t")
+    skipped = "tail -n +2 LOG | tr" if which == "the second line" else "tr"
+    command = f"{skipped} -s '{marks}' '\\n'{'' if skipped != 'tr' else ' < LOG'} | paste -d, - - - > rows.csv"
+    return DataError(
+        f"{which} is longer than {kibibytes(data)} KiB, all of it numbers, and a sample needs a line of its own;"
+        f" for samples of 3 numbers: {command}"
+    )
 
 
 def kibibytes(data: bytes) -> int:

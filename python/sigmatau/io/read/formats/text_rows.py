@@ -251,29 +251,33 @@ def refuse_too_large(path: Path, head: Head, columns: int) -> None:
 def _no_time(error: formats.TextReadError, layout: Layout) -> DataError:
     name = layout.columns[error.column].name or f"number {error.column + 1}"
     return DataError(
-        f", line {error.line}: the time column {name} has {error.text!r}, which is neither a number nor a date"
-        f" or time (such as 2026-03-01 12:00:00.000); name another column by {TIME_COLUMN}, or ignore it by {WITHOUT_STAMPS}"
+        f"the time column {name} has {error.text!r}, which is neither a number nor a date"
+        f" or time (such as 2026-03-01 12:00:00.000); name another column by {TIME_COLUMN}, or ignore it by"
+        f" {WITHOUT_STAMPS}",
+        place=f"line {error.line}",
     )
 
 
 def _explained(error: formats.TextReadError, layout: Layout, *, dates: bool = False) -> DataError:
-    place = f", line {error.line}"
+    place = f"line {error.line}"
     if layout.decimal_comma:
         error.text = error.text.translate(EXCHANGED)  # as in the file
     if error.kind == "ragged":
         last = " (the file was truncated, if it is the last)" if error.got < error.expected else ""
         return DataError(
-            f"{place}: {error.got} field{'s' if error.got != 1 else ''}, {error.expected} expected;"
-            f" correct or delete the line{last}"
+            f"{error.got} field{'s' if error.got != 1 else ''}, {error.expected} expected;"
+            f" correct or delete the line{last}",
+            place=place,
         )
     if error.kind == "not_a_number":
         name = layout.columns[error.column].name or f"number {error.column + 1}"
         return DataError(
-            f"{place}: column {name} has {error.text!r}, which is not a {'time' if dates else 'number'}; correct or delete"
-            " the line"
+            f"column {name} has {error.text!r}, which is not a {'time' if dates else 'number'}; correct or delete"
+            " the line",
+            place=place,
         )
     if error.kind == "too_long":
-        return DataError(f"{place}: longer than 1 MiB, so it is not a row; delete it")
+        return DataError("longer than 1 MiB, so it is not a row; delete it", place=place)
     if error.kind == "truncated":
         return DataError(f"the gzip stream is truncated after line {error.line}; copy or record the file again")
     if error.kind == "damaged":

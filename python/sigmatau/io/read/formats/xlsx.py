@@ -50,7 +50,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         try:
             parts = text.read_tables(data, shown, name, topic)
         except DataError as error:
-            left_out.append(f"{name} ({error.message.removeprefix(', ')})")
+            left_out.append(f"{name} ({error.reason})")
             continue
         note = f"sheet {name} of an Excel workbook"
         tables += [

@@ -78,7 +78,7 @@ def _tables(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> li
         beginning = head.whole or reader.sniff is text.sniff
         shown = reader.read_tables(data if beginning else _unpacked(path, member), head, name, member.filename)
     except DataError as error:
-        return str(error).removeprefix(", ")
+        return error.reason
     return [_on_demand(table, k, path, member, head, name, reader) for k, table in enumerate(shown)]
 
 
@@ -94,7 +94,7 @@ def _on_demand(
         try:
             return whole_table().load(wanted, exact)
         except DataError as error:
-            raise error.about(f", {member.filename}") from None
+            raise error.at(member.filename) from None
 
     where = lambda row: f"{member.filename}, {whole_table().where(row)}"  # noqa: E731
     return replace(shown, notes=("zip", *shown.notes), load=load, where=where)

@@ -75,7 +75,7 @@ def in_order(
         stamps = stamps.astype(np.float64)
     if stamps.dtype.kind == "f" and not max(abs(smallest), abs(largest)) < _LARGEST_STAMP:
         worst = int(np.argmax(np.abs(stamps)))
-        raise DataError(f", {where(_row(rows, worst))}: column {name} has {stamps[worst]}, which is not a time")
+        raise DataError(f"column {name} has {stamps[worst]}, which is not a time", place=where(_row(rows, worst)))
     if len(stamps) and smallest == largest:
         raise StampError(
             f"all stamps in column {name} are {stamps[0]}, so they give no rate; name another column with {TIME_COLUMN}"
@@ -130,8 +130,9 @@ def _with_stamp(
     place = where(_row(rows, first))
     if 2 * count > len(missing):
         raise NonFiniteError(
-            f", {place}: column {name} has no time stamp in {count} of {len(missing)} rows; name another column with"
+            f"column {name} has no time stamp in {count} of {len(missing)} rows; name another column with"
             f" {TIME_COLUMN}, or ignore the stamps with {WITHOUT_STAMPS}",
+            place=place,
             channel=name,
             index=_row(rows, first),
         )
@@ -160,19 +161,22 @@ def _sorted(
     usual, back_to = _usual(stamps), float(stamps[row]) - float(stamps[0])
     if abs(back_to) <= _RESTART * usual and float(stamps[row - 1]) - float(stamps[row]) >= _LEAST_RUN * usual:
         raise StampError(
-            f", {place}: time begins again in column {name}, from {stamps[row - 1]} to {stamps[row]}{times}; the rows are of"
-            " several runs or sensors, cut the file there"
+            f"time begins again in column {name}, from {stamps[row - 1]} to {stamps[row]}{times}; the rows are of"
+            " several runs or sensors, cut the file there",
+            place=place,
         )
     if _repeats_in_blocks(stamps, back, usual):
         raise StampError(
-            f", {place}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times}:"
+            f"time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times}:"
             " blocks of rows have the same times, as those of several sensors do. Sort the rows by time, or save each sensor"
-            " to its own file"
+            " to its own file",
+            place=place,
         )
     raise StampError(
-        f", {place}: time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
+        f"time goes backwards in column {name}, from {stamps[row - 1]} to {stamps[row]}{times};"
         f" sort the rows, cut the file there{_wrapped(stamps, row)}, or ignore the stamps with"
-        f" {WITHOUT_STAMPS}"
+        f" {WITHOUT_STAMPS}",
+        place=place,
     )
 
 

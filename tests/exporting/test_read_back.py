@@ -9,7 +9,8 @@ from sigmatau.analysis.inputs import read_source
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
-from sigmatau.exporting.source import one_rate, read_yaml
+from sigmatau.exporting.source import common_rate, read_yaml
+from sigmatau.exporting.values import filter_rate
 from vio import IMU_UTILS, KALIBR
 
 
@@ -179,7 +180,7 @@ class TestSource:
         path.write_text(KALIBR)
         source = read_source(path)
         assert source.model == read_yaml(KALIBR).model
-        assert one_rate(source.rates) == 200.0
+        assert common_rate(source.rates) == 200.0
         for content in (b"\xff\xfe", b"a: 1"):
             path.write_bytes(content)
             with pytest.raises(DataError, match=r"imu\.yml: "):
@@ -187,11 +188,13 @@ class TestSource:
         with pytest.raises(DataError, match=r"no\.yaml: No such file"):
             read_source(tmp_path / "no.yaml")
 
-    def test_one_rate(self):
-        assert one_rate({"gyro_x": 100.0, "accel_x": 100.05, "strain": 7.0}) == 100.0
-        assert one_rate({}) is None
+    def test_the_common_rate(self):
+        assert common_rate({"gyro_x": 100.0, "accel_x": 100.05, "strain": 7.0}) == 100.0
+        assert common_rate({}) is None
+        several = {"gyro_x": 100.0, "accel_x": 101.0}
+        assert common_rate(several) is None
         with pytest.raises(OptionError, match=r"gyro 100 Hz, accel 101 Hz.*`filter_rate`"):
-            one_rate({"gyro_x": 100.0, "accel_x": 101.0})
+            filter_rate(several, Choices())
 
 
 def test_from_yaml_to_another_file(tmp_path, capsys):

@@ -246,8 +246,6 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
             continue
         try:
             found, left = batch.gather([place])
-        except OptionError:
-            raise
         except DataError:
             inside = sorted(place.glob("*.json"), key=_natural) if place.is_dir() else []
             inside = [file for file in inside if not file.name.startswith(".") and _is_unit(file)]

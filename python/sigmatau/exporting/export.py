@@ -13,7 +13,7 @@ from typing import Protocol
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, Choices, Unplaced
-from sigmatau.exporting.source import Source, have_several_rates, one_rate, sensor_rates, source_of
+from sigmatau.exporting.source import Source, common_rate, have_several_rates, sensor_rates, source_of
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
 from sigmatau.exporting.values import Numbers, Target, filter_rate, filter_step, three_axes
@@ -290,11 +290,7 @@ def _written(
     numbers = Numbers(source, choices)
     if wanted.needs_rate:
         numbers.rate()
-    try:
-        content = write(numbers)
-    except ValueError:
-        if not numbers.missing:  # the next attempt reports it
-            raise
+    content = write(numbers)
     if numbers.missing:
         (_, term), *_ = numbers.missing
         raise OptionError("; ".join(numbers.missing.values()), option=term)
@@ -340,10 +336,7 @@ def _other_rate(source: Source, choices: Choices) -> Finding | None:
     """A finding if the given rate is not that of the record."""
     if choices.filter_rate is None or not source.rates:
         return None
-    try:
-        of_record = one_rate(source.rates)
-    except OptionError:  # channels with several rates
-        return None
+    of_record = common_rate(source.rates)
     if of_record is None or abs(choices.filter_rate / of_record - 1) <= _SAME_RATE:
         return None
     return Finding(severity="info", details=OtherRate(rate=choices.filter_rate, record_rate=of_record))

@@ -168,17 +168,10 @@ def sensor_rates(rates: Mapping[str, float]) -> dict[str, float]:
     return {name: rate for name, rate in found.items() if name in ("gyro", "accel")} or found
 
 
-def one_rate(rates: Mapping[str, float]) -> float | None:
-    """The sampling rate of gyros and accelerometers; None if not known."""
+def common_rate(rates: Mapping[str, float]) -> float | None:
+    """The sampling rate of gyros and accelerometers; None if it is not known, or if they have several. [Hz]"""
     found = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
-    if not found:
-        return None
-    if have_several_rates(found):
-        listed = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in sensor_rates(found).items())
-        raise OptionError(
-            f"the channels have several sampling rates ({listed}): give {{option}} in Hz", option="filter_rate"
-        )
-    return next(iter(found.values()))
+    return None if not found or have_several_rates(found) else next(iter(found.values()))
 
 
 _KALIBR = {

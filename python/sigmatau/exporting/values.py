@@ -13,7 +13,7 @@ from typing import Literal, TypeVar
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, RANGES, Choices
-from sigmatau.exporting.source import Source, have_several_rates, one_rate
+from sigmatau.exporting.source import Source, common_rate, have_several_rates, sensor_rates
 from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten
 from sigmatau.findings.finding import Finding
@@ -81,10 +81,7 @@ class Numbers:
 
     def known_rate(self) -> float | None:
         """Sampling rate; None if unknown or ambiguous. [Hz]"""
-        try:
-            return self.rate()
-        except OptionError:
-            return None
+        return known_filter_rate(self.source.rates, self.choices)
 
     def rate_text(self) -> str:
         """The sampling rate for a file: as given, or with four digits of that of the record."""
@@ -375,12 +372,21 @@ T = TypeVar("T")
 
 def filter_rate(rates: Mapping[str, float], choices: Choices) -> float:
     """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
-    rate = one_rate(rates) if choices.filter_rate is None else choices.filter_rate
+    rate = known_filter_rate(rates, choices)
     if rate is None:
-        raise OptionError(
-            "the rate of the filter is needed; a model file has none: give {option} in Hz", option="filter_rate"
+        listed = ", ".join(f"{name} {hertz:.6g} Hz" for name, hertz in sensor_rates(rates).items())
+        why = (
+            f"the channels have several sampling rates ({listed})"
+            if rates
+            else ("the rate of the filter is needed; a model file has none")
         )
+        raise OptionError(f"{why}: give {{option}} in Hz", option="filter_rate")
     return rate
+
+
+def known_filter_rate(rates: Mapping[str, float], choices: Choices) -> float | None:
+    """Rate of the filter by the user, or of the record; None if unknown or ambiguous. [Hz]"""
+    return common_rate(rates) if choices.filter_rate is None else choices.filter_rate
 
 
 def filter_step(rates: Mapping[str, float], choices: Choices) -> float:

@@ -70,8 +70,6 @@ def examine(
         if isinstance(analysis, FailedAnalysis) or unit.reason or sheet is None:
             return Examined(result=unit)
         verdict = compare_with(analysis, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias)
-    except OptionError:
-        raise
     except DataError as error:
         absent = bool(path) and not Path(path).exists()
         return Examined(result=without_result(str(error), path=path, absent=absent))

@@ -22,6 +22,7 @@ from sigmatau.quality.samples import (
     start_transient,
     straight_lines,
     stuck_samples,
+    units,
 )
 from sigmatau.quality.spectrum import axis_correlation
 
@@ -87,6 +88,14 @@ def louder(x):
     x[N // 2 :] *= 3
 
 
+def turning(x):
+    x[:, 2] += 0.5
+
+
+def too_noisy(x):
+    x *= 1e4
+
+
 def rounded(x):
     x[:] = np.round(x, 3)
 
@@ -123,6 +132,8 @@ CASES = {
     ),
     "spikes": (with_spikes, spikes, spikes_of, {"least": MANY}),
     "coarse": (rounded, resolution, resolution.coarse_resolution, {"max_noise_steps": 0.0}),
+    "turning": (turning, units, units.mean_rate, {"usual_offset": 1.0}),
+    "too noisy": (too_noisy, units, units.implausible_unit, {"times_noisiest": 1e9}),
     "correlated": (shared, axis_correlation, axis_correlation.cross_axis, {"told": 1.5}),
     "louder": (
         louder,

@@ -8,6 +8,7 @@ from typing import Literal
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.units import Gravity, ImplausibleUnit, MeanRate
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, as_options
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.means import mean_of
@@ -27,12 +28,6 @@ GRAVITY = 9.80665  # standard gravity [m/s^2]
 
 GRAVITY_TOLERANCE = 0.12
 """What bias (100 mg) and scale errors (some percent) of consumer accelerometers change of gravity, as a part of it."""
-
-# Gravity on the ground: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL 40 (2013). [m/s^2]
-_ON_GROUND = (9.75, 9.85)
-
-# Mean below which gravity has been removed: less than any single-axis bias of a sensor worth an Allan variance. [m/s^2]
-_WITHOUT_GRAVITY = 0.5
 
 # What |mean| is if the numbers are in one unit and another was stated: value where gravity would be 9.80665, the stated
 # unit, and the likely one.
@@ -68,23 +63,8 @@ _MISTAKES: dict[str, tuple[str, ...]] = {
 }
 _SAME_FACTOR = 1e-6
 
-# Largest zero-rate offset of usual MEMS gyros: 1 to 10 deg/s in datasheets of LSM6, BMI and ICM parts. Older ones have up to
-# 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at full range): beyond it a gyro may rest. [rad/s]
-_USUAL_OFFSET = 10 * DEGREE
-
 _NOISIEST_GYRO = SENSOR_CLASSES["angular_rate"].noisiest["random_walk"]
-_TIMES_NOISIEST = 2.0
-
-# White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h, of strategic gyros, whose bias is below
-# 0.01 deg/h (H. C. Lefèvre, C. R. Physique 15, 2014, doi:10.1016/j.crhy.2014.10.007). [rad/s/√Hz]
-_EARTH_NOISE = 5e-4 * DEGREE / 60
-_EARTH_RATE, _EARTH_TOLERANCE = 7.292115e-5, 0.3  # IERS [rad/s]; for axes that are not orthogonal
-
-# White noise that only optical gyros are below, whose bias is some deg/h at most: 0.01 deg/√h. [rad/s/√Hz]
-_OPTICAL_NOISE = 0.01 * DEGREE / 60
-
-# Least mean rate that is not a bias of gyros so quiet: three times the Earth's. MEMS have 100 to 10^5 deg/h. [rad/s]
-_MIN_MEMS_BIAS = 45 * DEGREE / 3600
+_EARTH_RATE = 7.292115e-5  # IERS [rad/s]
 
 _LOOKED_AT = 1 << 17
 
@@ -97,10 +77,40 @@ _STEPS_DPS = (
     8.75e-3,
     17.5e-3,
 )
-_SAME_STEP = 1e-4
 
 
-def implausible_unit(stream: Stream) -> list[Finding]:
+@frozen
+class UnitThresholds:
+    """Thresholds of `implausible_unit`, `gravity` and `mean_rate`."""
+
+    gravity_tolerance: float = GRAVITY_TOLERANCE  # relative difference from gravity that bias and scale errors explain
+    # Gravity on the ground: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL 40 (2013). [m/s^2]
+    on_ground: tuple[float, float] = (9.75, 9.85)
+    # Mean below which gravity has been removed: less than any single-axis bias of a sensor worth an Allan variance.
+    # [m/s^2]
+    without_gravity: float = 0.5
+    same_step: float = 1e-4  # relative difference of a step from a known one
+    # Largest zero-rate offset of usual MEMS gyros: 1 to 10 deg/s in datasheets of LSM6, BMI and ICM parts. Older ones
+    # have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at full range): beyond it a gyro may
+    # rest. [rad/s]
+    usual_offset: float = 10 * DEGREE
+    times_noisiest: float = 2.0  # white noise over that of the noisiest gyro, from which on the unit is wrong
+    # White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h, of strategic gyros, whose bias is
+    # below 0.01 deg/h (H. C. Lefèvre, C. R. Physique 15, 2014, doi:10.1016/j.crhy.2014.10.007). [rad/s/√Hz]
+    earth_noise: float = 5e-4 * DEGREE / 60
+    # Relative difference of the mean from the Earth's rate, for axes that are not orthogonal.
+    earth_tolerance: float = 0.3
+    # White noise that only optical gyros are below, whose bias is some deg/h at most: 0.01 deg/√h. [rad/s/√Hz]
+    optical_noise: float = 0.01 * DEGREE / 60
+    # Least mean rate that is not a bias of gyros so quiet: three times the Earth's. MEMS have 100 to 10^5 deg/h.
+    # [rad/s]
+    min_mems_bias: float = 45 * DEGREE / 3600
+
+
+THRESHOLDS = UnitThresholds()
+
+
+def implausible_unit(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[Finding]:
     """Signs that the samples are in another unit than stated: at most one finding, whose factor is that of all terms.
 
     An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. Gyros are in deg/s, or are raw
@@ -113,21 +123,24 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     if implausible_rate and stream.samples.transforms[0].kind != "rate":
         return []  # samples over an interval that is wrong are wrong by as much
     is_triad = stream.quantity == "acceleration" and len(stream.channels) == _AXES
-    if is_triad and ((by_gravity := _by_gravity(stream)) or not _mean_vector(stream) < _WITHOUT_GRAVITY):
+    if is_triad and (
+        (by_gravity := _by_gravity(stream, thresholds=thresholds))
+        or not _mean_vector(stream) < thresholds.without_gravity
+    ):
         return by_gravity
     if stream.quantity not in SENSOR_CLASSES:
         return []
-    if by_step := _by_step(stream):
+    if by_step := _by_step(stream, thresholds=thresholds):
         return by_step
     if implausible_rate or hides_noise(stream) or stream.grid.source.kind == "simulated":
         return []  # a noise density is as wrong as the rate that it was computed with; rounding says nothing of noise
-    return _by_noise(stream)
+    return _by_noise(stream, thresholds=thresholds)
 
 
-def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Finding]:
+def gravity(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[Finding]:
     """The mean of an orthogonal accelerometer triad at rest, where it is not 9.75 to 9.85 m/s²; at most one finding.
 
-    An info for biases and scale errors within `tolerance`, and where gravity has been removed; a warning for other values
+    An info for biases and scale errors, and where gravity has been removed; a warning for other values
     that no mistaken unit explains.
     """
     if stream.quantity != "acceleration" or len(stream.channels) != 3 or stream.grid.source.kind == "simulated":
@@ -135,15 +148,15 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
     if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return []
     level = _mean_vector(stream)
-    low, high = _ON_GROUND
+    low, high = thresholds.on_ground
     if low <= level <= high or not math.isfinite(level):
         return []
-    if _by_gravity(stream):
+    if _by_gravity(stream, thresholds=thresholds):
         return []  # `implausible_unit` reports it
     deviation = level / GRAVITY - 1
-    near = abs(deviation) < tolerance
+    near = abs(deviation) < thresholds.gravity_tolerance
     cause: Literal["bias_or_scale", "removed", "unknown"]
-    cause = "bias_or_scale" if near else "removed" if level < _WITHOUT_GRAVITY else "unknown"
+    cause = "bias_or_scale" if near else "removed" if level < thresholds.without_gravity else "unknown"
     details = Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause)
     severity: Severity = "warning" if cause == "unknown" else "info"
     factors = tuple((term, 1 + deviation) for term in TERMS) if cause == "unknown" else ()
@@ -151,25 +164,25 @@ def gravity(stream: Stream, *, tolerance: float = GRAVITY_TOLERANCE) -> list[Fin
     return [Finding(details=details, severity=severity, channels=channels, size=level, unit=unit, factors=factors)]
 
 
-def mean_rate(stream: Stream) -> list[Finding]:
+def mean_rate(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[Finding]:
     """A mean of gyros beyond the zero-rate offset of usual ones, or a steady rotation: at most one warning."""
     if stream.quantity != "angular_rate" or stream.grid.source.kind == "simulated":
         return []
     if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return []
     mean = _mean_vector(stream)
-    if not mean > _USUAL_OFFSET:
+    if not mean > thresholds.usual_offset:
         return []
-    details = MeanRate(mean=mean, usual=_USUAL_OFFSET)
+    details = MeanRate(mean=mean, usual=thresholds.usual_offset)
     return [Finding(details=details, severity="warning", channels=stream.channels, size=mean, unit=stream.unit)]
 
 
-def _by_gravity(stream: Stream) -> list[Finding]:
+def _by_gravity(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
     level = _mean_vector(stream)
     stated_unit = _stated(stream)
     possible = [row for row in _MISTAKEN if row[1] not in _SMALL_UNITS or row[1] == stated_unit]
     value, stated, likely = min(possible, key=lambda row: abs(level / row[0] - 1))
-    if not abs(level / value - 1) < GRAVITY_TOLERANCE:
+    if not abs(level / value - 1) < thresholds.gravity_tolerance:
         return []
     details = ImplausibleUnit(
         evidence="gravity",
@@ -182,14 +195,16 @@ def _by_gravity(stream: Stream) -> list[Finding]:
     return _finding(stream, details, factor=value / GRAVITY, size=level)
 
 
-def _by_step(stream: Stream) -> list[Finding]:
+def _by_step(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
     steps = [step for channel in stream.channels if (step := step_of(stream, channel))]
     stated = _stated(stream)
     if not steps or stream.quantity != "angular_rate":
         return []
     for likely in _MISTAKES.get(stated, ()):
         factor = to_si(1.0, stated) / to_si(1.0, likely)
-        known = [s for s in _STEPS_DPS if all(abs(step / (s * DEGREE * factor) - 1) < _SAME_STEP for step in steps)]
+        known = [
+            s for s in _STEPS_DPS if all(abs(step / (s * DEGREE * factor) - 1) < thresholds.same_step for step in steps)
+        ]
         if known:
             details = ImplausibleUnit(
                 evidence="step",
@@ -204,7 +219,7 @@ def _by_step(stream: Stream) -> list[Finding]:
     return []
 
 
-def _by_noise(stream: Stream) -> list[Finding]:
+def _by_noise(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
     """Whether the noise is beyond that of any sensor, or below, or that of gyros with another mean."""
     # White noise is no more than the least of τσ²(τ), and no less than the largest where a slow term hides it.
     bounds = [_levels(stream, channel) for channel in stream.channels]
@@ -213,25 +228,25 @@ def _by_noise(stream: Stream) -> list[Finding]:
     if not (lowest and lowest[0] > 0):
         return []
     middle, highest = lowest[len(lowest) // 2], max(high for _, high in bounds)
-    if stream.quantity == "angular_rate" and lowest[0] > _TIMES_NOISIEST * _NOISIEST_GYRO:
+    if stream.quantity == "angular_rate" and lowest[0] > thresholds.times_noisiest * _NOISIEST_GYRO:
         stated = _stated(stream)
         likely = "deg/s" if stated == "rad/s" else ""
         return _by_density(stream, "noise", likely, middle, times=middle / _NOISIEST_GYRO)
     is_in_degrees = stream.quantity == "angular_rate" and _stated(stream) == "deg/s"
-    if is_in_degrees and highest < _OPTICAL_NOISE and _mean_vector(stream) > _MIN_MEMS_BIAS:
+    if is_in_degrees and highest < thresholds.optical_noise and _mean_vector(stream) > thresholds.min_mems_bias:
         return _by_density(stream, "bias", "rad/s", middle)
-    evidence = _quiet_evidence(stream, highest)
+    evidence = _quiet_evidence(stream, highest, thresholds=thresholds)
     return _by_density(stream, evidence, _louder_unit(stream, middle), middle) if evidence else []
 
 
-def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
+def _quiet_evidence(stream: Stream, highest: float, *, thresholds: UnitThresholds) -> Evidence | None:
     """Why white noise of up to some density is less than a sensor has; None if it is not."""
     is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == _AXES
-    if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < _EARTH_TOLERANCE:
+    if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < thresholds.earth_tolerance:
         return None
     if highest < SENSOR_CLASSES[stream.quantity].quietest:
         return "quiet"
-    return "earth" if is_gyro_triad and highest < _EARTH_NOISE else None
+    return "earth" if is_gyro_triad and highest < thresholds.earth_noise else None
 
 
 def _louder_unit(stream: Stream, noise: float) -> str:

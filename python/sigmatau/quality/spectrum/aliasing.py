@@ -7,18 +7,28 @@ import math
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.spectrum import Aliasing
+from sigmatau.frozen import frozen
 from sigmatau.noise.terms import aliasing_inflation
 from sigmatau.record.streams import Stream
 
-INFLATION_WARNED = 1.05
-_INFLATION_ADVISED = 1.02  # at the sampling rate that the action names
-_WIDEST = 1e6  # [Hz] piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is faster
+
+@frozen
+class AliasingThresholds:
+    """Thresholds of `aliasing`."""
+
+    inflation_warned: float = 1.05  # factor on the random walk above which aliasing is a warning
+    inflation_advised: float = 1.02  # factor at the sampling rate that the action names
+    # Widest bandwidth: piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is faster. [Hz]
+    widest: float = 1e6
+
+
+THRESHOLDS = AliasingThresholds()
 
 
 def aliasing(
-    stream: Stream, bandwidth: tuple[float, int | None], *, inflation_warned: float = INFLATION_WARNED
+    stream: Stream, bandwidth: tuple[float, int | None], *, thresholds: AliasingThresholds = THRESHOLDS
 ) -> list[Finding]:
-    """One finding ``aliasing`` for the stream: a warning above `inflation_warned`, otherwise an info.
+    """One finding ``aliasing`` for the stream: a warning or an info.
 
     Parameters
     ----------
@@ -26,8 +36,7 @@ def aliasing(
     bandwidth : (float, int or None)
         The sensor's bandwidth from its data sheet, and the order of its filter if known. Without an order the finding
         states both the first and the second, and the first decides. [Hz]
-    inflation_warned : float
-        Factor on the random walk above which aliasing is a warning.
+    thresholds : AliasingThresholds
 
     Raises
     ------
@@ -35,9 +44,10 @@ def aliasing(
         For a bandwidth that is not positive, an order outside 1 … 8.
     """
     hertz, order = bandwidth
-    if not 0 < hertz <= _WIDEST:
+    if not 0 < hertz <= thresholds.widest:
         raise OptionError(
-            f"the bandwidth must be a positive number of hertz, at most {_WIDEST:g}, not {hertz!r}", option="bandwidth"
+            f"the bandwidth must be a positive number of hertz, at most {thresholds.widest:g}, not {hertz!r}",
+            option="bandwidth",
         )
     if order is not None and order not in range(1, 9):
         raise OptionError(f"the order of a filter must be 1 to 8, not {order!r}", option="bandwidth")
@@ -47,28 +57,28 @@ def aliasing(
         bandwidth=hertz,
         order=order,
         second_order=aliasing_inflation(rate=rate, bandwidth=hertz, order=2) if order is None else None,
-        rate_needed=_rate_needed(hertz, order or 1),
+        rate_needed=_rate_needed(hertz, order or 1, thresholds=thresholds),
     )
-    return [_aliased(details, stream.channels, inflation_warned)]
+    return [_aliased(details, stream.channels, thresholds=thresholds)]
 
 
-def _aliased(details: Aliasing, channels: tuple[str, ...], inflation_warned: float) -> Finding:
+def _aliased(details: Aliasing, channels: tuple[str, ...], *, thresholds: AliasingThresholds) -> Finding:
     inflation = aliasing_inflation(rate=details.rate, bandwidth=details.bandwidth, order=details.order or 1)
     return Finding(
         details=details,
-        severity="warning" if inflation > inflation_warned else "info",
+        severity="warning" if inflation > thresholds.inflation_warned else "info",
         channels=channels,
         size=inflation,
         factors=(("random_walk", inflation),),
     )
 
 
-def _rate_needed(corner: float, order: int) -> float:
+def _rate_needed(corner: float, order: int, *, thresholds: AliasingThresholds) -> float:
     """Sampling rate at which little is folded into the random walk. [Hz]"""
     low, high = 0.5 * corner, 64 * corner
     for _ in range(40):
         middle = math.sqrt(low * high)
-        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > _INFLATION_ADVISED:
+        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > thresholds.inflation_advised:
             low = middle
         else:
             high = middle

@@ -10,7 +10,7 @@ from report_records import NAMES, six_axes
 
 import sigmatau as st
 from sigmatau.errors import OptionError
-from sigmatau.record.used import only_used
+from sigmatau.record.mask import only_used
 from sigmatau.reporting.charts import digits, packed
 from sigmatau.reporting.content import content_of
 from sigmatau.reporting.envelope import envelope
@@ -38,7 +38,7 @@ def test_used_stretches_rebuild_what_was_analysed(record):
     spike = 43.21
     whole = st.analyze(record)
     assert any(first == pytest.approx(spike + 0.01, abs=0.02) for first in whole.used["gyro_x"][:, 0])
-    again = st.allan(only_used(record, cut.used))
+    again = st.allan(only_used(record, {channel: cut.masks[channel] for channel in cut.curves}))
     for name in NAMES:
         np.testing.assert_array_equal(again[name].avar, cut.curves[name].avar)
 

@@ -26,8 +26,8 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.fit_findings import disturbed_findings
 from sigmatau.quality.samples.resolution import rounded
+from sigmatau.record.mask import only_used
 from sigmatau.record.record import Provenance, Record
-from sigmatau.record.used import only_used
 from sigmatau.results import ByChannel, Printed, duration_text
 
 _LEAST = 2  # runs
@@ -116,7 +116,7 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
     fits = {channel: fit for channel, fit in analysis.fits.items() if fit.method == "likelihood"}
     if not fits:
         raise DataError(f"{name}: {_why_not(analysis)}, and is not in the joint fit")
-    used = only_used(record, {channel: analysis.used[channel] for channel in fits})
+    used = only_used(record, {channel: analysis.masks[channel] for channel in fits})
     thermometers = tuple(stream for stream in record.streams if stream.quantity == "temperature")
     kept = {stream.name for stream in used.streams}
     used = replace(used, streams=(*used.streams, *(stream for stream in thermometers if stream.name not in kept)))

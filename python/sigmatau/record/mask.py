@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from sigmatau.arrays import Bools, Floats, Ints, run_edges
+from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
@@ -70,13 +72,16 @@ class ChannelMask(Tabular):
         return mask
 
     @property
-    def used(self) -> Floats:
-        """Beginnings and ends of the stretches that were used, from the beginning of the record; shape (n, 2). [s]"""
+    def used_samples(self) -> Ints:
+        """First samples of the stretches that were used, and the samples after them; shape (n, 2)."""
         edges = [0, *(edge for span in self.spans for edge in (span.start, span.stop)), self.samples]
         stretches = np.array(edges, dtype=np.int64).reshape(-1, 2)
-        used: Floats = np.asarray(
-            stretches[stretches[:, 1] > stretches[:, 0]] * self.tau0 + self.lead, dtype=np.float64
-        )
+        return stretches[stretches[:, 1] > stretches[:, 0]]
+
+    @property
+    def used(self) -> Floats:
+        """Beginnings and ends of the stretches that were used, from the beginning of the record; shape (n, 2). [s]"""
+        used: Floats = np.asarray(self.used_samples * self.tau0 + self.lead, dtype=np.float64)
         used.setflags(write=False)
         return used
 
@@ -161,3 +166,40 @@ def _without_overlap(stretches: list[tuple[Ints, str]]) -> Iterator[ExcludedSpan
     for start, stop, k in zip(starts, stops, first[changes].tolist(), strict=True):
         if k >= 0:
             yield ExcludedSpan(start, stop, stretches[k][1])
+
+
+def only_used(record: Record, masks: Mapping[str, ChannelMask]) -> Record:
+    """The record with the stretches that an analysis used: cut to them, and all between them missing.
+
+    Parameters
+    ----------
+    record : Record
+        As it was given to the analysis.
+    masks : mapping of str to ChannelMask
+        `Analysis.masks`.
+
+    Raises
+    ------
+    OptionError
+        If the record has none of the channels, or ends before the stretches do.
+    """
+    streams = [_only_used(stream, masks) for stream in record.streams if not masks.keys().isdisjoint(stream.channels)]
+    if not streams:
+        raise OptionError("{option} has none of the channels of the analysis", option="record")
+    return replace(record, streams=tuple(streams))
+
+
+def _only_used(stream: Stream, masks: Mapping[str, ChannelMask]) -> Stream:
+    stream = stream.of([channel for channel in stream.channels if channel in masks])
+    used = [masks[channel].used_samples for channel in stream.channels]
+    first, stop = min(int(spans[0, 0]) for spans in used), max(int(spans[-1, 1]) for spans in used)
+    if stop > stream.grid.n:
+        raise OptionError("{option} is shorter than the record of the analysis", option="record")
+    part = stream.cut(first, stop)
+    if part.mask is None and all(spans.tolist() == [[first, stop]] for spans in used):
+        return part
+    missing = np.ones((part.grid.n, len(part.channels)), dtype=bool)
+    for k, spans in enumerate(used):
+        for start, end in spans - first:
+            missing[start:end, k] = False
+    return replace(part, samples=replace(part.samples, missing=missing), mask=missing if missing.any() else None)

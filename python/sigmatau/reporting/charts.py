@@ -24,9 +24,9 @@ from sigmatau.noise import terms
 from sigmatau.noise.terms import TERMS
 from sigmatau.plot.stability import chance_limits
 from sigmatau.quality.facts import in_threads
+from sigmatau.record.mask import ChannelMask
 from sigmatau.record.record import Record, stream_name
 from sigmatau.record.streams import Stream
-from sigmatau.record.used import span_samples
 from sigmatau.reporting.envelope import envelope
 from sigmatau.spectrum.estimate import psd
 from sigmatau.units import find
@@ -106,8 +106,9 @@ def _kinds(analysis: Analysis, record: Record) -> dict[str, _Kind]:
 def _of_samples(analysis: Analysis, record: Record, used: Record, channel: str, bins: int) -> dict[str, Any]:
     """Density, time series and map of a channel; without those that it is too short for, or was not analysed for."""
     whole = record.stream_of(channel)
-    found: dict[str, Any] = {"series": _series(whole, channel, analysis.used.get(channel), bins)}
-    if channel not in analysis.used:
+    mask = analysis.masks.get(channel) if channel in analysis.curves else None
+    found: dict[str, Any] = {"series": _series(whole, channel, mask, bins)}
+    if mask is None:
         return found
     part = used.stream_of(channel).only(channel)
     if part.grid.n > LONGEST:
@@ -195,19 +196,18 @@ def _density(stream: Stream, channel: str, fitted: NoiseFit | None) -> dict[str,
     return found
 
 
-def _series(stream: Stream, channel: str, used: Floats | None, bins: int) -> dict[str, Any]:
+def _series(stream: Stream, channel: str, mask: ChannelMask | None, bins: int) -> dict[str, Any]:
     """Smallest and largest sample of each stretch of the whole record, and where it was not analysed: None for nowhere, but
     for thermometers, which are there to explain the others.
     """
     n, grid = stream.grid.n, stream.grid
     low, high, edges = envelope(stream, channel, bins)
-    nothing = [[0, n if stream.quantity == "temperature" else 0]]
-    inside = np.array(nothing) if used is None else span_samples(used, stream)
-    outside = np.stack([np.append(0, inside[:, 1]), np.append(inside[:, 0], n)], axis=1)
-    outside = outside[outside[:, 1] > outside[:, 0]]
+    outside = [] if stream.quantity == "temperature" else [(0, n)]
+    if mask is not None:
+        outside = [(span.start, span.stop) for span in mask.spans]
     # Spans nearer than a bin look like one.
     joined: list[list[int]] = []
-    for start, stop in outside.tolist():
+    for start, stop in outside:
         if joined and start - joined[-1][1] < n / bins:
             joined[-1][1] = stop
         else:

@@ -22,9 +22,9 @@ from sigmatau.fitting.read_off import Coefficient
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.quality.selection.exclusion import from_the_start
+from sigmatau.record.mask import only_used
 from sigmatau.record.record import QUANTITIES, Record
 from sigmatau.record.sampling import sampling_text
-from sigmatau.record.used import only_used
 from sigmatau.reporting.charts import LONGEST, charts_of
 from sigmatau.results import duration_text, printable, seconds, two_digits
 
@@ -109,7 +109,7 @@ def content_of(
     """
     moment = datetime.now(tz=UTC) if date is None else date
     used = None
-    if record is not None and analysis.used:
+    if record is not None and analysis.curves.keys() <= analysis.masks.keys():
         record = _as_analysed(record)
         used = _used(analysis, record)
     files, no_files = _files(analysis)
@@ -143,7 +143,7 @@ def _used(analysis: Analysis, record: Record) -> Record:
     """What was analysed of a record; raises `OptionError` if its channels, rate or samples are not those of the curves."""
     if lacking := [channel for channel in analysis.curves if channel not in record.channels]:
         raise OptionError(f"{{option}} has no channel {lacking[0]!r}, which was analysed", option="record")
-    used = only_used(record, analysis.used)
+    used = only_used(record, {channel: analysis.masks[channel] for channel in analysis.curves})
     for stream in used.streams:
         curves = [analysis.curves[channel] for channel in stream.channels]
         same = math.isclose(curves[0].tau0, stream.grid.tau0, rel_tol=1e-9)

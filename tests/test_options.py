@@ -17,7 +17,7 @@ from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.errors import OptionError
 from sigmatau.io.read.options import ReadOptions, TableOptions
 from sigmatau.options import declared, options_that_differ, stated
-from sigmatau.quality.options import InspectOptions
+from sigmatau.quality.inspect_options import InspectOptions
 
 CALLS = {
     sigmatau.analyze: AnalysisOptions,
@@ -98,3 +98,19 @@ def test_choices_are_checked():
         if about.choices:
             with pytest.raises(OptionError, match=f"`{name}` must be one of {', '.join(about.choices)}, not 'x'"):
                 AnalysisOptions(**{name: "x"})
+
+
+def test_a_result_has_its_options():
+    model = sigmatau.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    record = sigmatau.simulate(model, duration=60, rate=20, rng=1)
+    analysis = sigmatau.analyze(record, method="gls", taus=np.array([0.1, 1.0]), threads=1, notes={"run": "1"})
+    assert analysis.options == AnalysisOptions(method="gls", taus=[0.1, 1.0])
+    back = sigmatau.Analysis.from_json(analysis.to_json())
+    assert back.options == analysis.options
+    content = analysis.to_dict()
+    assert content["options"]["analysis"] == {"method": "gls", "taus": [0.1, 1.0]}
+    content["options"]["analysis"] |= {"of_another_version": 1}
+    assert sigmatau.Analysis.from_dict(content).options == analysis.options
+    content["options"]["analysis"] |= {"method": "guess"}
+    with pytest.raises(sigmatau.DataError, match=r"options\.analysis: `method` must be one of"):
+        sigmatau.Analysis.from_dict(content)

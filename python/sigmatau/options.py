@@ -200,6 +200,13 @@ def keywords_of(
     return decorate
 
 
+def with_attributes(options: type[Options]) -> type[Options]:
+    """A class of options whose docstring describes each."""
+    entries = "".join(_entry(name, about) for name, about in declared(options).items())
+    options.__doc__ = f"{options.__doc__}\n\n    Attributes\n    ----------\n{entries}    "
+    return options
+
+
 def _with_options(docstring: str, options: Mapping[str, Option]) -> str:
     """A docstring with entries for the options at the end of its parameters."""
     before, returns, after = docstring.partition("\n    Returns\n")

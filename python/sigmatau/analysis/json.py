@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.findings.spans import MOST_SPANS
+from sigmatau.options import stated
 
 if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
@@ -51,9 +52,9 @@ def to_json(self: Analysis) -> str:
 
 def _options_to_dict(analysis: Analysis) -> dict[str, Any]:
     """What made the result, beside the log: the same log with the same options is the same run."""
-    stated = {"reading": dict(analysis.source.options), "analysis": dict(analysis.options)}
-    stated = {part: options for part, options in stated.items() if options}
-    return {"options": stated} if stated else {}
+    parts = {"reading": dict(analysis.source.options), "analysis": stated(analysis.options)}
+    parts = {part: options for part, options in parts.items() if options}
+    return {"options": parts} if parts else {}
 
 
 def _fit_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,13 +17,14 @@ from sigmatau.fitting.read_off_lines import Span
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, as_options
 from sigmatau.noise.terms import TERMS
-from sigmatau.options import check_choices, option
+from sigmatau.options import check_choices, declared, option, with_attributes
 from sigmatau.quality.options import CheckOptions
 
 Method = Literal["likelihood", "gls", "read-off"]
 Long = Literal["auto", "exact", "strided"]
 
 
+@with_attributes
 @frozen
 class AnalysisOptions(CheckOptions):
     """Options of `sigmatau.analyze`."""
@@ -185,6 +186,12 @@ class AnalysisOptions(CheckOptions):
         if self.long == "strided" and (self.overlap, self.counting) != ("full", "standard"):
             raise OptionError("{option} 'strided' is for overlapping clusters in the standard counting", option="long")
         CheckOptions.__post_init__(self)
+
+
+def options_of(stated: Mapping[str, Any]) -> AnalysisOptions:
+    """The options that a result states; raises `OptionError`. What this version has no option for is ignored."""
+    known = declared(AnalysisOptions)
+    return AnalysisOptions(**{name: value for name, value in stated.items() if name in known})
 
 
 def _check_time(tau_min: object, method: Method) -> None:

@@ -14,9 +14,10 @@ import numpy as np
 from sigmatau.analysis import forms
 from sigmatau.analysis.failed import FailedAnalysis
 from sigmatau.analysis.json import SCHEMA
+from sigmatau.analysis.options import AnalysisOptions, options_of
 from sigmatau.analysis.result import Analysis
 from sigmatau.decoding import WrongValueError, decode
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.estimators.stability import DynamicAllan
 from sigmatau.findings.decoding import decode_finding
@@ -175,10 +176,17 @@ def _analysis(form: forms.ResultForm) -> Analysis:
         rest=None if form.rest is None else _rest(form.rest),
         masks={name: _mask(name, channel, channel.excluded) for name, channel in channels.items() if channel.excluded},
         means={name: channel.mean for name, channel in form.channels.items() if channel.mean is not None},
-        options=options.analysis,
+        options=_options(options.analysis),
         notes=form.notes,
         version=form.sigmatau,
     )
+
+
+def _options(stated: Mapping[str, Any]) -> AnalysisOptions:
+    try:
+        return options_of(stated)
+    except (OptionError, TypeError, ValueError) as error:
+        raise WrongValueError(f"options.analysis: {error}") from None
 
 
 def _mask(name: str, channel: forms.ChannelForm, form: forms.ExcludedForm) -> ChannelMask:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau._version import __version__
 from sigmatau.analysis import json, text
+from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Findings
@@ -72,8 +73,8 @@ class Analysis(Tabular):
         By channel of the record, see `mask`. Empty for curves alone, and for results of earlier versions.
     means : mapping of str to ChannelMean
         Mean of each channel, with its error where the noise averages out. Empty for curves alone.
-    options : mapping
-        Settings of `analyze` that are not the default and matter for the numbers, as plain values.
+    options : AnalysisOptions
+        Options of `analyze`, as far as they matter for the numbers; those of curves alone are the defaults.
     notes : mapping of str to str
         Information about the record from the user: serial number, run, temperature …
     version : str
@@ -107,7 +108,7 @@ class Analysis(Tabular):
     rest: Rest | None = None
     masks: Mapping[str, ChannelMask] = field(default_factory=dict)
     means: Mapping[str, ChannelMean] = field(default_factory=dict)
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: AnalysisOptions = field(default_factory=AnalysisOptions)
     notes: Mapping[str, str] = field(default_factory=dict)
     version: str = __version__
 

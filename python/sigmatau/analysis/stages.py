@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sigmatau.analysis.options import AnalysisOptions, options_of
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
 from sigmatau.errors import DataError, RecordTooShortError
 from sigmatau.estimators.allan import Curves, DeviationCurve, kept_freedom
@@ -40,7 +41,6 @@ from sigmatau.record.streams import Stream, sampling_of
 from sigmatau.results import ByChannel
 
 if TYPE_CHECKING:
-    from sigmatau.analysis.options import AnalysisOptions
     from sigmatau.analysis.pipeline import State
     from sigmatau.estimators.stability import DynamicAllan
 
@@ -210,7 +210,7 @@ def assemble(state: State) -> Analysis:
         rest=state.rest,
         masks=masks_of(state.whole, state.excluded),
         means=state.means,
-        options=stated(state.options),
+        options=options_of(stated(state.options)),
         notes={str(name): str(text) for name, text in (state.options.notes or {}).items()},
     )
 

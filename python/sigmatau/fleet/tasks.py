@@ -130,12 +130,13 @@ def _analysed(log: Log, job: Job) -> Outcome:
 
 def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> Outcome:
     """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
+    from sigmatau.analysis.options import options_of
     from sigmatau.errors import DataError, OptionError
 
     try:
         analysis, code = result()
         source = replace(analysis.source, path=log.place, options=job.options.get("reading", {}))
-        analysis = replace(analysis, source=source, options=job.options.get("analysis", {}))
+        analysis = replace(analysis, source=source, options=options_of(job.options.get("analysis", {})))
         return _entered(log, job, analysis, code)
     except (OptionError, DataError) as error:
         return failed(log, job, _about(log, error.for_command_line()), code=2 if isinstance(error, OptionError) else 1)

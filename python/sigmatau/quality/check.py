@@ -21,6 +21,7 @@ from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
 from sigmatau.quality.facts import facts_kept, forget, in_threads
+from sigmatau.quality.options import Bandwidth
 from sigmatau.quality.other_axes_disturbed import other_axes_disturbed
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
@@ -32,9 +33,6 @@ from sigmatau.quality.spectrum.axis_correlation import cross_axis
 from sigmatau.record.mask import Exclusion, exclusions
 from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
-
-Bandwidth = Mapping[str, tuple[float, int | None]]
-"""By channel or stream: bandwidth of the sensor in Hz, and order of its filter if known."""
 
 DISTURBANCES = ("dropout", "saturation", "stuck_samples", "interpolated", "not_static", "start_transient", "spikes")
 """Codes of findings about samples that are not the sensor's noise."""

@@ -18,10 +18,11 @@ from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
 from sigmatau.options import keywords_of
 from sigmatau.quality import curve_checks
-from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, Bandwidth, check_fits, examine
+from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import by_channel, without_consequences
-from sigmatau.quality.options import InspectOptions
+from sigmatau.quality.inspect_options import InspectOptions
+from sigmatau.quality.options import Bandwidth
 from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start, leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.record import memory

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 
 from sigmatau.frozen import frozen
-from sigmatau.io.read.options import ReadOptions
-from sigmatau.options import option, same_option
-from sigmatau.quality.check import Bandwidth
+from sigmatau.options import option
 from sigmatau.quality.selection.exclusion import causes_to_keep
+
+Bandwidth = Mapping[str, tuple[float, int | None]]
+"""By channel or stream: bandwidth of the sensor in Hz, and order of its filter if known."""
 
 
 @frozen
@@ -58,12 +59,3 @@ class CheckOptions:
     def causes_kept(self) -> tuple[str, ...]:
         """Causes of disturbances that are not left out."""
         return causes_to_keep(self.keep)
-
-
-@frozen
-class InspectOptions(ReadOptions):
-    """Options of `sigmatau.inspect`."""
-
-    leave_out: str | Sequence[str] | None = same_option(CheckOptions, "leave_out")
-    keep: str | Sequence[str] = same_option(CheckOptions, "keep")
-    bandwidth: Bandwidth | None = same_option(CheckOptions, "bandwidth")

@@ -189,7 +189,7 @@ class Analysis(Tabular):
         return cast(Self, as_analysis(result_of_dict(content)))
 
     def mask(self, channel: str) -> ChannelMask:
-        """Samples of the record that were not used, and why: missing, left out as asked, moving, spikes …
+        """Samples of the record that were not used, and why: missing, left out as asked, moving, spikes and so on.
 
         Parameters
         ----------

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from sigmatau._version import __version__
 from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet
 from sigmatau.cli.options import (
-    averaging_times,
     check_outputs,
     check_style,
     drawing,
@@ -19,6 +18,7 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.reading import Reading, read_log
+from sigmatau.cli.settings import DeviationSettings
 from sigmatau.estimators.deviation import Deviations, deviation
 from sigmatau.estimators.deviation_kinds import Kind
 from sigmatau.findings.finding import damaged
@@ -31,13 +31,12 @@ def deviation_command(
     *,
     kind: Annotated[Kind, InMain],
     reading: Reading | None = None,
-    taus: Annotated[str, InMethod] = "half",
+    settings: DeviationSettings | None = None,
     overlap: Annotated[Literal["full", "none"] | None, InMethod] = None,
     noise: Annotated[str | None, InMethod] = None,
     plot: Annotated[Path | None, InMain] = None,
     style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
     json: Annotated[Path | None, MayBeMinus, InMain] = None,
-    threads: Annotated[int | None, InOutput] = None,
     quiet: Quiet = False,
 ) -> int:
     """Compute another deviation than Allan's for every axis of a log of a sensor at rest.
@@ -48,8 +47,6 @@ def deviation_command(
         A log of any supported format, see sigmatau inspect.
     kind
         The estimator. time, mtie and tie_rms have units of angle and velocity. theo1 takes minutes for 1e6 samples.
-    taus
-        Averaging times: octave, half, quarter, eighth (of an octave), or a list in seconds or with units, 0.1,1,10min.
     overlap
         For the Hadamard deviation: all terms (full, the default), or disjoint clusters only (none).
     noise
@@ -61,19 +58,17 @@ def deviation_command(
         Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
         Write the result as JSON, in SI; - writes it to standard output instead of the table.
-    threads
-        Number of threads (default: all cores). The result does not depend on it.
     quiet
         Print only errors on standard error.
     """
     check_style(style, plot)
     check_outputs(log, plot, json)
-    averaging: Any = averaging_times(taus)
+    how = (settings or DeviationSettings()).arguments()
     record = read_log(log, reading, quiet=quiet)
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working(f"computing {kind}", quiet=quiet) as done:
-        found = deviation(record, kind=kind, taus=averaging, overlap=overlap, threads=threads, progress=done)
+        found = deviation(record, kind=kind, overlap=overlap, progress=done, **how)
     names = with_noise({name: found[name].deviation for name in found}, "deviation", quiet=quiet)
     found = Deviations({name: found[name] for name in names})
     table = deviation_table(found, noise=noise)

@@ -16,6 +16,16 @@ class FleetSettings(DeclaredOptions):
     """Options of the analyses of a fleet, whose workers have one thread each."""
 
 
+@typed_options(AnalysisOptions, only=("taus", "threads"))
+class DeviationSettings(DeclaredOptions):
+    """Options of another deviation than Allan's that are those of an analysis."""
+
+
+@typed_options(AnalysisOptions, only=("at_rest",))
+class WatchSettings(DeclaredOptions):
+    """Options of samples as they come that are those of an analysis."""
+
+
 @typed_options(InspectOptions)
 class InspectSettings(DeclaredOptions):
     """Options of reading, and of the checks that an analysis makes before the fit."""

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, of_curves
-from sigmatau.cli.declared import Flag, InMain, InOutput, MayBeMinus, Quiet
+from sigmatau.cli.declared import InMain, InOutput, MayBeMinus, Quiet
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import FIGURE_ENDINGS, check_output, say, write_figure, write_json
-from sigmatau.cli.settings import WatchReading
+from sigmatau.cli.settings import WatchReading, WatchSettings
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, exit_code
@@ -47,7 +47,7 @@ def watch_command(
     reading: WatchReading | None = None,
     every: Annotated[str, MayBeMinus, InOutput] = "2s",
     idle: Annotated[str | None, MayBeMinus, InOutput] = None,
-    at_rest: Annotated[bool, Flag, InMain] = False,
+    settings: WatchSettings | None = None,
     plot: Annotated[Path | None, InMain] = None,
     json: Annotated[Path | None, InMain] = None,
     quiet: Quiet = False,
@@ -65,9 +65,6 @@ def watch_command(
         Time between updates of the screen, in seconds or with its unit.
     idle
         End after this time without input, in seconds or with its unit, 10min. Default: at the end of the input or at Ctrl-C.
-    at_rest
-        Analyse motion as noise. Default: only the longest stretch at rest is analysed; a sensor that is not at rest gets no
-        coefficients (exit code 5), as samples that are too short to tell.
     plot
         Draw the final curves: .png, .svg or .pdf.
     json
@@ -95,7 +92,7 @@ def watch_command(
             f"watch follows one sensor: {{option}} {options.interleaved} is for a saved log, sigmatau analyze FILE",
             option="interleaved",
         )
-    watched = _Watched(source, Live(checked, skip=options.skip), at_rest=at_rest)
+    watched = _Watched(source, Live(checked, skip=options.skip), **(settings or WatchSettings()).arguments())
     broken: DataError | None = None
     try:
         if threading.current_thread() is threading.main_thread():

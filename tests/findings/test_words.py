@@ -49,6 +49,14 @@ def test_sentences_are_short_and_plain(subject):
         assert one.message, one.code
 
 
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_python_names_arguments(subject):
+    for one in examples(subject):
+        for sentence in (one.message, one.action):
+            assert sentence.isprintable(), one.code
+            assert " --" not in sentence or "sigmatau " in sentence, (one.code, sentence)
+
+
 def test_codes_are_unique():
     kinds = {type(one.details) for subject in SUBJECTS for one in examples(subject)}
     assert len({kind.code for kind in kinds}) == len(kinds)

@@ -226,7 +226,7 @@ def _dataclass(kind: Any, *, null: bool) -> Decoder:  # noqa: ANN401  a class
     parts: list[tuple[str, Decoder, bool]] = []
 
     def decode_fields(value: Any) -> object:  # noqa: ANN401  of JSON
-        if not isinstance(value, Mapping):
+        if type(value) is not dict and not isinstance(value, Mapping):  # the check of a mapping is slow
             _refuse(value, "an object")
         if not parts:  # at the first value, because a class may have parts of its own type
             hints = get_type_hints(kind)

@@ -42,9 +42,11 @@ _FOOT = {
 
 def write(numbers: Numbers) -> str:
     """The text of the table: a block per channel, a row per term."""
+    cells_written: set[str] = set()
     blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is in SI."]
     for name, model in numbers.model.channels.items():
         rows = [row for term in TERMS for row in _rows(model, term)] + _others(model)
+        cells_written.update(cell for row in rows for cell in row)
         widths = [max(len(row[column]) for row in rows) for column in range(4)]
         lines = [f"{comment(name)} [{comment(model.unit)}]"]
         for row in rows:
@@ -52,7 +54,7 @@ def write(numbers: Numbers) -> str:
             lines.append(f"  {'  '.join([*cells, row[4]])}".rstrip())
         blocks.append("\n".join(lines))
     text = "\n\n".join(blocks)
-    foot = [line for words, line in _FOOT.items() if words in text]
+    foot = [line for cell, line in _FOOT.items() if cell in cells_written]
     return "\n".join([text, *([""] if foot else []), *foot]) + "\n"
 
 

@@ -72,7 +72,7 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
         value = sum(variance.value for variance in found.values()) / len(found)
         white = (
             f"; in the mean N^2*rate = {numbers.noise(sensor).value ** 2 * numbers.rate():.4g}"
-            if _INDEPENDENT in words
+            if any(_has_value_of_white_noise(numbers, name) for name in found)
             else ""
         )
         return Number(value=value, words=f"mean of {', '.join(found)} ({words}){white}")
@@ -97,6 +97,12 @@ def _of_channel(numbers: Numbers, name: str) -> Number:
         words += f"; N^2*rate = {independent:.4g} is for a filter that {_INDEPENDENT}"
         _correlated(numbers, name, value, independent)
     return Number(value=value, words=words + numbers.doubt(name))
+
+
+def _has_value_of_white_noise(numbers: Numbers, name: str) -> bool:
+    """Whether the variance of white noise stands beside that of the samples, from which it differs."""
+    model = numbers.model.channels[name]
+    return "random_walk" in model if _measured(numbers, name) is not None else model.bandwidth is not None
 
 
 def _measured(numbers: Numbers, name: str) -> float | None:

@@ -63,7 +63,13 @@ class TestAdisFitted:
         walk = fitted["random_walk"]
         assert 2.2 <= walk.to("deg/sqrt(h)") <= 2.8
         assert walk.high / walk.low < 1.04
-        assert 20 <= fitted["bias_instability"].to("deg/h") <= 45
+        flicker = fitted["bias_instability"]
+        if flicker.observed:
+            assert 20 <= flicker.to("deg/h") <= 45
+        else:
+            # Of the x axis two processes are as good: then the limit holds what others fit.
+            assert fitted.second
+            assert 25 <= flicker.upper_limit / np.deg2rad(1 / 3600) <= 45
 
     @pytest.mark.parametrize("channel", ["accel_x", "accel_y", "accel_z"])
     def test_accelerometers_are_adequate_beside_their_lines(self, adis_analysis, channel):

@@ -50,6 +50,7 @@ def test_the_file_is_read_as_it_says():
     assert x["rate_ramp"] < 0
     assert (len(x.gauss_markov), len(x.resonance), len(x.sinusoid)) == (1, 1, 1)
     assert x.alike_from.time == 3600.0
+    assert x.alternatives[0].gauss_markov[0].time == 80.0
     assert (x.bandwidth.order, x.bandwidth.corner, x.bandwidth.rate) == (1, 30.0, 100.0)
     assert model.channels["pressure_a"].unit == "Pa"
     assert model.correlation == {

@@ -224,6 +224,14 @@ class FilterEstimate:
     def known_to(self) -> float | None: ...
 
 @final
+class SecondModel:
+    def __new__(cls, terms: list[tuple[str, float]], gauss_markov: list[tuple[float, float]]) -> Self: ...
+    @property
+    def terms(self) -> list[tuple[str, float]]: ...
+    @property
+    def gauss_markov(self) -> list[tuple[float, float]]: ...
+
+@final
 class ChannelFit:
     def __new__(
         cls,
@@ -239,6 +247,7 @@ class ChannelFit:
         highest: float | None,
         alike_from: float | None,
         alike_sigma: float | None,
+        second: list[SecondModel],
         discrepancy: list[tuple[float, float]],
         verdict: _Verdict,
         worst_band: tuple[float, float] | None,
@@ -275,6 +284,8 @@ class ChannelFit:
     def alike_from(self) -> float | None: ...
     @property
     def alike_sigma(self) -> float | None: ...
+    @property
+    def second(self) -> list[SecondModel]: ...
     @property
     def discrepancy(self) -> list[tuple[float, float]]: ...
     @property

@@ -20,6 +20,7 @@ from sigmatau.fitting.noise_fit import (
     Interval,
     NoiseFit,
     Resonance,
+    SecondModel,
     Sinusoid,
     WarmUp,
 )
@@ -133,6 +134,7 @@ FULL = NoiseFit(
     highest=18.0,
     alike_from=200.0,
     alike_sigma=1e-5,
+    second=(SecondModel(terms={"random_walk": 1e-4}, gauss_markov=((1e-5, 200.0), (2e-5, 9.0))),),
     discrepancy=((1.0, 0.1),),
     model={"random_walk": 1e-4},
     verdict="widened",

@@ -154,7 +154,7 @@ def test_ramps_of_all_runs_are_no_rate_random_walk():
 
 def test_axes_of_a_triad():
     axes = ("gyro_x", "gyro_y", "gyro_z")
-    joint = fit_jointly([record("triad", channels=axes, slow=0.05)], over="axes")
+    joint = fit_jointly([record("triad", channels=axes, slow=0.5)], over="axes")
     assert list(joint) == ["gyro"]
     assert [run.name for run in joint["gyro"].runs] == list(axes)
     assert joint["gyro"].fit["rate_random_walk"].observed

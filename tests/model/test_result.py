@@ -28,7 +28,7 @@ class TestAdequate:
         for term, interval in model.intervals.items():
             assert interval == (fitted[term].low, fitted[term].high)
         assert set(model.limits) == {name for name, term in fitted.items() if term.upper_limit is not None}
-        assert not set(model.limits) & set(model)
+        assert not set(model.limits) & set(model.intervals)
         assert model.covariance[0] == fitted.covariance[0]
         np.testing.assert_array_equal(model.covariance[1], fitted.covariance[1])
         assert (model.tau_min, model.duration) == (fitted.tau_min, 3000.0)
@@ -46,7 +46,8 @@ class TestAdequate:
         channel = model.channels["gyro_x"]
         assert channel.limits
         for term, limit in channel.limits.items():
-            (line,) = (row for row in text.splitlines() if row.startswith(f"# {term}: not seen"))
+            start = f"{term} = " if term in channel else f"# {term}: not seen"
+            (line,) = (row for row in text.splitlines() if row.startswith(start))
             assert f" = {limit:.2g} {channel.unit_of(term)}, 95 % limit" in line
         for term, (low, high) in channel.intervals.items():
             (line,) = (row for row in text.splitlines() if row.startswith(f"{term} = "))

@@ -68,13 +68,15 @@ class TestFilters:
         assert named >= 31
 
     def test_white_noise_has_nothing_beside_it(self):
-        """80 channels of 2^15 samples: one in 500 is widened, by design; here none is."""
+        """80 channels of 2^15 samples: one in 500 is widened, by design; here none is. One in twenty has
+        a term by chance, in the place of which there may be a process."""
         said = [
             f.code
             for k in range(80)
             for f in fit_findings(fit_channel(record_of(white(f"clean {k}", 2**15)), "gyro_x"))
         ]
-        assert said == []
+        assert set(said) <= {"second_explanation"}
+        assert len(said) <= 9  # 4 expected at most; 10 have a probability of 1 %
 
     @pytest.mark.parametrize("kind", ["held", "linear"])
     def test_values_between_samples_are_no_filter(self, kind):
@@ -148,8 +150,9 @@ class TestWarmUp:
         assert found["warm_up"].size == pytest.approx(6e-3, abs=3 / 1.96 * (details.high - details.low) / 2)
         assert details.time_constant == pytest.approx(time, rel=0.15)
         # As without the drift; what the drift takes of the slowest noise is a part of the interval.
-        half = (before["rate_random_walk"].high - before["rate_random_walk"].low) / 2
-        assert fit["rate_random_walk"].value == pytest.approx(before["rate_random_walk"].value, abs=half)
+        names, covariance = before.covariance
+        half = 1.96 * np.sqrt(covariance[names.index("rate_random_walk")][names.index("rate_random_walk")])
+        assert fit.model["rate_random_walk"] == pytest.approx(before.model["rate_random_walk"], abs=half)
 
     def test_none_in_clean_records(self):
         """80 channels of N + B + K."""

@@ -13,6 +13,7 @@ mod described;
 mod discrepancy;
 mod drifts;
 mod estimates;
+mod exchange;
 mod expected;
 mod filter;
 mod filter_shapes;
@@ -35,7 +36,7 @@ mod running_mean;
 mod runs;
 mod select;
 
-pub use channel_fit::{ChannelFit, Verdict, WarmUpEstimate, fit_channel};
+pub use channel_fit::{ChannelFit, SecondModel, Verdict, WarmUpEstimate, fit_channel};
 pub use estimates::{Estimate, TermEstimate};
 pub use filter::{FilterShape, FittedFilter};
 pub use fitted_model::FittedModel;

@@ -113,6 +113,16 @@ frozen_class! {
 }
 
 frozen_class! {
+    /// Another model that explains the record as well, with the same resonances and lines.
+    SecondModel {
+        /// Its coefficients by name. [SI]
+        terms: Vec<(String, f64)>,
+        /// Standard deviation [rate unit] and correlation time [s] of each of its Gauss-Markov processes.
+        gauss_markov: Vec<(f64, f64)>,
+    }
+}
+
+frozen_class! {
     /// The fit of one channel. Numbers are in the unit of the rate and seconds.
     ChannelFit {
         /// Terms that were asked for, and the ramp, by name.
@@ -139,6 +149,8 @@ frozen_class! {
         alike_from: Option<f64>,
         /// Standard deviation of the process of this time. [rate unit]
         alike_sigma: Option<f64>,
+        /// Other models that explain the record as well.
+        second: Vec<SecondModel>,
         /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
         discrepancy: Vec<(f64, f64)>,
         /// `adequate`, `adequate_with` or `widened`.
@@ -390,6 +402,11 @@ impl From<core::ChannelFit> for ChannelFit {
             highest: fit.highest,
             alike_from: fit.alike_from.map(|(time, _)| time),
             alike_sigma: fit.alike_from.and_then(|(_, sigma)| sigma),
+            second: fit
+                .second
+                .into_iter()
+                .map(|second| SecondModel { terms: named(second.terms), gauss_markov: second.gauss_markov })
+                .collect(),
             discrepancy: fit.discrepancy,
             verdict: verdict.to_owned(),
             worst_band: fit.worst_band,

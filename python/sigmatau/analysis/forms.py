@@ -15,7 +15,7 @@ from sigmatau.findings.decoding import FindingForm
 from sigmatau.findings.finding import Span
 from sigmatau.findings.reasons import Reason
 from sigmatau.findings.rest import Motion
-from sigmatau.fitting.noise_fit import GaussMarkov, Interval, Resonance, Sinusoid, Trust, Verdict
+from sigmatau.fitting.noise_fit import GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, Trust, Verdict
 from sigmatau.fitting.read_off import Source as RangeSource
 from sigmatau.fitting.response import Shape
 from sigmatau.frozen import frozen
@@ -202,6 +202,11 @@ class FitForm:
     )
     alike_sigma: float | None = key(
         "standard deviation of the process of this time", default=None, null=True, exclusiveMinimum=0
+    )
+    second: tuple[SecondModel, ...] = key(
+        "other models that explain the record as well, with the same lines and resonances: coefficients in SI, and standard"
+        " deviation and correlation time of each Gauss-Markov process",
+        default=(),
     )
     discrepancy: tuple[tuple[float, float], ...] = key(
         "discrepancy that widened intervals allow for: frequency in Hz, standard deviation of the logarithm of the density",

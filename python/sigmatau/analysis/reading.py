@@ -291,6 +291,7 @@ def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit
         highest=form.highest_hz,
         alike_from=form.alike_from_s,
         alike_sigma=form.alike_sigma,
+        second=form.second,
         discrepancy=form.discrepancy,
         model={term: value for term, value in form.model.items() if term in TERMS},
         verdict=form.verdict,

@@ -9,7 +9,7 @@ from sigmatau.findings.phrases import axes_text, number, percent
 from sigmatau.findings.reasons import IncompleteRecord, Reason, TooFewTimes, count_text, off_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.noise.terms import display_units
+from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds, two_digits
 
 _ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth"}
@@ -220,6 +220,46 @@ class FewDegreesOfFreedom(Details, code="few_degrees_of_freedom"):
             f"the random walk has {self.freedom:.2g} degrees of freedom in {duration_text(self.duration)}",
             "Record longer",
         )
+
+
+@frozen
+class SecondExplanation(Details, code="second_explanation"):
+    """Another model explains the record as well as the fit; the intervals hold both.
+
+    Attributes
+    ----------
+    quantity, rate_unit : str
+        Of the channel.
+    terms, other_terms : tuple of (str, float)
+        Names and coefficients that only the fit has, and those that only the other model has or that differ much in it. [SI]
+    processes, other_processes : tuple of (float, float)
+        Standard deviation and correlation time of the Gauss-Markov processes of the fit, if the other model does without
+        them, and of those of the other model. [rate unit, s]
+    """
+
+    quantity: str
+    rate_unit: str
+    terms: tuple[tuple[str, float], ...]
+    processes: tuple[tuple[float, float], ...]
+    other_terms: tuple[tuple[str, float], ...]
+    other_processes: tuple[tuple[float, float], ...]
+
+    def words(self, finding: Finding) -> Words:
+        fitted, other = self._text(self.terms, self.processes), self._text(self.other_terms, self.other_processes)
+        return Words(f"{fitted}, or {other}", "A longer record tells them apart; the intervals hold both")
+
+    def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
+        parts = []
+        for name, value in terms:
+            unit, factor = display_units(name, self.quantity, self.rate_unit)[0]
+            label = TERMS[name].label(self.quantity)
+            article = "an" if label[0] in "aeiou" else "a"
+            parts.append(f"{article} {label} of {two_digits(value / factor)} {unit}")
+        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[0]
+        for sigma, time in processes:
+            size = f"{two_digits(sigma / factor)} {unit}"
+            parts.append(f"a Gauss-Markov process of {size} over {duration_text(time)}")
+        return " and ".join(parts)
 
 
 @frozen

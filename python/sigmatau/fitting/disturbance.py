@@ -121,6 +121,7 @@ def with_limits(fitted: NoiseFit, stream: Stream, reason: Reason) -> NoiseFit:
         warm_up=None,
         alike_from=None,
         alike_sigma=None,
+        second=(),
         unclear=(),
         discrepancy=(),
         covariance=((), np.empty((0, 0))),

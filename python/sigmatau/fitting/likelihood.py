@@ -19,6 +19,7 @@ from sigmatau.fitting.noise_fit import (
     GaussMarkov,
     NoiseFit,
     Resonance,
+    SecondModel,
     Sinusoid,
     WarmUp,
     fitted_term,
@@ -191,6 +192,9 @@ def noise_fit_of(
         highest=fit.highest,
         alike_from=fit.alike_from,
         alike_sigma=fit.alike_sigma,
+        second=tuple(
+            SecondModel(terms=dict(model.terms), gauss_markov=tuple(model.gauss_markov)) for model in fit.second
+        ),
         discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
         model=dict(fit.model),
         unclear=tuple(fit.unclear),

@@ -212,6 +212,26 @@ class WarmUp:
         return plain(self, "amplitude time_s=time")
 
 
+@frozen
+class SecondModel:
+    """Another model that explains a record as well as the fit, with the same lines and resonances.
+
+    Attributes
+    ----------
+    terms : mapping of str to float
+        Coefficients by term; those that it does without are omitted. [SI]
+    gauss_markov : tuple of (float, float)
+        Standard deviation and correlation time of each of its Gauss-Markov processes. [unit of the rate, s]
+    """
+
+    terms: Mapping[str, float]
+    gauss_markov: tuple[tuple[float, float], ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return {"terms": dict(self.terms), "gauss_markov": [list(process) for process in self.gauss_markov]}
+
+
 @frozen(eq=False)
 class NoiseFit(Mapping[str, FittedTerm], Tabular):
     """Fit of one channel: a mapping from term to `FittedTerm`, empty if the record is too short.
@@ -240,6 +260,9 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         as well. [s]
     alike_sigma : float or None
         Standard deviation of the process of this time. [rate unit]
+    second : tuple of SecondModel
+        Other models that explain the record as well, with processes in place of terms or terms in place of processes. The
+        intervals and limits hold them.
     discrepancy : tuple of (float, float)
         Discrepancy of the model that the intervals allow for: frequency in Hz, and standard deviation of the logarithm
         of the density.
@@ -306,6 +329,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     highest: float | None = None
     alike_from: float | None = None
     alike_sigma: float | None = None
+    second: tuple[SecondModel, ...] = ()
     discrepancy: tuple[tuple[float, float], ...] = ()
     model: Mapping[str, float]
     verdict: Verdict
@@ -502,6 +526,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
+        if self._replacement(term) is not None:
+            return "a Gauss-Markov process explains the record as well"
         if self.runs:
             return f"not seen in {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
@@ -510,6 +536,11 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     def is_fitted(self) -> bool:
         """Whether there is a fit: else `reason` states why there is none."""
         return self.verdict != "too_short" and self.tau_min is not None and self.tau_max is not None
+
+    def _replacement(self, term: str) -> SecondModel | None:
+        """The first other model that has a process and not this term of the model."""
+        others = (second for second in self.second if term in self.model and term not in second.terms)
+        return next((second for second in others if second.gauss_markov), None)
 
     def headline(self, *, method: bool = True) -> str:
         """Method, averaging times and p-value in one line.
@@ -581,11 +612,21 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             texts.append(
                 f"a Gauss-Markov process of {duration_text(self.alike_from)} or more explains the walk as well"
             )
-        if len(self.unclear) == 1:
-            label = TERMS[self.unclear[0]].label(self.quantity)
+        for second in self.second:
+            replaced = [name for name in self.unclear if self._replacement(name) is second]
+            if replaced:
+                processes = " and ".join(
+                    f"{two_digits(deviation / factor)} {unit}, correlation time {duration_text(time)}"
+                    for deviation, time in second.gauss_markov
+                )
+                labels = " and ".join(TERMS[name].label(self.quantity) for name in replaced)
+                texts.append(f"{labels}, or a Gauss-Markov process of {processes}")
+        unclear = [name for name in self.unclear if self._replacement(name) is None]
+        if len(unclear) == 1:
+            label = TERMS[unclear[0]].label(self.quantity)
             texts.append(f"{label}: not significant, but the model does not fit without it")
-        elif self.unclear:
-            either = " or ".join(TERMS[name].label(self.quantity) for name in self.unclear)
+        elif unclear:
+            either = " or ".join(TERMS[name].label(self.quantity) for name in unclear)
             texts.append(f"{either}: at least one is present, the record does not show which")
         return texts
 
@@ -608,9 +649,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         known = "method verdict reason tau_min_s=tau_min tau_max_s=tau_max p_value model unclear"
         if self.method == "likelihood":
             terms["resonance"] = self.resonance
-            known += (
-                " filter=response warm_up regressors highest_hz=highest alike_from_s=alike_from alike_sigma discrepancy"
-            )
+            known += " filter=response warm_up regressors highest_hz=highest"
+            known += " alike_from_s=alike_from alike_sigma second discrepancy"
         more: dict[str, Any] = {"runs_s": self.runs} if self.runs else {}
         if self.reasons:
             more["reasons"] = plain_details(self.reasons)

@@ -49,6 +49,15 @@ def to_model(fit: NoiseFit) -> ChannelModel:
         ),
         sinusoid=tuple(Sinusoid(amplitude=p.amplitude.value, frequency=p.frequency.value) for p in fit.sinusoid),
         alike_from=GaussMarkov(sigma=fit.alike_sigma, time=fit.alike_from) if alike else None,  # type: ignore[arg-type]
+        alternatives=tuple(
+            ChannelModel(
+                terms=second.terms,
+                gauss_markov=tuple(GaussMarkov(sigma=sigma, time=time) for sigma, time in second.gauss_markov),
+                quantity=fit.quantity,
+                unit=fit.rate_unit,
+            )
+            for second in fit.second
+        ),
         bandwidth=fit.response.low_pass if fit.response is not None and "random_walk" in fit.model else None,
         quantity=fit.quantity,
         unit=fit.rate_unit,

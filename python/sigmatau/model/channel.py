@@ -70,6 +70,8 @@ class ChannelModel(Mapping[str, float], Printed):
     alike_from : GaussMarkov or None
         If the model comes from a fit with a rate random walk: the process of the shortest correlation time that
         explains the record as well as the walk. Every slower process does so too.
+    alternatives : tuple of ChannelModel
+        Other terms and Gauss-Markov processes that explain the record as well, beside the same resonances and lines.
     level : float
         Probability of the intervals and limits.
     tau_min : float
@@ -116,6 +118,7 @@ class ChannelModel(Mapping[str, float], Printed):
     limits: Mapping[str, float] = field(default_factory=dict)
     covariance: tuple[tuple[str, ...], Floats] = _NO_COVARIANCE
     alike_from: GaussMarkov | None = None
+    alternatives: tuple[ChannelModel, ...] = ()
     level: float = 0.95
     tau_min: float = 0.0
     duration: float = 0.0
@@ -461,6 +464,7 @@ class ChannelModel(Mapping[str, float], Printed):
             alike_from=None
             if self.alike_from is None
             else replace(self.alike_from, sigma=factor * self.alike_from.sigma),
+            alternatives=tuple(other.scaled(factor) for other in self.alternatives),
             tau_min=self.tau_min,
             rate=self.rate,
             adequate=self.adequate,
@@ -512,6 +516,11 @@ class ChannelModel(Mapping[str, float], Printed):
                 content["bandwidth"]["rate_hz"] = self.bandwidth.rate
         if self.alike_from is not None:
             content["alike_from"] = {"sigma": self.alike_from.sigma, "time_s": self.alike_from.time}
+        if self.alternatives:
+            content["alternatives"] = [
+                {key: other.to_dict()[key] for key in ("terms", "gauss_markov") if getattr(other, key)}
+                for other in self.alternatives
+            ]
         return content
 
     def __repr__(self) -> str:
@@ -530,6 +539,7 @@ class ChannelModel(Mapping[str, float], Printed):
             rows.append(f"white noise up to {self.bandwidth.corner:.4g} Hz, order {self.bandwidth.order}")
         if self.alike_from is not None:
             rows.append(alike_text(self.alike_from.time))
+        rows += [f"or {other!r}" for other in self.alternatives]
         if not self.adequate:
             rows.append("no model fits this axis: no intervals")
         return ", ".join(rows)

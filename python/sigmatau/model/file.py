@@ -8,6 +8,7 @@
     rate_random_walk = "20 deg/h/sqrt(h)"
     gauss_markov = [{ sigma = "5 deg/h", time = "300 s" }]
     alike_from = { sigma = "600 deg/h", time = "1800 s" }  # explains the rate random walk as well, as do slower ones
+    alternatives = [{ random_walk = "0.3 deg/sqrt(h)", gauss_markov = [{ sigma = "9 deg/h", time = "80 s" }] }]  # or
     resonance = [{ sigma = "2 deg/h", frequency = "0.004 Hz", width = "0.001 Hz" }]
     sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
     bandwidth = { order = 1, corner = "30 Hz" }  # with rate = "100 Hz": random_walk is that of the samples
@@ -56,7 +57,7 @@ _UNITS_OF_PARTS = {
     "width": "Hz",
 }  # units of parts of a process; others: that of the rate
 _DENSITY_UNITS = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
-_OTHER_KEYS = ("noise_density", "sided", *PROCESSES, "alike_from", "bandwidth", "unit", "adequate")
+_OTHER_KEYS = ("noise_density", "sided", *PROCESSES, "alike_from", "alternatives", "bandwidth", "unit", "adequate")
 
 
 def channels_of(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
@@ -110,6 +111,9 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
         if channel.alike_from is not None:
             written = _written(channel.alike_from, channel.unit)
             lines.append(f"alike_from = {written}  # {alike_text(channel.alike_from.time)}")
+        if channel.alternatives:
+            rows = (_alternative(other) for other in channel.alternatives)
+            lines.append(f"alternatives = [{', '.join(rows)}]  # explain the record as well")
         if channel.bandwidth is not None:
             corner = _quoted(channel.bandwidth.corner, "Hz")
             rate = "" if channel.bandwidth.rate is None else f", rate = {_quoted(channel.bandwidth.rate, 'Hz')}"
@@ -137,13 +141,24 @@ def _written(process: GaussMarkov | Resonance | Sinusoid, unit: str) -> str:
     return f"{{ {written} }}"
 
 
+def _alternative(model: ChannelModel) -> str:
+    """Another model of a channel as a table: its terms and Gauss-Markov processes."""
+    parts = [f"{term} = {_quoted(value, model.unit_of(term))}" for term, value in model.terms.items()]
+    if model.gauss_markov:
+        processes = ", ".join(_written(process, model.unit) for process in model.gauss_markov)
+        parts.append(f"gauss_markov = [{processes}]")
+    return f"{{ {', '.join(parts)} }}"
+
+
 def _interval_comment(channel: ChannelModel, term: str) -> str:
     """The value and its interval in a usual unit, as a comment; empty for a value without interval."""
     if not channel.adequate:
         return f"  # {doubt_text(channel)}"
+    unit, factor = display_units(term, channel.quantity, channel.unit)[0]
+    if term in channel.limits:
+        return printable(f"  # or less: below {_limit(channel, term)}")
     if term not in channel.intervals:
         return ""
-    unit, factor = display_units(term, channel.quantity, channel.unit)[0]
     low, high = channel.intervals[term]
     value, interval = interval_texts(channel.terms[term] / factor, low / factor, high / factor)
     return printable(f"  # {value} {interval} {unit}, {_percent(channel.level)} interval")
@@ -152,20 +167,22 @@ def _interval_comment(channel: ChannelModel, term: str) -> str:
 def _left_out(channel: ChannelModel) -> list[str]:
     """Lines of comments: limits of terms that were not observed, and correlated errors."""
     lines = []
-    for term, limit in channel.limits.items():
+    for term in channel.limits:
         if term in channel.terms:
             continue
-        unit, factor = display_units(term, channel.quantity, channel.unit)[0]
-        lines.append(
-            printable(
-                f"# {term}: not seen, and left out; below {limit / factor:.2g} {unit} = {limit:.2g}"
-                f" {channel.unit_of(term)}, {_percent(channel.level)} limit"
-            )
-        )
+        lines.append(printable(f"# {term}: not seen, and left out; below {_limit(channel, term)}"))
     names = [name for name in channel.covariance[0] if name in channel.terms]
     if len(names) > 1:
         lines.append(printable(f"# How the errors of {', '.join(names)} go together stands in the result only."))
     return lines
+
+
+def _limit(channel: ChannelModel, term: str) -> str:
+    """The upper limit of a term in a usual unit and in SI."""
+    unit, factor = display_units(term, channel.quantity, channel.unit)[0]
+    limit = channel.limits[term]
+    in_si = f"{limit:.2g} {channel.unit_of(term)}"
+    return f"{limit / factor:.2g} {unit} = {in_si}, {_percent(channel.level)} limit"
 
 
 def _percent(level: float) -> str:
@@ -208,12 +225,24 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
         gauss_markov=tuple(_processes(table, "gauss_markov", unit)),
         resonance=tuple(_processes(table, "resonance", unit)),
         sinusoid=tuple(_processes(table, "sinusoid", unit)),
+        alternatives=_alternatives(name, table),
         alike_from=next(_processes(table, "alike_from", unit), None),
         bandwidth=_bandwidth(table),
         quantity=quantity,
         unit=unit,
         adequate=_adequate(table),
     )
+
+
+def _alternatives(name: str, table: Mapping[str, Any]) -> tuple[ChannelModel, ...]:
+    rows = table.get("alternatives", [])
+    if not isinstance(rows, list) or not all(isinstance(row, Mapping) for row in rows):
+        raise DataError(
+            "alternatives is a list of tables, each with terms or gauss_markov,"
+            ' e.g. [{ bias_instability = "12 deg/h" }]'
+        )
+    unit = {"unit": table["unit"]} if "unit" in table else {}
+    return tuple(_channel(name, {**row, **unit}) for row in rows)
 
 
 def _quantity(name: str, table: Mapping[str, Any]) -> tuple[str, str]:

@@ -40,8 +40,8 @@ def adev_interval(
     Returns
     -------
     low, high : ndarray, shape (n_tau,)
-        The interval holds both explanations of a rate random walk (`ChannelModel.alike_from`), and `high` the terms that
-        were not observed at their limits. [unit of the rate]
+        The interval holds the other explanations of the record (`ChannelModel.alike_from`, `ChannelModel.alternatives`),
+        and `high` the terms that were not observed at their limits. [unit of the rate]
     """
     avar, parts = model.avar(m=m, tau0=tau0), model.avar_of_parts(m=m, tau0=tau0)
     names, covariance = model.covariance
@@ -61,8 +61,13 @@ def adev_interval(
     deviates = _largest(errors / np.where(spread > 0, spread, 1.0), level) if simultaneous else None
     wide = np.exp((deviates or NormalDist().inv_cdf(0.5 + level / 2)) * spread)
     low, high = np.sqrt(avar) / wide, np.sqrt(avar) * wide
-    if model.alike_from is not None:
-        lower, higher = adev_interval(without_walk(model), m=m, tau0=tau0, level=level, simultaneous=simultaneous)
+    for other in explanations(model)[1:]:
+        if other.covariance[0]:
+            lower, higher = adev_interval(other, m=m, tau0=tau0, level=level, simultaneous=simultaneous)
+        else:
+            # Its own errors are not known: the relative ones of the model stand for them.
+            of_other = np.sqrt(other.avar(m=m, tau0=tau0))
+            lower, higher = of_other / wide, of_other * wide
         low, high = np.minimum(low, lower), np.maximum(high, higher)
     absent = {term: limit for term, limit in model.limits.items() if term not in model and limit}
     if absent:
@@ -74,6 +79,20 @@ def _largest(directions: Floats, level: float) -> float:
     """Quantile of the largest absolute value over the curve of unit normal deviates with these directions."""
     draws = np.random.default_rng(0).standard_normal((_DRAWS, len(directions)))
     return float(np.quantile(np.abs(draws @ directions).max(axis=1), level))
+
+
+def explanations(model: ChannelModel) -> list[ChannelModel]:
+    """The model, and those that explain its record as well."""
+    bare: dict[str, Any] = {
+        "alike_from": None,
+        "alternatives": (),
+        "intervals": {},
+        "covariance": ((), np.empty((0, 0))),
+    }
+    others = [
+        replace(model, terms=other.terms, gauss_markov=other.gauss_markov, **bare) for other in model.alternatives
+    ]
+    return [model, *([] if model.alike_from is None else [without_walk(model)]), *others]
 
 
 def without_walk(model: ChannelModel) -> ChannelModel:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import PROCESSES, ChannelModel
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.numbers import changed_processes, kind_of, step_of, without_walk
+from sigmatau.model.numbers import changed_processes, explanations, kind_of, step_of
 from sigmatau.model.processes import real, sampling_rate
 from sigmatau.navigation.error_covariance import Earth, Mechanisation, Source, mechanisations, source
 from sigmatau.navigation.prediction import PredictedError, Prediction
@@ -64,8 +64,8 @@ def predict(
     Returns
     -------
     Prediction
-        If a rate random walk and a slow Gauss-Markov process explain the record equally well
-        (`ChannelModel.alike_from`), the interval includes both; the rms is that of the walk. Terms that the record did
+        If another model explains the record equally well (`ChannelModel.alike_from`, `ChannelModel.alternatives`), the
+        interval includes both; the rms is that of the model. Terms that the record did
         not show count as 0; `PredictedError.at_most` includes their limits. If the record shows that one of several
         terms is present but not which, `at_most` includes the limits of all of them, and the interval includes their
         errors.
@@ -118,30 +118,41 @@ def predict(
         flicker_error=flicker_error,
         level=level,
     )
-    alike = {name: one.alike_from.time for name, one in model.items() if one.alike_from is not None}
-    if not alike:
-        return made
-    kept = {term: pairs for term, pairs in model.correlation.items() if term != "rate_random_walk"}
-    other = NoiseModel(channels={name: without_walk(one) for name, one in model.items()}, correlation=kept)
-    beside = predict(
-        other,
-        after=after,
-        calibration=calibration,
-        rate=rate,
-        earth=earth,
-        turn_on=turn_on,
-        flicker_error=flicker_error,
-        level=level,
-    )
-    return replace(made, errors={name: _both(made[name], beside[name]) for name in made}, alike_from=alike)
+    for other in _other_explanations(model):
+        beside = _predicted(
+            other,
+            after=after,
+            calibration=calibration,
+            rate=rate,
+            earth=earth,
+            turn_on=turn_on,
+            flicker_error=flicker_error,
+            level=level,
+        )
+        made = replace(made, errors={name: _joined(made[name], beside[name]) for name in made})
+    alike = {name: channel.alike_from.time for name, channel in model.items() if channel.alike_from is not None}
+    return replace(made, alike_from=alike)
 
 
-def _both(walk: PredictedError, process: PredictedError) -> PredictedError:
-    """The error with a rate random walk, with the interval of both explanations."""
-    low = np.minimum(*(one.rms if one.low is None else one.low for one in (walk, process)))
-    high = np.maximum(*(one.rms if one.high is None else one.high for one in (walk, process)))
-    limits = [one.at_most for one in (walk, process) if one.at_most is not None]
-    return replace(walk, low=low, high=high, at_most=np.max([high, *limits], axis=0) if limits else None)
+def _other_explanations(model: NoiseModel) -> Iterator[NoiseModel]:
+    """The models that explain the record as well: the first other one of each channel that has any, the second …"""
+    of_channels = {name: explanations(channel) for name, channel in model.items()}
+    for k in range(1, max(map(len, of_channels.values()))):
+        channels = {name: several[min(k, len(several) - 1)] for name, several in of_channels.items()}
+        correlation = {
+            term: {pair: value for pair, value in pairs.items() if all(term in channels[name] for name in pair)}
+            for term, pairs in model.correlation.items()
+        }
+        yield NoiseModel(channels=channels, correlation=correlation)
+
+
+def _joined(error: PredictedError, other: PredictedError) -> PredictedError:
+    """An error with the interval of both explanations."""
+    both = (error, other)
+    low = np.minimum(*(each.rms if each.low is None else each.low for each in both))
+    high = np.maximum(*(each.rms if each.high is None else each.high for each in both))
+    limits = [each.at_most for each in both if each.at_most is not None]
+    return replace(error, low=low, high=high, at_most=np.max([high, *limits], axis=0) if limits else None)
 
 
 def _predicted(

@@ -9,7 +9,15 @@ from dataclasses import replace
 from sigmatau.findings.disturbances import NotStatic
 from sigmatau.findings.drift import TemperatureDrift, WarmUp
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.findings.fit import Disturbed, FewDegreesOfFreedom, NoAdequateModel, ShortTimesLeftOut, TooShort, Widened
+from sigmatau.findings.fit import (
+    Disturbed,
+    FewDegreesOfFreedom,
+    NoAdequateModel,
+    SecondExplanation,
+    ShortTimesLeftOut,
+    TooShort,
+    Widened,
+)
 from sigmatau.findings.reasons import BandsOff, CrowdedLines, VibrationPower
 from sigmatau.findings.spectrum import (
     BandLeftOut,
@@ -30,6 +38,7 @@ from sigmatau.record.record import Record
 LEAST_FREEDOM = 30.0
 """Degrees of freedom of the random walk from which on it is trusted: its 95 % interval is then within 25 %."""
 
+_MUCH_LARGER = 1.2  # times a coefficient of the fit: from here on another model has another size of it
 _MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
 _LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
 _MAINS = (50.0, 60.0)
@@ -94,11 +103,36 @@ def fit_findings(
     for one in () if disturbed else fitted.resonance:
         resonance = Resonance(quantity=fitted.quantity, frequency=one.frequency.value, width=one.width.value)
         found.append(_sized(resonance, fitted, one.sigma.value))
+    found += _second_explanation(fitted)
     found += _drifts(fitted, start)
     if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > _LONGER_START * fitted.tau0:
         late = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
         found.append(Finding(details=late, severity="info", channels=channels))
     return found
+
+
+def _second_explanation(fitted: NoiseFit) -> list[Finding]:
+    """The first other model that explains the record as well, if each of the two has something that the other lacks."""
+    processes = tuple((process.sigma.value, process.time.value) for process in fitted.gauss_markov)
+    for other in fitted.second:
+        fewer = len(other.gauss_markov) < len(processes)
+        lacking = tuple((name, value) for name, value in fitted.model.items() if name not in other.terms)
+        more = tuple(
+            (name, value)
+            for name, value in other.terms.items()
+            if name not in fitted.model or (fewer and value > _MUCH_LARGER * fitted.model[name])
+        )
+        details = SecondExplanation(
+            quantity=fitted.quantity,
+            rate_unit=fitted.rate_unit,
+            terms=lacking,
+            processes=processes if fewer else (),
+            other_terms=more,
+            other_processes=() if fewer else other.gauss_markov,
+        )
+        if (lacking or details.processes) and (more or details.other_processes):
+            return [Finding(details=details, severity="info", channels=(fitted.channel,))]
+    return []
 
 
 def walk_freedom(fitted: NoiseFit) -> float:

@@ -9,13 +9,13 @@ use crate::likelihood::discrepancy::widened;
 use crate::likelihood::drifts::{Drifts, GIVEN_AT, drift, regressors, with_drifts};
 use crate::likelihood::expected::Part;
 use crate::likelihood::intervals::{
-    heavy_tails, intervals, join_alike, process_like_walk, thresholds, value_of_likelihood,
+    heavy_tails, intervals, join_alike, process_like_walk, squares, thresholds, value_of_likelihood,
 };
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::linear::Symmetric;
 use crate::likelihood::lines::{Line, above_medians, beyond_band, without_images};
 use crate::likelihood::model::{Fit, TOLERANCE};
-use crate::likelihood::outcome::{Drift, Options, Outcome, Process};
+use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
 use crate::likelihood::pass::{PARTS, Summary};
 use crate::likelihood::profile::{Bounds, of_part, of_resonance, of_time};
 use crate::likelihood::running_mean::RunningMean;
@@ -126,6 +126,7 @@ pub(crate) struct Inferred {
     processes: Vec<Process>,
     covariance: Symmetric,
     alike_from: Option<(f64, f64)>,
+    second: Vec<Second>,
     discrepancy: Vec<(f64, f64)>,
 }
 
@@ -142,7 +143,7 @@ pub(crate) fn inferred(
     let (limited, limited_bins, discrepancy) = widened(plain, bins);
     let at = if p_value < LEAST { thresholds.scaled(WIDENED) } else { thresholds };
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
-    join_alike(&mut terms, plain, bins, at, allowed);
+    let second = join_alike(&mut terms, plain, bins, at, allowed);
     reduced = reduced.model.clone().refit(bins, 40, TOLERANCE, plain);
     value_of_likelihood(&mut terms, plain, &reduced);
     if let Some(j) = plain.model.index(Part::RandomWalk) {
@@ -180,18 +181,19 @@ pub(crate) fn inferred(
     let (information, _) = reduced.information(&limited_bins);
     let covariance = information.pseudo_inverse();
     let alike_from = process_like_walk(&reduced, &limited_bins, at);
-    Inferred { terms, reduced, processes, covariance, alike_from, discrepancy }
+    Inferred { terms, reduced, processes, covariance, alike_from, second, discrepancy }
 }
 
 /// What is stated of a model; without lines and drifts.
 pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred) -> Outcome {
-    let Inferred { terms, reduced, processes, covariance, alike_from, discrepancy } = found;
+    let Inferred { terms, reduced, processes, covariance, alike_from, second, discrepancy } = found;
     // Levels and own terms of several runs come last, and are not stated.
     let count = reduced.model.numbers();
     Outcome {
         alike_from,
+        second,
         terms: TERMS.map(|part| plain.model.index(part).map(|j| terms[j])),
-        reduced: TERMS.map(|part| reduced.model.index(part).map_or(0.0, |j| reduced.model.theta[j])),
+        reduced: squares(&reduced),
         processes,
         filter: reduced.model.filter.clone(),
         mean: reduced.model.mean,

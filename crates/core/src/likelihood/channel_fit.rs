@@ -7,7 +7,7 @@ use crate::likelihood::estimates::{Estimate, TermEstimate, quantile};
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter::{FittedFilter, UNUSED_POWER};
 use crate::likelihood::fitted_model::FittedModel;
-use crate::likelihood::outcome::{Options, Outcome, Process};
+use crate::likelihood::outcome::{Options, Outcome, Process, Second};
 use crate::likelihood::parts::{
     GaussMarkovEstimate, LineEstimate, Parts, ResonanceEstimate, TERM_NAMES, covariance,
 };
@@ -38,6 +38,26 @@ pub struct WarmUpEstimate {
     pub time: f64,
 }
 
+/// Another model that explains the record as well, with the same resonances and lines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SecondModel {
+    /// Its coefficients by name. [SI]
+    pub terms: Vec<(&'static str, f64)>,
+    /// Standard deviation [rate unit] and correlation time [s] of each of its Gauss-Markov processes.
+    pub gauss_markov: Vec<(f64, f64)>,
+}
+
+impl From<&Second> for SecondModel {
+    fn from(second: &Second) -> Self {
+        let coefficients = TERM_NAMES.into_iter().zip(second.terms.map(f64::sqrt));
+        let gauss_markov = second.gauss_markov.iter().map(|&(variance, time)| (variance.sqrt(), time));
+        Self {
+            terms: coefficients.filter(|&(_, value)| value > 0.0).collect(),
+            gauss_markov: gauss_markov.collect(),
+        }
+    }
+}
+
 /// The fit of one channel. Numbers are in the unit of the rate and seconds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelFit {
@@ -64,6 +84,8 @@ pub struct ChannelFit {
     /// If a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as well;
     /// and the standard deviation of that of this time, None if the model has no rate random walk.
     pub alike_from: Option<(f64, Option<f64>)>,
+    /// Other models that explain the record as well.
+    pub second: Vec<SecondModel>,
     /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
     pub discrepancy: Vec<(f64, f64)>,
     /// Whether the model describes the record.
@@ -188,6 +210,7 @@ impl ChannelFit {
             alike_from: outcome
                 .alike_from
                 .map(|(time, variance)| (time, alike_sigma(time, variance, noise[3]))),
+            second: outcome.second.iter().map(SecondModel::from).collect(),
             discrepancy: outcome.discrepancy.clone(),
             verdict: match (outcome.widened, has_parts) {
                 (true, _) => Verdict::Widened,

@@ -1,11 +1,13 @@
 //! Intervals of the terms: profiles, joined with those of other explanations.
 
 use crate::likelihood::analysis::Tails;
-use crate::likelihood::bins::Bins;
+use crate::likelihood::bins::{Bins, TERMS};
 use crate::likelihood::discrepancy::widened;
+use crate::likelihood::exchange::alike;
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::model::{Fit, Shape, TOLERANCE};
+use crate::likelihood::outcome::Second;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part};
 use crate::likelihood::select::{Allowed, second_explanations};
 
@@ -24,11 +26,30 @@ pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>,
     let unknown = Bounds { value: 0.0, low: 0.0, high: f64::INFINITY, observed: false, loss: 0.0 };
     let mut bounds: Vec<Bounds> =
         (0..count).map(|j| if is_term(&j) { of_part(fit, bins, j, at) } else { unknown }).collect();
-    let mut open: Vec<Part> =
+    let open: Vec<Part> =
         (0..count).filter(is_term).filter(|&j| !bounds[j].observed).map(|j| fit.model.parts[j]).collect();
     if open.is_empty() {
         return (bounds, fit.clone());
     }
+    let reduced = without(fit, bins, open, at);
+    for (j, part) in fit.model.parts.iter().enumerate().filter(|(j, _)| is_term(j)) {
+        let Some(k) = reduced.model.index(*part) else { continue };
+        let alone = of_part(&reduced, bins, k, at);
+        let full = bounds[j];
+        bounds[j] = Bounds {
+            value: if alone.observed { alone.value } else { full.value },
+            // Of the models in which the term is needed.
+            low: if alone.observed { full.low.min(alone.low) } else { full.low },
+            high: alone.high.max(full.high),
+            observed: full.observed,
+            loss: full.loss,
+        };
+    }
+    (bounds, reduced)
+}
+
+/// The fit without the terms of a list that it does not need, dropped one by one.
+fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, at: Thresholds) -> Fit {
     let mut reduced = fit.clone();
     while !open.is_empty() && reduced.model.parts.len() > 1 {
         let loss = |part: &Part| {
@@ -46,28 +67,36 @@ pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>,
             _ => break,
         }
     }
-    for (j, part) in fit.model.parts.iter().enumerate().filter(|(j, _)| is_term(j)) {
-        let Some(k) = reduced.model.index(*part) else { continue };
-        let alone = of_part(&reduced, bins, k, at);
-        let full = bounds[j];
-        bounds[j] = Bounds {
-            value: if alone.observed { alone.value } else { full.value },
-            // Of the models in which the term is needed.
-            low: if alone.observed { full.low.min(alone.low) } else { full.low },
-            high: alone.high.max(full.high),
-            observed: full.observed,
-            loss: full.loss,
-        };
-    }
-    (bounds, reduced)
+    reduced
 }
 
-/// Intervals of terms joined with those of other explanations that are nearly as good.
-pub(crate) fn join_alike(terms: &mut [Bounds], plain: &Fit, bins: &Bins, at: Thresholds, allowed: Allowed) {
-    for other in second_explanations(plain, bins, allowed) {
+/// Intervals of terms joined with those of other explanations that are nearly as good. Those that have other processes and
+/// are as good.
+pub(crate) fn join_alike(
+    terms: &mut [Bounds],
+    plain: &Fit,
+    bins: &Bins,
+    at: Thresholds,
+    allowed: Allowed,
+) -> Vec<Second> {
+    let mut others = second_explanations(plain, bins, allowed);
+    if allowed.processes {
+        others.extend(alike(plain, bins, at));
+    }
+    let mut second = Vec::new();
+    for other in others {
+        if other.deviance <= plain.deviance + at.interval
+            && gauss_markov(&other).count() != gauss_markov(plain).count()
+        {
+            let needed = without(&other, bins, TERMS.to_vec(), at);
+            second.push(Second { terms: squares(&needed), gauss_markov: gauss_markov(&needed).collect() });
+        }
         let (other, bins, _) = widened(&other, bins);
         for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {
-            let Some(k) = other.model.index(*part) else { continue };
+            let Some(k) = other.model.index(*part) else {
+                terms[j].low = 0.0;
+                continue;
+            };
             let second = of_part(&other, &bins, k, at);
             if terms[j].observed && second.observed {
                 terms[j].low = terms[j].low.min(second.low);
@@ -75,6 +104,20 @@ pub(crate) fn join_alike(terms: &mut [Bounds], plain: &Fit, bins: &Bins, at: Thr
             terms[j].high = terms[j].high.max(second.high);
         }
     }
+    second
+}
+
+/// Squares of the four terms of a model.
+pub(crate) fn squares(fit: &Fit) -> [f64; 4] {
+    TERMS.map(|part| fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]))
+}
+
+/// Variances and correlation times of the Gauss-Markov processes.
+fn gauss_markov(fit: &Fit) -> impl Iterator<Item = (f64, f64)> + '_ {
+    fit.model.parts.iter().zip(&fit.model.theta).filter_map(|(part, &variance)| match part {
+        Part::GaussMarkov { time } if variance > 0.0 => Some((variance, *time)),
+        _ => None,
+    })
 }
 
 /// The shortest correlation time of a Gauss-Markov process that stands for the rate random walk about as well.

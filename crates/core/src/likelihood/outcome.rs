@@ -65,6 +65,16 @@ pub struct Drift {
     pub error: f64,
 }
 
+/// Another model that explains the record as well: its squares of Q, N, B and K, and the variances and correlation times [s]
+/// of its Gauss-Markov processes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Second {
+    /// Q², N², B², K²; 0 for a term that it does without.
+    pub terms: [f64; 4],
+    /// Variance and correlation time of each process.
+    pub gauss_markov: Vec<(f64, f64)>,
+}
+
 /// The result for one channel. Parameters are squares of coefficients, in the unit of the rate and seconds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -87,6 +97,8 @@ pub struct Outcome {
     /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as
     /// well; and the variance of the one of this time.
     pub alike_from: Option<(f64, f64)>,
+    /// Other models with processes in place of terms, or terms in place of processes, that explain the record as well.
+    pub second: Vec<Second>,
     /// Rate ramp, per second; and whether it stands out and is part of the model.
     pub ramp: Drift,
     /// See `ramp`.

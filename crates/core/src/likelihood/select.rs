@@ -2,10 +2,10 @@
 
 use crate::likelihood::adequacy::adequacy;
 use crate::likelihood::bins::{Bins, MOST_FILTER};
-use crate::likelihood::candidates::{Dictionary, Scores, spaced};
+use crate::likelihood::candidates::{Dictionary, Scores};
+use crate::likelihood::exchange::{REPLACED, beside, best};
 use crate::likelihood::expected::Part;
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
-use std::f64::consts::PI;
 
 /// Prices: least falls of the deviance for quantization noise, a coefficient of the filter (and the first), a
 /// Gauss-Markov process, a resonance; and for the last two, and more coefficients, while the model is not adequate.
@@ -18,9 +18,11 @@ const PROCESS_IF_MISFIT: f64 = 9.0;
 const RESONANCE_IF_MISFIT: f64 = 13.0;
 const COEFFICIENT_IF_MISFIT: f64 = 3.0;
 
-/// Price of a Gauss-Markov process that takes the place of a rate random walk which was surely there.
-const EXCHANGE: f64 = 7.0;
+/// Rise of the deviance without a term that is surely there, what a process costs less for each such term that it takes the
+/// place of, and what it costs at least.
 const SURELY: f64 = 6.6;
+const EXCHANGED: f64 = 7.0;
+const LEAST_PRICE: f64 = 2.0;
 
 /// Fall of the deviance from which a process or a resonance that is not worth its price is another explanation. Of a weak hump
 /// near 20 s the interval of the bias instability holds the truth in 82 % of 200 records (docs/study/likelihood.md), without
@@ -132,46 +134,33 @@ fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
     fit.model.theta[part] * bins.unit(Part::Quantization)[bin] / fit.spectrum[bin]
 }
 
-/// A Gauss-Markov process in place of the rate random walk, by full fits: against a random walk that is far too high at
-/// the lowest modes, the score of a process is nothing.
+/// A Gauss-Markov process beside the terms or in place of some, whichever is worth most.
 fn with_process(fit: Fit, bins: &Bins) -> Fit {
-    let (tau0, duration) = (bins.record.tau0, bins.record.duration());
-    let walk = fit.model.index(Part::RateRandomWalk);
-    let bare = walk.map_or_else(|| fit.model.clone(), |j| fit.model.without(j));
-    let mut best: Option<Fit> = None;
-    for time in spaced(40.0 * tau0, duration / 12.0, 2.0) {
-        let part = Part::GaussMarkov { time };
-        let unit = bins.unit(part);
-        let below: Vec<f64> = (0..bins.low)
-            .filter(|&i| bins.frequency[i] < 1.0 / (2.0 * PI * time))
-            .map(|i| fit.powers[i] / unit[i])
-            .collect();
-        let theta = if below.len() > 2 {
-            below.iter().sum::<f64>() / below.len() as f64
-        } else {
-            0.3 * smallest_ratio(&fit, &unit)
-        };
-        let tried = bare.with(part, theta.max(1e-300)).refit(bins, 40, TOLERANCE, &fit);
-        if best.as_ref().is_none_or(|b| tried.deviance < b.deviance) {
-            best = Some(tried);
+    let mut chosen: Option<(f64, Fit)> = None;
+    for replaced in REPLACED {
+        // A process beside the rate random walk is worth a look whether there is one or not.
+        let always = *replaced == [Part::RateRandomWalk];
+        if !always && !replaced.iter().all(|&part| is_needed(&fit, part, bins)) {
+            continue;
+        }
+        let Some(found) = best(&fit, bins, replaced) else { continue };
+        let found = beside(found, &fit, bins, replaced);
+        if !always && replaced.iter().any(|&part| is_needed(&found, part, bins)) {
+            continue;
+        }
+        let exchanged = replaced.iter().filter(|&&part| is_needed(&fit, part, bins)).count();
+        let price = (PROCESS - EXCHANGED * exchanged as f64).max(LEAST_PRICE);
+        let worth = fit.deviance - found.deviance - price;
+        if worth > chosen.as_ref().map_or(0.0, |(most, _)| *most) {
+            chosen = Some((worth, found));
         }
     }
-    let Some(mut found) = best else { return fit };
-    let mut gain = fit.deviance - found.deviance;
-    let mut price = PROCESS;
-    if let Some(j) = walk {
-        if gain > -8.0 {
-            let mut model = found.model.clone();
-            model.parts.insert(0, Part::RateRandomWalk);
-            model.theta.insert(0, 0.05 * fit.model.theta[j]);
-            found = model.refit(bins, 40, TOLERANCE, &fit);
-            gain = fit.deviance - found.deviance;
-        }
-        if gain > EXCHANGE && fit.model.theta[j] > 0.0 && fit.loss_of(j, bins).0 > SURELY {
-            price = EXCHANGE;
-        }
-    }
-    if gain > price { found } else { fit }
+    chosen.map_or(fit, |(_, found)| found)
+}
+
+/// Whether a term is surely there.
+fn is_needed(fit: &Fit, term: Part, bins: &Bins) -> bool {
+    fit.model.index(term).is_some_and(|j| fit.model.theta[j] > 0.0 && fit.loss_of(j, bins).0 > SURELY)
 }
 
 fn smallest_ratio(fit: &Fit, unit: &[f64]) -> f64 {

@@ -1,0 +1,92 @@
+//! Processes in the place of terms: which of the two a record shows, and whether it shows which.
+
+use crate::likelihood::bins::Bins;
+use crate::likelihood::candidates::spaced;
+use crate::likelihood::expected::Part;
+use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::profile::Thresholds;
+use std::f64::consts::PI;
+
+/// Terms that a process may take the place of, alone or together.
+pub(crate) const REPLACED: [&[Part]; 3] =
+    [&[Part::RateRandomWalk], &[Part::BiasInstability], &[Part::BiasInstability, Part::RateRandomWalk]];
+
+/// Correlation times that are tried, in a decade.
+const TIMES: f64 = 2.0;
+
+/// Steps of a fit, and those of a candidate that may not be the best, which ends at this fall of the deviance.
+const STEPS: usize = 40;
+const FIRST_STEPS: usize = 8;
+const ROUGH: f64 = 0.1;
+
+/// Price of a number of a model in deviance (Akaike), and the numbers of a process.
+const NUMBER: f64 = 2.0;
+const NUMBERS_OF_PROCESS: f64 = 2.0;
+
+/// Share of its amplitude from which a term that was replaced is fitted beside the process.
+const AGAIN: f64 = 0.05;
+
+/// Rise of the deviance, beside the term, up to which a process may still be better together with it.
+const WITHIN: f64 = 8.0;
+
+/// The fits with a process in the place of observed terms that explain the record as well.
+pub(crate) fn alike(fit: &Fit, bins: &Bins, at: Thresholds) -> Vec<Fit> {
+    let observed = |&part: &Part| {
+        let present = fit.model.index(part).filter(|&j| fit.model.theta[j] > 0.0);
+        present.is_some_and(|j| fit.loss_of(j, bins).0 > at.observed)
+    };
+    let explains = |replaced: &[Part]| {
+        let found = best(fit, bins, replaced)?;
+        let more = NUMBER * (NUMBERS_OF_PROCESS - replaced.len() as f64);
+        // A slow process is always like a rate random walk: it is named by `process_like_walk`, and counts here if it is better.
+        let rise = if *replaced == [Part::RateRandomWalk] { 0.0 } else { at.interval };
+        (found.deviance + more <= fit.deviance + rise).then_some(found)
+    };
+    let sets = REPLACED.into_iter().filter(|set| set.iter().all(observed));
+    sets.filter_map(explains).collect()
+}
+
+/// The best fit without `replaced` and with a process.
+pub(crate) fn best(fit: &Fit, bins: &Bins, replaced: &[Part]) -> Option<Fit> {
+    let (tau0, duration) = (bins.record.tau0, bins.record.duration());
+    let bare = without(&fit.model, replaced);
+    let tried = spaced(40.0 * tau0, duration / 12.0, TIMES).into_iter().map(|time| {
+        let part = Part::GaussMarkov { time };
+        let unit = bins.unit(part);
+        let below: Vec<f64> = (0..bins.low)
+            .filter(|&i| bins.frequency[i] < 1.0 / (2.0 * PI * time))
+            .map(|i| fit.powers[i] / unit[i])
+            .collect();
+        let theta = if below.len() > 2 {
+            below.iter().sum::<f64>() / below.len() as f64
+        } else {
+            let ratios = fit.spectrum.iter().zip(&unit).map(|(s, c)| s / c);
+            0.3 * ratios.fold(f64::INFINITY, f64::min)
+        };
+        bare.with(part, theta.max(1e-300)).refit(bins, FIRST_STEPS, ROUGH, fit)
+    });
+    let best = tried.min_by(|a, b| a.deviance.total_cmp(&b.deviance))?;
+    Some(best.model.clone().refit(bins, STEPS, TOLERANCE, fit))
+}
+
+/// The fit with the terms that were replaced beside the process, if that can be better than `fit`.
+pub(crate) fn beside(found: Fit, fit: &Fit, bins: &Bins, replaced: &[Part]) -> Fit {
+    if found.deviance > fit.deviance + WITHIN {
+        return found;
+    }
+    let mut model = found.model.clone();
+    for part in replaced {
+        if let Some(j) = fit.model.index(*part) {
+            model.parts.insert(0, *part);
+            model.theta.insert(0, AGAIN * fit.model.theta[j]);
+        }
+    }
+    model.refit(bins, STEPS, TOLERANCE, fit)
+}
+
+fn without(model: &Model, replaced: &[Part]) -> Model {
+    let indices = replaced.iter().filter_map(|part| model.index(*part));
+    let mut indices: Vec<usize> = indices.collect();
+    indices.sort_unstable();
+    indices.into_iter().rev().fold(model.clone(), |model, j| model.without(j))
+}

@@ -130,11 +130,11 @@ CASES = {
         ],
         {"count": MANY},
     ),
-    "spikes": (with_spikes, spikes, spikes_of, {"least": MANY}),
+    "spikes": (with_spikes, spikes, spikes_of, {"min_samples": MANY}),
     "coarse": (rounded, resolution, resolution.coarse_resolution, {"max_noise_steps": 0.0}),
     "turning": (turning, units, units.mean_rate, {"usual_offset": 1.0}),
     "too noisy": (too_noisy, units, units.implausible_unit, {"times_noisiest": 1e9}),
-    "correlated": (shared, axis_correlation, axis_correlation.cross_axis, {"told": 1.5}),
+    "correlated": (shared, axis_correlation, axis_correlation.cross_axis, {"reported": 1.5}),
     "louder": (
         louder,
         stationarity,

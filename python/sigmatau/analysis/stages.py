@@ -34,7 +34,7 @@ from sigmatau.quality.selection.exclusion import leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.quality.selection.window import choose as choose_window
 from sigmatau.record import memory
-from sigmatau.record.mask import Exclusion, excluded_from, masks_of
+from sigmatau.record.mask import Exclusion, channel_masks, excluded_from
 from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream, sampling_of
@@ -208,7 +208,7 @@ def assemble(state: State) -> Analysis:
         stability=ByChannel(state.stability),
         mean_stability=state.mean_stability,
         rest=state.rest,
-        masks=masks_of(state.whole, state.excluded),
+        masks=channel_masks(state.whole, state.excluded),
         means=state.means,
         options=options_of(stated(state.options)),
         notes={str(name): str(text) for name, text in (state.options.notes or {}).items()},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sigmatau.findings.finding import Finding, Words
-from sigmatau.findings.phrases import LONGEST_NAME, listed, number_of, shortened
+from sigmatau.findings.phrases import LONGEST_NAME, listed, plural, shortened
 from sigmatau.findings.reading import InFile
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
@@ -137,7 +137,7 @@ class UnusedColumns(InFile, code="unused_columns"):
     columns: tuple[str, ...]
 
     def _words_in_file(self, finding: Finding) -> Words:
-        return Words(f"{number_of(len(self.columns), 'columns')} not used: {listed(self.columns)}")
+        return Words(f"{plural(len(self.columns), 'columns')} not used: {listed(self.columns)}")
 
 
 @frozen

@@ -71,7 +71,7 @@ def shortened(text: str, longest: int = 60) -> str:
     return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
 
-def number_of(count: int, noun: str) -> str:
+def plural(count: int, noun: str) -> str:
     """``"1 row"``, ``"5 rows"`` of ``"rows"``."""
     return f"{count} {noun if count != 1 else noun.removesuffix('s')}"
 

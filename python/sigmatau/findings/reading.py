@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Literal
 
 from sigmatau.findings.finding import Details, Finding, Words
-from sigmatau.findings.phrases import LONGEST, listed, number_of, shortened
+from sigmatau.findings.phrases import LONGEST, listed, plural, shortened
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 
@@ -174,12 +174,12 @@ class SkippedMessages(InFile, code="skipped_messages"):
             action = "No action needed if a newer program wrote them; otherwise the file is damaged"
             if lost:
                 action = "Split the log where the sensor was switched: rows are missing there"
-            message = f"{number_of(self.count, self.unit)} of other types{such} skipped{where}{kept}"
+            message = f"{plural(self.count, self.unit)} of other types{such} skipped{where}{kept}"
             return Words(message, "" if finding.severity == "info" else action)
         what = f" ({example})" if example else ""
         action = "Check the logger and its connection" if finding.severity == "warning" else ""
         return Words(
-            f"{number_of(self.count, f'damaged {self.unit}')} skipped{where}{what}{kept}",
+            f"{plural(self.count, f'damaged {self.unit}')} skipped{where}{what}{kept}",
             "Copy the log again: rows are missing, and the times after them may be too early" if lost else action,
         )
 
@@ -208,9 +208,9 @@ class BytesNotRead(InFile, code="bytes_not_read"):
     def _words_in_file(self, finding: Finding) -> Words:
         where = f"after {self.after}{_at(self.place)}" if self.after else "before the data"
         if self.padding:
-            return Words(f"{number_of(self.bytes, 'bytes')} {where} are padding")
+            return Words(f"{plural(self.bytes, 'bytes')} {where} are padding")
         return Words(
-            f"{number_of(self.bytes, 'bytes')} {where} not read", "Split the file there if another log was appended"
+            f"{plural(self.bytes, 'bytes')} {where} not read", "Split the file there if another log was appended"
         )
 
 
@@ -236,7 +236,7 @@ class MissingChunks(InFile, code="missing_chunks"):
     first: int
 
     def _words_in_file(self, finding: Finding) -> Words:
-        what = f"{number_of(self.count, 'chunks')} of {self.of} of array {self.array} not stored"
+        what = f"{plural(self.count, 'chunks')} of {self.of} of array {self.array} not stored"
         return Words(f"{what}, the first at row {self.first}; samples missing", _AGAIN)
 
 
@@ -267,7 +267,7 @@ class SkippedLines(InFile, code="skipped_lines"):
             return Words("the last line has no line end, so its last number may be truncated; line skipped")
         if self.what == "header":
             return Words(
-                f"line {self.line} is a header with other columns; {number_of(self.kept or 0, 'rows')} before it are read,"
+                f"line {self.line} is a header with other columns; {plural(self.kept or 0, 'rows')} before it are read,"
                 " rows after it are not",
                 "Split the file there: it holds several logs",
             )
@@ -340,7 +340,7 @@ class LoggerDropouts(InFile, code="dropouts"):
 
     def _words_in_file(self, finding: Finding) -> Words:
         return Words(
-            f"the logger lost data {number_of(self.count, 'times')}, {self.total:.3g} s in total, the longest loss"
+            f"the logger lost data {plural(self.count, 'times')}, {self.total:.3g} s in total, the longest loss"
             f" {self.longest:.3g} s",
             f"Log to a faster card, log fewer topics, or select a part without dropouts with {Hint('window')}",
         )
@@ -359,9 +359,7 @@ class UnreadArrays(InFile, code="unread_arrays"):
     names: tuple[str, ...]
 
     def _words_in_file(self, finding: Finding) -> Words:
-        what = (
-            f"{number_of(len(self.names), 'members')} of the archive not read, because the name is not that of an array"
-        )
+        what = f"{plural(len(self.names), 'members')} of the archive not read, because the name is not that of an array"
         return Words(f"{what}: {listed(self.names)}", _AGAIN)
 
 
@@ -376,5 +374,5 @@ def _at(place: Place | None) -> str:
 def _kept(kept: int | None, declared: int | None, counted: str, topic: str, *, every: bool = False) -> str:
     if kept is None:
         return ""
-    number = number_of(kept, counted) if declared is None else f"{kept} of {declared} {counted}"
+    number = plural(kept, counted) if declared is None else f"{kept} of {declared} {counted}"
     return f"{'all ' if every else ''}{number}{f' of {topic}' if topic else ''} read"

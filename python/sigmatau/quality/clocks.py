@@ -25,7 +25,7 @@ class ClockThresholds:
 
     strongest: int = 8  # lines of a channel that are compared
     farthest: float = math.log(1.25)  # logarithm of the largest factor of a clock that is looked for
-    least: int = 3  # marks that must show the factor
+    min_marks: int = 3  # marks that must show the factor
     most_marks_of_all: float = 0.75  # part of the marks that has the factor, or has it within its errors
     contrary: float = 0.25  # most marks that are at the usual place, over those that have the factor
     agree: float = 0.5  # part of the marks at the same place from which on two records have the same clock
@@ -147,12 +147,12 @@ def _shift(ours: Sequence[Mark], theirs: Sequence[Mark], *, thresholds: ClockThr
     most = min(len(ours), len(theirs))
     here = _near(pairs, 0.0)
     same = bool(here) and len(here) >= thresholds.agree * most
-    if most < thresholds.least or not pairs:
+    if most < thresholds.min_marks or not pairs:
         return _Shift(same, None, 0.0, 0)
     shift = max((d for _, d, _ in pairs), key=lambda d: (len(_near(pairs, d) - here), -abs(d)))
     there = _near(pairs, shift)
     moved, contrary = there - here, here - there
-    enough = len(moved) >= thresholds.least and len(there) >= thresholds.most_marks_of_all * most
+    enough = len(moved) >= thresholds.min_marks and len(there) >= thresholds.most_marks_of_all * most
     if (
         not enough
         or len(contrary) > thresholds.contrary * len(moved)

@@ -137,16 +137,16 @@ def excluded_from(before: Record, after: Record, reason: str) -> Iterator[Exclus
             yield Exclusion(channel=channel, reason=reason, start=old.grid.start, spans=outside)
 
 
-def masks_of(whole: Record, excluded: Iterable[Exclusion]) -> dict[str, ChannelMask]:
+def channel_masks(whole: Record, excluded: Iterable[Exclusion]) -> dict[str, ChannelMask]:
     """The mask of each channel of a record; of several reasons a sample has the first."""
-    missing = (one for stream in whole.streams for one in exclusions(stream, stream.mask, _MISSING))
+    missing = (gap for stream in whole.streams for gap in exclusions(stream, stream.mask, _MISSING))
     by_channel: dict[str, list[Exclusion]] = {channel: [] for channel in whole.channels}
-    for one in (*missing, *excluded):
-        by_channel[one.channel].append(one)
+    for exclusion in (*missing, *excluded):
+        by_channel[exclusion.channel].append(exclusion)
     masks = {}
     for channel, parts in by_channel.items():
         grid = whole.stream_of(channel).grid
-        stretches = [(one.spans + round((one.start - grid.start) / grid.tau0), one.reason) for one in parts]
+        stretches = [(part.spans + round((part.start - grid.start) / grid.tau0), part.reason) for part in parts]
         spans = tuple(_without_overlap(stretches)) if stretches else ()
         masks[channel] = ChannelMask(channel=channel, samples=grid.n, tau0=grid.tau0, lead=grid.lead, spans=spans)
     return masks

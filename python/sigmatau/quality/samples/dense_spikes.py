@@ -39,21 +39,21 @@ class HumpThresholds:
     # degrees 1.2; spikes of 6 standard deviations have 5.
     hump: float = 2.0
     false_share: float = 1e-5  # share of noise among the spikes found; 1e-4 where its scale is known to 7 % only
-    # The same where more than `part_near` of the spikes is above that threshold by less than `near`.
-    false_share_near: float = 1e-2
-    near: float = 1.0  # distance above the threshold within which spikes are near it
-    part_near: float = 0.05  # part of the spikes that is near it
+    # The same where more than `near_share` of the spikes is above that threshold by less than `near_width`.
+    near_false_share: float = 1e-2
+    near_width: float = 1.0  # distance above the threshold within which spikes are near it
+    near_share: float = 0.05  # part of the spikes that is near it
     highest: float = 6.0  # largest threshold
     remaining: float = 3.5  # spikes remain if more samples are beyond it than noise makes
     times: float = 2.0  # samples there over those of noise, from which on spikes remain
     sigmas: float = 6.0  # standard errors of that number that are added to it
     spoiled: float = 0.05  # share of spikes beyond which half of the neighbours are often spikes
-    most: float = 0.25  # share of spikes beyond which the noise has no scale
+    max_share: float = 0.25  # share of spikes beyond which the noise has no scale
     apart: int = 3  # spikes are independent: those from here to `reach` from another are counted. [samples]
     reach: int = 16  # the end of that range. [samples]
     clustered: float = 2.0  # their number over that by chance beyond which the noise swells
-    around: float = 3.0  # factor over the scatter of its neighbours that a spike must exceed
-    around_many: float = 2.0  # the same where half of the neighbours may be spikes
+    scatter_factor: float = 3.0  # factor over the scatter of its neighbours that a spike must exceed
+    scatter_factor_many: float = 2.0  # the same where half of the neighbours may be spikes
     # Part of the residual that a spike must have against either side: at a step of the mean a sample is far from one
     # side only.
     one_side: float = 0.5
@@ -86,23 +86,23 @@ def dense_spikes(x: Floats, step: float, *, thresholds: HumpThresholds = THRESHO
     local one. Noise below the `step` of the numbers is not examined.
     """
     tail = _tail(x, step, thresholds=thresholds)
-    if tail is None or tail.share > thresholds.most:
+    if tail is None or tail.share > thresholds.max_share:
         return None
     beyond = int(np.count_nonzero(tail.far > thresholds.beyond))
     if tail.clustered or beyond < thresholds.count or beyond < thresholds.hump * (len(tail.far) - beyond):
         return None
     share = beyond / tail.count
     least = _threshold(thresholds.false_share * share, thresholds=thresholds)
-    near = np.count_nonzero((tail.far > least) & (tail.far < least + thresholds.near))
-    if near > thresholds.part_near * len(tail.far):
-        least = _threshold(thresholds.false_share_near * share, thresholds=thresholds)
+    near = np.count_nonzero((tail.far > least) & (tail.far < least + thresholds.near_width))
+    if near > thresholds.near_share * len(tail.far):
+        least = _threshold(thresholds.near_false_share * share, thresholds=thresholds)
     far = np.concatenate([_strength(x, start, tail, step) for start in range(0, len(x), CHUNK)])
     found = np.zeros(len(x), dtype=bool)
     rest, part = x, 0.5 if share < thresholds.spoiled else 0.25
     candidates = np.flatnonzero(far > least)
     residual = np.abs(_residual_at(x, candidates, tail.side))
     kept = candidates[
-        _stands_alone(x, candidates, tail.side, residual, part, thresholds.around_many, thresholds=thresholds)
+        _stands_alone(x, candidates, tail.side, residual, part, thresholds.scatter_factor_many, thresholds=thresholds)
     ]
     almost = np.flatnonzero(far > least - thresholds.almost)
     size = np.abs(_residual_at(x, almost, tail.side)) / far[almost]  # of one standard deviation there
@@ -118,7 +118,9 @@ def dense_spikes(x: Floats, step: float, *, thresholds: HumpThresholds = THRESHO
         beyond_it = np.flatnonzero(away > least * size)
         kept = almost[beyond_it]
         kept = kept[
-            _stands_alone(rest, kept, tail.side, away[beyond_it], 0.5, thresholds.around_many, thresholds=thresholds)
+            _stands_alone(
+                rest, kept, tail.side, away[beyond_it], 0.5, thresholds.scatter_factor_many, thresholds=thresholds
+            )
         ]
     return found if found.any() else None
 
@@ -163,7 +165,7 @@ def _tail(x: Floats, step: float, *, thresholds: HumpThresholds) -> _Tail | None
     for part, size, each in zip(parts, away, relative, strict=True):
         at = np.flatnonzero(each > thresholds.remaining * scale)
         quantile = 0.5 if share < thresholds.spoiled else 0.25
-        kept = at[_stands_alone(part, at, side, size[at], quantile, thresholds.around, thresholds=thresholds)]
+        kept = at[_stands_alone(part, at, side, size[at], quantile, thresholds.scatter_factor, thresholds=thresholds)]
         far.append(each[kept])
         spread.append(_with_others(kept[each[kept] > thresholds.tail * scale], thresholds=thresholds))
     return _Tail(
@@ -197,7 +199,7 @@ def _scale(ordered: Floats, *, thresholds: HumpThresholds) -> tuple[float, float
     for _ in range(20):
         scale = float(ordered[int(n * (1 - share) / 2)]) / _NORMAL.inv_cdf(0.75)
         tail = (n - int(np.searchsorted(ordered, thresholds.remaining * scale))) / n
-        share = min(max((tail - chance) / (1 - chance), 0.0), 2 * thresholds.most)
+        share = min(max((tail - chance) / (1 - chance), 0.0), 2 * thresholds.max_share)
     return scale, share
 
 

@@ -45,7 +45,7 @@ class ResolutionThresholds:
     # to sum: the rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its
     # correlation.
     white_from: float = 0.5
-    least_sums_seen: int = 32  # sums from which their variance is known to a quarter
+    min_sums: int = 32  # sums from which their variance is known to a quarter
 
 
 THRESHOLDS = ResolutionThresholds()
@@ -104,7 +104,7 @@ def white_sum(increments: Floats, *, thresholds: ResolutionThresholds = THRESHOL
     density rises with the frequency like no term's. None if no sum of which the record has enough is long enough.
     """
     previous, size = False, 1
-    while len(increments) // size >= thresholds.least_sums_seen:
+    while len(increments) // size >= thresholds.min_sums:
         whole = len(increments) // size * size
         sums = np.diff(increments[:whole].reshape(-1, size).sum(axis=1))
         # A steady rate of half a step a sum has the same variance: then sums of twice the size have none.

@@ -56,8 +56,8 @@ class SpikeThresholds:
     tail_count: int = 12  # residuals there from which on the tail is examined. [samples]
     rounds: int = 8  # how often the rest is searched again, because spikes beside each other hide each other
     # With fewer samples that have all four neighbours before them, samples with two of these count too. [samples]
-    few: int = 1024
-    least: int = 32  # samples from which a scale can be taken. [samples]
+    min_residuals: int = 1024
+    min_samples: int = 32  # samples from which a scale can be taken. [samples]
 
 
 THRESHOLDS = SpikeThresholds()
@@ -80,7 +80,7 @@ def find_spikes(x: Floats, *, thresholds: SpikeThresholds = THRESHOLDS) -> Bools
     x = np.asarray(x, dtype=np.float64)
     n = len(x)
     found = np.zeros(n, dtype=bool)
-    if n < thresholds.least:
+    if n < thresholds.min_samples:
         return found
     rest, part = x, 0.5
     multiple = _multiple(n, thresholds=thresholds)
@@ -230,9 +230,9 @@ def _scale(x: Floats, *, thresholds: SpikeThresholds) -> _Scale:
     else:
         differences = np.abs(np.diff(rows)).ravel()
     changes = differences[differences > dust]
-    if np.count_nonzero(np.isfinite(residual)) < thresholds.few:
+    if np.count_nonzero(np.isfinite(residual)) < thresholds.min_residuals:
         residual = _where_two_are(x)
-        if len(residual) < thresholds.least:
+        if len(residual) < thresholds.min_samples:
             return _Scale(math.nan, 0.0, _SIDE, 0, math.inf)
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
@@ -240,7 +240,9 @@ def _scale(x: Floats, *, thresholds: SpikeThresholds) -> _Scale:
     usual = median(np.abs(present(residual))) / NormalDist().inv_cdf(0.75)
     far = int(np.count_nonzero(np.abs(residual) > thresholds.tail_from * min(scale, usual + step / 2)))
     fourth = present(np.abs(np.diff(rows, n=4, axis=1)).ravel())
-    smooth = median(fourth) / NormalDist().inv_cdf(0.75) / _MIDDLE if len(fourth) >= thresholds.least else math.inf
+    smooth = (
+        median(fourth) / NormalDist().inv_cdf(0.75) / _MIDDLE if len(fourth) >= thresholds.min_samples else math.inf
+    )
     if scale > thresholds.spoiled * (usual + step):
         return _Scale(usual + step / 2, step, _WIDE, far, smooth)
     return _Scale(scale, step, _SIDE, far, smooth)

@@ -41,7 +41,7 @@ class CorrelationThresholds:
     false_alarm: float = 1e-4
     # Correlation from which on there is a finding. A smaller one has no consequence: the variance of the mean of two
     # Allan variances grows by the factor 1 + r².
-    told: float = 0.05
+    reported: float = 0.05
     warned: float = 0.3  # correlation from which on shared noise is a warning
     least_means: int = 60  # means from which on their correlation is measured
     longer: int = 4  # factor from one length of means to the next; the last is the longest of which there are enough
@@ -78,7 +78,7 @@ def cross_axis(stream: Stream, *, thresholds: CorrelationThresholds = THRESHOLDS
                 other = _by_number(means[first], means[second], level, thresholds=thresholds)
                 if abs(other) > abs(r) + _chance(len(means[first]), 0.05):
                     r, of_length = other, length
-        if thresholds.told <= abs(r) <= 1 + 1e-9:
+        if thresholds.reported <= abs(r) <= 1 + 1e-9:
             found.append(AxisPair(first=first, second=second, coefficient=r, mean_length=of_length * stream.grid.tau0))
     if not found:
         return identical

@@ -225,11 +225,15 @@ class FilterEstimate:
 
 @final
 class SecondModel:
-    def __new__(cls, terms: list[tuple[str, float]], gauss_markov: list[tuple[float, float]]) -> Self: ...
+    def __new__(
+        cls, terms: list[tuple[str, float]], gauss_markov: list[tuple[float, float]], warm_up: float | None
+    ) -> Self: ...
     @property
     def terms(self) -> list[tuple[str, float]]: ...
     @property
     def gauss_markov(self) -> list[tuple[float, float]]: ...
+    @property
+    def warm_up(self) -> float | None: ...
 
 @final
 class ChannelFit:

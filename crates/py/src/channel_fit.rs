@@ -119,6 +119,8 @@ frozen_class! {
         terms: Vec<(String, f64)>,
         /// Standard deviation [rate unit] and correlation time [s] of each of its Gauss-Markov processes.
         gauss_markov: Vec<(f64, f64)>,
+        /// Time constant of a warm-up in it. [s]
+        warm_up: Option<f64>,
     }
 }
 
@@ -405,7 +407,11 @@ impl From<core::ChannelFit> for ChannelFit {
             second: fit
                 .second
                 .into_iter()
-                .map(|second| SecondModel { terms: named(second.terms), gauss_markov: second.gauss_markov })
+                .map(|second| SecondModel {
+                    terms: named(second.terms),
+                    gauss_markov: second.gauss_markov,
+                    warm_up: second.warm_up,
+                })
                 .collect(),
             discrepancy: fit.discrepancy,
             verdict: verdict.to_owned(),

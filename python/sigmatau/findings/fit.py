@@ -235,6 +235,8 @@ class SecondExplanation(Details, code="second_explanation"):
     processes, other_processes : tuple of (float, float)
         Standard deviation and correlation time of the Gauss-Markov processes of the fit, if the other model does without
         them, and of those of the other model. [rate unit, s]
+    other_warm_up : float or None
+        Time constant of a warm-up in the other model. [s]
     """
 
     quantity: str
@@ -243,9 +245,12 @@ class SecondExplanation(Details, code="second_explanation"):
     processes: tuple[tuple[float, float], ...]
     other_terms: tuple[tuple[str, float], ...]
     other_processes: tuple[tuple[float, float], ...]
+    other_warm_up: float | None = None
 
     def words(self, finding: Finding) -> Words:
         fitted, other = self._text(self.terms, self.processes), self._text(self.other_terms, self.other_processes)
+        if self.other_warm_up is not None:
+            other = f"a warm-up with a time constant of about {duration_text(self.other_warm_up)}"
         return Words(f"{fitted}, or {other}", "A longer record tells them apart; the intervals hold both")
 
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:

@@ -193,7 +193,8 @@ def noise_fit_of(
         alike_from=fit.alike_from,
         alike_sigma=fit.alike_sigma,
         second=tuple(
-            SecondModel(terms=dict(model.terms), gauss_markov=tuple(model.gauss_markov)) for model in fit.second
+            SecondModel(terms=dict(model.terms), gauss_markov=tuple(model.gauss_markov), warm_up=model.warm_up)
+            for model in fit.second
         ),
         discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
         model=dict(fit.model),

@@ -222,14 +222,21 @@ class SecondModel:
         Coefficients by term; those that it does without are omitted. [SI]
     gauss_markov : tuple of (float, float)
         Standard deviation and correlation time of each of its Gauss-Markov processes. [unit of the rate, s]
+    warm_up : float or None
+        Time constant of a warm-up in it. [s]
     """
 
     terms: Mapping[str, float]
     gauss_markov: tuple[tuple[float, float], ...] = ()
+    warm_up: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        return {"terms": dict(self.terms), "gauss_markov": [list(process) for process in self.gauss_markov]}
+        content: dict[str, Any] = {
+            "terms": dict(self.terms),
+            "gauss_markov": [list(process) for process in self.gauss_markov],
+        }
+        return content if self.warm_up is None else {**content, "warm_up": self.warm_up}
 
 
 @frozen(eq=False)
@@ -526,8 +533,9 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
-        if self._replacement(term) is not None:
-            return "a Gauss-Markov process explains the record as well"
+        if (other := self._replacement(term)) is not None:
+            what = "Gauss-Markov process" if other.warm_up is None else "warm-up"
+            return f"a {what} explains the record as well"
         if self.runs:
             return f"not seen in {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
@@ -540,7 +548,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     def _replacement(self, term: str) -> SecondModel | None:
         """The first other model that has a process and not this term of the model."""
         others = (second for second in self.second if term in self.model and term not in second.terms)
-        return next((second for second in others if second.gauss_markov), None)
+        return next((second for second in others if second.gauss_markov or second.warm_up is not None), None)
 
     def headline(self, *, method: bool = True) -> str:
         """Method, averaging times and p-value in one line.
@@ -620,7 +628,10 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
                     for deviation, time in second.gauss_markov
                 )
                 labels = " and ".join(TERMS[name].label(self.quantity) for name in replaced)
-                texts.append(f"{labels}, or a Gauss-Markov process of {processes}")
+                explained_by = f"Gauss-Markov process of {processes}"
+                if second.warm_up is not None:
+                    explained_by = f"warm-up, time constant about {duration_text(second.warm_up)}"
+                texts.append(f"{labels}, or a {explained_by}")
         unclear = [name for name in self.unclear if self._replacement(name) is None]
         if len(unclear) == 1:
             label = TERMS[unclear[0]].label(self.quantity)

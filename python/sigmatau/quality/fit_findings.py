@@ -128,9 +128,10 @@ def _second_explanation(fitted: NoiseFit) -> list[Finding]:
             terms=lacking,
             processes=processes if fewer else (),
             other_terms=more,
-            other_processes=() if fewer else other.gauss_markov,
+            other_processes=() if fewer or other.warm_up is not None else other.gauss_markov,
+            other_warm_up=other.warm_up,
         )
-        if (lacking or details.processes) and (more or details.other_processes):
+        if (lacking or details.processes) and (more or details.other_processes or other.warm_up is not None):
             return [Finding(details=details, severity="info", channels=(fitted.channel,))]
     return []
 

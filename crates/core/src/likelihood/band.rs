@@ -170,6 +170,7 @@ pub(crate) fn allowed(record: &Summary, options: &Options) -> Allowed {
         filter: options.filter,
         processes: options.processes,
         resonances: options.resonances,
+        drifts: options.drifts,
     }
 }
 

@@ -45,6 +45,8 @@ pub struct SecondModel {
     pub terms: Vec<(&'static str, f64)>,
     /// Standard deviation [rate unit] and correlation time [s] of each of its Gauss-Markov processes.
     pub gauss_markov: Vec<(f64, f64)>,
+    /// Time constant of a warm-up in it. [s]
+    pub warm_up: Option<f64>,
 }
 
 impl From<&Second> for SecondModel {
@@ -54,6 +56,7 @@ impl From<&Second> for SecondModel {
         Self {
             terms: coefficients.filter(|&(_, value)| value > 0.0).collect(),
             gauss_markov: gauss_markov.collect(),
+            warm_up: second.warm_up,
         }
     }
 }

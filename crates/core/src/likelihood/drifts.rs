@@ -136,6 +136,16 @@ fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
     Drift { value: plain.value, error: 0.5 * (end(1.0) + end(-1.0)) / at.interval.sqrt() }
 }
 
+/// The best fit with a warm-up that the fit does not have yet, and its fall of the deviance; None if it has one. Its time
+/// constant is that of the grid. [s]
+pub(crate) fn with_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, f64, Fit)> {
+    if fit.model.regressors.iter().any(|k| (WARM_AT..GIVEN_AT).contains(k)) {
+        return None;
+    }
+    let (gain, k, found) = best_of_warm_ups(fit, bins)?;
+    Some((gain, bins.record.duration() / WARM_UPS[k], found))
+}
+
 /// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
 fn gain_of(fit: &Fit, next: &Fit) -> f64 {
     (fit.deviance - fit.restricted) - (next.deviance - next.restricted)
@@ -143,11 +153,16 @@ fn gain_of(fit: &Fit, next: &Fit) -> f64 {
 
 /// The warm-up from the first sample on that lowers the deviance most, if it stands out.
 fn best_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
+    best_of_warm_ups(fit, bins).filter(|(gain, ..)| *gain > WARM_UP)
+}
+
+/// The warm-up of the grid that lowers the deviance most: by how much, its place in the grid, and the fit.
+fn best_of_warm_ups(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
     let tried = (0..WARM_UPS.len()).map(|k| {
         let found = with_regressor(fit, bins, WARM_AT + k);
         (gain_of(fit, &found), k, found)
     });
-    tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(gain, ..)| *gain > WARM_UP)
+    tried.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// The warm-up of the grid with its best time constant. The error of its amplitude includes that of the time constant: the

@@ -2,6 +2,7 @@
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::candidates::spaced;
+use crate::likelihood::drifts::with_warm_up;
 use crate::likelihood::expected::Part;
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
 use crate::likelihood::profile::Thresholds;
@@ -19,9 +20,10 @@ const STEPS: usize = 40;
 const FIRST_STEPS: usize = 8;
 const ROUGH: f64 = 0.1;
 
-/// Price of a number of a model in deviance (Akaike), and the numbers of a process.
+/// Price of a number of a model in deviance (Akaike), and the numbers of a process and of a warm-up.
 const NUMBER: f64 = 2.0;
 const NUMBERS_OF_PROCESS: f64 = 2.0;
+const NUMBERS_OF_WARM_UP: f64 = 2.0;
 
 /// Share of its amplitude from which a term that was replaced is fitted beside the process.
 const AGAIN: f64 = 0.05;
@@ -29,8 +31,14 @@ const AGAIN: f64 = 0.05;
 /// Rise of the deviance, beside the term, up to which a process may still be better together with it.
 const WITHIN: f64 = 8.0;
 
-/// The fits with a process in the place of observed terms that explain the record as well.
-pub(crate) fn alike(fit: &Fit, bins: &Bins, at: Thresholds) -> Vec<Fit> {
+/// A fit that explains a record as well as another one does, and the time constant of the warm-up in it. [s]
+pub(crate) struct Alike {
+    pub fit: Fit,
+    pub warm_up: Option<f64>,
+}
+
+/// The fits with a process or a warm-up in the place of observed terms that explain the record as well.
+pub(crate) fn alike(fit: &Fit, bins: &Bins, at: Thresholds, drifts: bool) -> Vec<Alike> {
     let observed = |&part: &Part| {
         let present = fit.model.index(part).filter(|&j| fit.model.theta[j] > 0.0);
         present.is_some_and(|j| fit.loss_of(j, bins).0 > at.observed)
@@ -40,10 +48,23 @@ pub(crate) fn alike(fit: &Fit, bins: &Bins, at: Thresholds) -> Vec<Fit> {
         let more = NUMBER * (NUMBERS_OF_PROCESS - replaced.len() as f64);
         // A slow process is always like a rate random walk: it is named by `process_like_walk`, and counts here if it is better.
         let rise = if *replaced == [Part::RateRandomWalk] { 0.0 } else { at.interval };
-        (found.deviance + more <= fit.deviance + rise).then_some(found)
+        (found.deviance + more <= fit.deviance + rise).then_some(Alike { fit: found, warm_up: None })
     };
     let sets = REPLACED.into_iter().filter(|set| set.iter().all(observed));
-    sets.filter_map(explains).collect()
+    let mut found: Vec<Alike> = sets.filter_map(explains).collect();
+    if drifts && observed(&Part::RateRandomWalk) {
+        found.extend(with_warm_up_for_walk(fit, bins));
+    }
+    found
+}
+
+/// The fit with a warm-up in the place of the rate random walk, if it is better.
+fn with_warm_up_for_walk(fit: &Fit, bins: &Bins) -> Option<Alike> {
+    let (loss, bare) = fit.loss_of(fit.model.index(Part::RateRandomWalk)?, bins);
+    let (gain, time, found) = with_warm_up(&bare, bins)?;
+    let restricted = fit.restricted - bare.restricted; // `gain` is of the likelihoods that are not restricted
+    let price = NUMBER * (NUMBERS_OF_WARM_UP - 1.0);
+    (gain >= loss + restricted + price).then_some(Alike { fit: found, warm_up: Some(time) })
 }
 
 /// The best fit without `replaced` and with a process.

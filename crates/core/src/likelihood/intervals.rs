@@ -3,7 +3,7 @@
 use crate::likelihood::analysis::Tails;
 use crate::likelihood::bins::{Bins, TERMS};
 use crate::likelihood::discrepancy::widened;
-use crate::likelihood::exchange::alike;
+use crate::likelihood::exchange::{Alike, alike};
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::model::{Fit, Shape, TOLERANCE};
@@ -79,17 +79,29 @@ pub(crate) fn join_alike(
     at: Thresholds,
     allowed: Allowed,
 ) -> Vec<Second> {
-    let mut others = second_explanations(plain, bins, allowed);
+    let others = second_explanations(plain, bins, allowed);
+    let mut others: Vec<Alike> = others.into_iter().map(|fit| Alike { fit, warm_up: None }).collect();
     if allowed.processes {
-        others.extend(alike(plain, bins, at));
+        others.extend(alike(plain, bins, at, allowed.drifts));
     }
     let mut second = Vec::new();
-    for other in others {
-        if other.deviance <= plain.deviance + at.interval
+    for Alike { fit: other, warm_up } in others {
+        if warm_up.is_some() {
+            let needed = without(&other, bins, TERMS.to_vec(), at);
+            second.push(Second {
+                terms: squares(&needed),
+                gauss_markov: gauss_markov(&needed).collect(),
+                warm_up,
+            });
+        } else if other.deviance <= plain.deviance + at.interval
             && gauss_markov(&other).count() != gauss_markov(plain).count()
         {
             let needed = without(&other, bins, TERMS.to_vec(), at);
-            second.push(Second { terms: squares(&needed), gauss_markov: gauss_markov(&needed).collect() });
+            second.push(Second {
+                terms: squares(&needed),
+                gauss_markov: gauss_markov(&needed).collect(),
+                warm_up: None,
+            });
         }
         let (other, bins, _) = widened(&other, bins);
         for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {

@@ -124,6 +124,7 @@ pub fn analyse_jointly(
     model.levels = (0..4).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
     let bins = with_ramps(runs, &model, options.drifts);
     let mut allow = allowed(records[0], options);
+    allow.drifts = false; // a warm-up is of a single run
     allow.quantization &= wanted[0];
     allow.filter &= mean.is_none();
     let mut free_fit = select(model.fit(&bins), &bins, allow);

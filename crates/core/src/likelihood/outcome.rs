@@ -73,6 +73,8 @@ pub struct Second {
     pub terms: [f64; 4],
     /// Variance and correlation time of each process.
     pub gauss_markov: Vec<(f64, f64)>,
+    /// Time constant of a warm-up in it. [s]
+    pub warm_up: Option<f64>,
 }
 
 /// The result for one channel. Parameters are squares of coefficients, in the unit of the rate and seconds.

@@ -54,6 +54,7 @@ pub(crate) struct Allowed {
     pub filter: bool,
     pub processes: bool,
     pub resonances: bool,
+    pub drifts: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

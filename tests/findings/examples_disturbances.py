@@ -53,7 +53,7 @@ def stepped(*steps, quantity="angular_rate", unit="rad/s", **more):
     )
 
 
-def spikes(count, height, *, left=True, more_below=False):
+def spikes(count, height, *, left=True, more_below=False, **readings):
     return Finding(
         details=Spikes(
             unit="rad/s",
@@ -63,6 +63,7 @@ def spikes(count, height, *, left=True, more_below=False):
             height=height,
             time=228.53,
             more_below=more_below,
+            **readings,
         ),
         severity="info" if left else "warning",
         channels=("gyro_x",),
@@ -115,6 +116,9 @@ EXAMPLES = [
     spikes(1, -0.00418),
     spikes(300, 0.00663),
     spikes(5, 0.643, more_below=True),
+    spikes(263, 0.0259, more_below=True, tail_factor=1.088, tail_error=0.0082),
+    spikes(263, 0.0259, left=False, more_below=True, tail_factor=1.088, tail_error=0.0082),
+    spikes(6, 0.00596, small_factor=1.0047),
     spikes(12, 0.643, left=False),
     transient(("accel_x", "accel_y"), 110),
     transient(("accel_x",), 0),

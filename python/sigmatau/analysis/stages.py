@@ -17,7 +17,7 @@ from sigmatau.findings.units import ImplausibleUnit
 from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.coarse_counts import fit_sums
-from sigmatau.fitting.known_biases import allowing_for_biases, walk_factor
+from sigmatau.fitting.known_biases import allowing_for_biases, tail_error, walk_factors
 from sigmatau.fitting.mean_stability import MeanStability, mean_stability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import ReadOff
@@ -173,7 +173,10 @@ def judge(state: State) -> State:
         looked_at = LOOKED_AT_BOUNDED if state.bounded else LOOKED_AT
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=options.threads)
         findings = (*without_consequences(findings, fits), *of_fits)
-        fits = {name: allowing_for_biases(fitted, [walk_factor(findings, name)]) for name, fitted in fits.items()}
+        fits = {
+            name: allowing_for_biases(fitted, walk_factors(findings, name), error=tail_error(findings, name))
+            for name, fitted in fits.items()
+        }
         state = replace(state, fits=fits)
     if not state.moves:
         streams = _streams_by_channel(record)

@@ -142,6 +142,13 @@ class Spikes(Details, code="spikes"):
         Of the largest, from the beginning of the record. [s]
     more_below : bool
         Whether there are more large samples below the threshold than the noise can explain.
+    tail_factor : float
+        Random walk with the spikes over that without them, where they are the end of a continuous tail of the noise; 1 where
+        they stand out from it. [1]
+    tail_error : float
+        Relative standard error of the random walk with them. [1]
+    small_factor : float
+        Random walk of the other samples over that without small spikes among them; 1 if there are none. [1]
     """
 
     unit: str
@@ -151,6 +158,13 @@ class Spikes(Details, code="spikes"):
     height: float
     time: float
     more_below: bool
+    tail_factor: float = 1.0
+    tail_error: float = 0.0
+    small_factor: float = 1.0
+
+    @property
+    def biases_walk(self) -> bool:
+        return True
 
     def words(self, finding: Finding) -> Words:
         height = f"{number(self.height, sign='+')} {self.unit}"
@@ -158,8 +172,22 @@ class Spikes(Details, code="spikes"):
         if self.count > 1:
             share = percent(self.share)
             found = f"{self.count} spikes ({share}), the largest {height} at {clock(self.time)}"
+        if self.small_factor > 1 and finding.left_out:
+            smaller = f"{100 * (1 - 1 / self.small_factor):.2g} %"
+            return Words(
+                f"{found}, beside smaller ones in the noise",
+                f"Use the interval of the random walk: it covers the values with these and without them, {smaller} smaller",
+            )
         if not self.more_below:
             return Words(found)
+        if self.tail_factor > 1:
+            larger = f"{100 * (self.tail_factor - 1):.2g} %"
+            return Words(
+                f"{found}, in a continuous tail of the noise",
+                f"Use the interval of the random walk: it covers the values without them and with them, {larger} larger"
+                if finding.left_out
+                else "",
+            )
         return Words(
             f"{found}, beside smaller ones in the noise",
             f"Run again with {Hint('keep', value='spikes')}: the random walk is between the two results"

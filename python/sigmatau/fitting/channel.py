@@ -9,6 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau._native.distributions import normal_quantile
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve, channel_curve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
@@ -30,7 +31,6 @@ TEMPERATURE = "temperature"
 # Temperature coefficient over its standard error, for it to stay in the model, and for it to be told. A drift that is left
 # out becomes a rate random walk: of 24 axes that warmed up, K was covered in 18 with 3.3 for both, and in 24 with 1.
 _LEAST_RATIO, _TOLD_RATIO = 1.0, 3.3
-_QUANTILE = 1.959964
 _MOST_TEMPERATURES = 1 << 14  # at which the temperature is computed: the model uses it at no more
 _MOST_UNKNOWN = 0.1  # share of the record without a temperature
 
@@ -165,7 +165,7 @@ def _ratio(fitted: NoiseFit) -> float:
     """Size of the temperature coefficient over its standard error."""
     found = fitted.regressors[TEMPERATURE]
     assert found.high is not None
-    return abs(found.value) / (found.high - found.value) * _QUANTILE
+    return float(abs(found.value) / (found.high - found.value) * normal_quantile(0.5 + 0.5 * fitted.level))
 
 
 def temperature_at(record: Record, stream: Stream) -> NDArray[np.float64] | None:

@@ -17,7 +17,7 @@ from sigmatau.findings.reasons import CoarseCounts
 from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of
 from sigmatau.fitting.joint_fit import ALPHA, JointChannel, JointFit
-from sigmatau.fitting.known_biases import allowing_for_biases, walk_factor
+from sigmatau.fitting.known_biases import allowing_for_biases, tail_error, walk_factors
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import overview
 from sigmatau.fitting.read_off import read_off
@@ -178,8 +178,9 @@ def fit_analysed(
         members, left_out = _without_disturbed(members, pool)
         findings += left_out
         joint = join([run for run, _ in members], pool, common=common, terms=terms)
-        factors = [walk_factor(one.findings, run.channel) for run, one in members]
-        joint = replace(joint, fit=allowing_for_biases(_rounded(joint.fit, members), factors))
+        factors = [factor for run, one in members for factor in walk_factors(one.findings, run.channel)]
+        error = max(tail_error(one.findings, run.channel) for run, one in members)
+        joint = replace(joint, fit=allowing_for_biases(_rounded(joint.fit, members), factors, error=error))
         joints[pool] = joint
         curves[pool] = _pooled([one.curves[run.channel] for run, one in members], joint.fit)
         findings += _findings(joint)

@@ -20,8 +20,8 @@ const MOST_FREEDOM: f64 = 1e9;
 /// If the rate random walk is hardly known: then t = 6.2, which weak walks exceed in fewer than 5 % of records.
 const LEAST_FREEDOM: f64 = 1.5;
 
-/// Standard errors of a ramp that would be significant if the noise were known exactly.
-const SUSPICIOUS: f64 = 1.96;
+/// Two-sided p-value of a ramp that would be significant if the noise were known exactly.
+const SUSPICIOUS: f64 = 0.05;
 
 /// Relative errors of the rough fit with which the weights begin.
 const ROUGH: f64 = 0.1;
@@ -42,7 +42,7 @@ pub(crate) struct Ramp {
 
 impl Ramp {
     pub(crate) fn suspicious(&self) -> bool {
-        self.value.abs() > SUSPICIOUS * self.error
+        self.value.abs() > -normal_quantile(0.5 * SUSPICIOUS) * self.error
     }
 
     /// Half of its interval.

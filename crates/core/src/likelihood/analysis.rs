@@ -9,7 +9,8 @@ use crate::likelihood::discrepancy::widened;
 use crate::likelihood::drifts::{Drifts, GIVEN_AT, drift, regressors, with_drifts};
 use crate::likelihood::expected::Part;
 use crate::likelihood::intervals::{
-    heavy_tails, intervals, join_alike, process_like_walk, squares, thresholds, value_of_likelihood,
+    heavy_tails, intervals, join_alike, process_like_walk, squares, thresholds, thresholds_of_student,
+    value_of_likelihood,
 };
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::linear::Symmetric;
@@ -25,9 +26,8 @@ use std::sync::Arc;
 /// P-value below which a model is not adequate, and its intervals are widened.
 pub(crate) const LEAST: f64 = 0.002;
 
-/// Square of Student's t with 7 degrees of freedom at 95 %, over that of the normal: the size of the wiggle is known from
-/// about as many bands.
-const WIDENED: f64 = 5.591 / 3.841;
+/// Degrees of freedom of Student's t where a model is not adequate: the size of the wiggle is known from about as many bands.
+const WIGGLE_FREEDOM: f64 = 7.0;
 
 /// Share of an eighth of the record without which it says nothing of the steadiness of the noise.
 const LEAST_PART: f64 = 0.2;
@@ -141,13 +141,13 @@ pub(crate) fn inferred(
 ) -> Inferred {
     let thresholds = thresholds(level);
     let (limited, limited_bins, discrepancy) = widened(plain, bins);
-    let at = if p_value < LEAST { thresholds.scaled(WIDENED) } else { thresholds };
+    let at = if p_value < LEAST { thresholds_of_student(level, WIGGLE_FREEDOM) } else { thresholds };
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
     let second = join_alike(&mut terms, plain, bins, at, allowed);
     reduced = reduced.model.clone().refit(bins, 40, TOLERANCE, plain);
     value_of_likelihood(&mut terms, plain, &reduced);
     if let Some(j) = plain.model.index(Part::RandomWalk) {
-        heavy_tails(&mut terms[j], tails);
+        heavy_tails(&mut terms[j], tails, thresholds);
     }
     // The values are those of the reduced model, as are those of the terms: together they are the model of the record.
     let processes: Vec<Process> = limited

@@ -1,5 +1,6 @@
 //! Intervals of the terms: profiles, joined with those of other explanations.
 
+use crate::distributions::student_quantile;
 use crate::likelihood::analysis::Tails;
 use crate::likelihood::bins::{Bins, TERMS};
 use crate::likelihood::discrepancy::widened;
@@ -16,6 +17,12 @@ pub(crate) fn thresholds(level: f64) -> Thresholds {
         interval: chi2_quantile_above(1.0 - level, 1.0),
         observed: chi2_quantile_above((2.0 * (1.0 - level)).min(0.9), 1.0),
     }
+}
+
+/// The thresholds where the size of the misfit is known from `freedom` bands: those of Student's t in place of the normal.
+pub(crate) fn thresholds_of_student(level: f64, freedom: f64) -> Thresholds {
+    let normal = thresholds(level);
+    normal.scaled(student_quantile(freedom, 0.5 + 0.5 * level).powi(2) / normal.interval)
 }
 
 /// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two that
@@ -166,12 +173,34 @@ pub(crate) fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &
 }
 
 /// A heavy tail widens what the samples say of the white level: the relative variance of N² is (2 + κ)/N, not 2/N.
-pub(crate) fn heavy_tails(white: &mut Bounds, tails: Tails) {
+pub(crate) fn heavy_tails(white: &mut Bounds, tails: Tails, at: Thresholds) {
     let n = tails.present as f64;
     if tails.kurtosis <= 3.0 * (24.0 / n).sqrt() || !white.observed {
         return;
     }
-    let more = 1.96 * (tails.kurtosis / n).sqrt() * white.value;
+    let more = (at.interval * tails.kurtosis / n).sqrt() * white.value;
     white.low = (white.value - (white.value - white.low).hypot(more)).max(0.0);
     white.high = white.value + (white.high - white.value).hypot(more);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both ends follow the level: quantiles from tables, in units of the normal threshold and of a standard error.
+    #[test]
+    fn level_sets_student_and_tails() {
+        for (level, student, normal) in [(0.95, 2.364_624, 1.959_964), (0.5, 0.711_142, 0.674_490)] {
+            let at = thresholds(level);
+            let wide = thresholds_of_student(level, 7.0);
+            assert!((wide.interval.sqrt() - student).abs() < 1e-5, "{level}: {wide:?}");
+            assert!((wide.observed / at.observed - wide.interval / at.interval).abs() < 1e-12);
+            let mut white = Bounds { value: 1.0, low: 1.0, high: 1.0, observed: true, loss: 1e9 };
+            heavy_tails(&mut white, Tails { kurtosis: 6.0, present: 60_000 }, at);
+            assert!(
+                (white.high - 1.0 - normal * 0.01).abs() < 1e-7
+                    && (white.low + white.high - 2.0).abs() < 1e-12
+            );
+        }
+    }
 }

@@ -79,8 +79,21 @@ def without(stream: Stream, *, keep: Iterable[str] = ()) -> tuple[Stream, list[F
             told.append(one.finding)
         else:
             count = int(np.count_nonzero(one.mask, axis=0).max())
-            # Of noise with heavy tails, a part is left out with the spikes, and the random walk is too small.
-            heavy = isinstance(one.finding.details, Spikes) and one.finding.details.more_below
-            severity = one.finding.severity if heavy else "info"
-            told.append(replace(one.finding, severity=severity, left_out=count))
+            told.append(_left_out(one.finding, count))
     return masked_by(stream, (one for one in found if one.cause not in kept)), told
+
+
+def _left_out(finding: Finding, count: int) -> Finding:
+    """Of noise with heavy tails a part is left out with the spikes: the random walk may be too small. With small spikes that
+    remain it is too large.
+    """
+    details = finding.details
+    if not isinstance(details, Spikes):
+        return replace(finding, severity="info", left_out=count)
+    factor = details.small_factor / details.tail_factor
+    return replace(
+        finding,
+        severity=finding.severity if details.more_below else "info",
+        left_out=count,
+        factors=(("random_walk", factor),) if factor != 1 else (),
+    )

@@ -20,6 +20,7 @@ from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.local_scatter import neighbours
 from sigmatau.quality.samples.masking import Found, masked
 from sigmatau.quality.samples.resolution import step_of_changes
+from sigmatau.quality.samples.tails import TailReading, read_small_spikes, read_tail
 from sigmatau.record.streams import Stream
 
 _SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
@@ -150,6 +151,8 @@ def _finding(stream: Stream, channel: str, found: Bools, *, thresholds: SpikeThr
     largest = int(np.argmax(np.abs(heights)))
     times = stream.grid.lead + at * stream.grid.tau0
     spans, more_spans = longest_spans(times, times)
+    heavy = more_below(clean, thresholds=thresholds)
+    tail = read_tail(clean, heights) if heavy else TailReading(factor=1.0, error=0.0)
     return Finding(
         details=Spikes(
             unit=stream.unit,
@@ -158,7 +161,10 @@ def _finding(stream: Stream, channel: str, found: Bools, *, thresholds: SpikeThr
             share=len(at) / int(np.count_nonzero(np.isfinite(x))),
             height=float(heights[largest]),
             time=stream.grid.time(int(at[largest])),
-            more_below=more_below(clean, thresholds=thresholds),
+            more_below=heavy,
+            tail_factor=tail.factor,
+            tail_error=tail.error,
+            small_factor=1.0 if heavy else read_small_spikes(clean),
         ),
         severity="warning",
         channels=(channel,),

@@ -1,0 +1,132 @@
+"""The random walk with spikes that are the end of a continuous tail, and without small spikes that stay in the noise."""
+
+from __future__ import annotations
+
+import math
+from statistics import NormalDist
+
+import numpy as np
+
+from sigmatau.arrays import Floats, median
+from sigmatau.frozen import frozen
+from sigmatau.quality.samples.common import present
+
+_BLOCK = 32  # samples whose mean is taken off: slower noise is not part of the white level [samples]
+_MIN_PRESENT = 2  # samples of a block that have a scatter. [samples]
+
+
+@frozen
+class TailThresholds:
+    """Thresholds of `read_tail`."""
+
+    # The heaviest tail that ends without a gap is that of Student's t with 3 degrees of freedom. Of the k largest samples
+    # of a tail with the exponent α, the ratio of the smallest to the next smaller sample exceeds r with probability r^-kα.
+    exponent: float = 3.0
+    false_gap: float = 1e-4  # probability that a tail without a gap has one, as of a false spike
+    # Small spikes stand alone: beyond `small` standard deviations, where the other samples of the block and of its
+    # neighbours have at most `quiet` times the usual variance.
+    small: float = 4.5
+    quiet: float = 2.0
+    times: float = 2.0  # number of them over that of noise, from which on spikes remain
+    sigmas: float = 6.0  # standard errors of that number that are added to it
+
+
+THRESHOLDS = TailThresholds()
+
+
+@frozen
+class TailReading:
+    """The random walk with all samples of a tail.
+
+    Attributes
+    ----------
+    factor : float
+        Random walk with the spikes that belong to the tail over that without them; 1 if none does. [1]
+    error : float
+        Relative standard error of the random walk with them: by the kurtosis of all samples of the tail, and by the variance
+        of a tail beyond the samples of the record. [1]
+    """
+
+    factor: float
+    error: float
+
+
+def read_tail(clean: Floats, heights: Floats, *, thresholds: TailThresholds = THRESHOLDS) -> TailReading:
+    """Random walk with the spikes of a continuous tail: those below the gaps in the sizes of spikes.
+
+    White noise has N² = σ²τ₀, so that the factor is the root of the ratio of the variances. The relative variance of N² from
+    n samples with the excess kurtosis κ is (2 + κ)/n; the interval of the fit has the first term. The kurtosis of a record
+    does not show the tail beyond the size x that one of its samples exceeds, on average: its variance is α/(α − 2) x²/n for
+    the exponent α.
+
+    Parameters
+    ----------
+    clean : ndarray, shape (n,)
+        Samples without the spikes, which are NaN. [any unit]
+    heights : ndarray, shape (k,)
+        Spikes less the median of their neighbours. [unit of `clean`]
+    thresholds : TailThresholds
+    """
+    squares = present(_squares(clean).ravel())
+    if len(squares) == 0:
+        return TailReading(factor=1.0, error=0.0)
+    tail = _without_gap(np.sort(np.abs(heights)), math.sqrt(float(squares.max())), thresholds=thresholds) ** 2
+    count = len(squares) + len(tail)
+    usual = float(squares.mean())
+    variance = (float(squares.sum()) + float(tail.sum())) / count
+    if len(tail) == 0 or not usual > 0:
+        return TailReading(factor=1.0, error=0.0)
+    fourth = (float((squares * squares).sum()) + float((tail * tail).sum())) / count
+    kurtosis = max(fourth / variance**2 - 3, 0.0)
+    # Half of the tail is above its median, so that one sample of the record is expected beyond m (k/2)^(1/α).
+    highest = median(tail) * (len(tail) / 2) ** (2 / thresholds.exponent)
+    beyond = thresholds.exponent / (thresholds.exponent - 2) * highest / (variance * count)
+    return TailReading(
+        factor=max(math.sqrt(variance / usual), 1.0), error=math.hypot(math.sqrt(kurtosis / count), beyond) / 2
+    )
+
+
+def _without_gap(sizes: Floats, largest: float, *, thresholds: TailThresholds) -> Floats:
+    """Ascending sizes below every gap, from the largest sample down; `largest`: of the other samples."""
+    while len(sizes) and largest > 0:
+        ratio = sizes / np.maximum(np.concatenate(([0.0], sizes[:-1])), largest)
+        above = np.arange(len(sizes), 0, -1)
+        gaps = np.flatnonzero(thresholds.exponent * above * np.log(ratio) > math.log(len(sizes) / thresholds.false_gap))
+        if len(gaps) == 0:
+            return sizes
+        sizes = sizes[: gaps[-1]]
+    return sizes[:0]
+
+
+def read_small_spikes(clean: Floats, *, thresholds: TailThresholds = THRESHOLDS) -> float:
+    """Random walk of all samples over that without small spikes; 1 if no more samples stand alone than noise makes.
+
+    Parameters
+    ----------
+    clean : ndarray, shape (n,)
+        Samples without the spikes, which are NaN. [any unit]
+    thresholds : TailThresholds
+    """
+    squares = _squares(clean)
+    count, total = int(np.isfinite(squares).sum()), float(np.nansum(squares))
+    if not total > 0:
+        return 1.0
+    usual = total / count
+    largest, sums = np.nanmax(squares, axis=1), np.nansum(squares, axis=1)
+    loud = sums - largest > thresholds.quiet * usual * (np.isfinite(squares).sum(axis=1) - 1)
+    wide = np.concatenate((loud[:1], loud, loud[-1:]))
+    small = largest[(largest > thresholds.small**2 * usual) & ~(wide[:-2] | loud | wide[2:])]
+    by_chance = 2 * count * NormalDist().cdf(-thresholds.small)
+    if len(small) <= thresholds.times * by_chance + thresholds.sigmas * math.sqrt(by_chance):
+        return 1.0
+    return math.sqrt(usual / ((total - float(small.sum())) / (count - len(small))))
+
+
+def _squares(x: Floats) -> Floats:
+    """Squares of the samples less the mean of their block, with the variance of the samples, a row a block."""
+    blocks = x[: len(x) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
+    finite = np.isfinite(blocks)
+    count = finite.sum(axis=1)
+    blocks, finite, count = (a[count >= _MIN_PRESENT] for a in (blocks, finite, count))
+    means = np.where(finite, blocks, 0.0).sum(axis=1) / count
+    return np.asarray((blocks - means[:, None]) ** 2 * (count / (count - 1))[:, None])

@@ -26,6 +26,7 @@ __all__ = [
     "NonFinite",
     "ResonanceEstimate",
     "RunEstimate",
+    "SecondModel",
     "TermEstimate",
     "TextError",
     "WarmUpEstimate",

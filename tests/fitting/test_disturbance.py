@@ -4,12 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter, sosfilt
 from studies import parked
 from tests.known import seed_of
 
 import sigmatau as st
 from sigmatau.findings.reasons import CoarseCounts, CrowdedLines, VibrationPower
-from sigmatau.fitting.disturbance import MAX_SHARE, upper_limits, vibration_share
+from sigmatau.fitting.disturbance import MAX_SHARE, burst_share, upper_limits, vibration_share
 from sigmatau.fitting.noise_fit import QUANTIFIED
 from sigmatau.lots.joint import analysed_run, fit_analysed
 from sigmatau.units import to_si
@@ -102,6 +103,42 @@ def test_few_sums_of_coarse_pulses_give_a_limit(noise, duration):
         assert fitted.why_not("random_walk") == "hidden by the rounding"
         assert walk.value is None
         assert walk.upper_limit >= noise * 1e-5, k
+
+
+def moved_at_times(name, *, size, share, rate=100.0, seconds=300.0):
+    """White noise of 1 a sample, and motion of 0.8 to 4 Hz of some seconds each in a share of the time."""
+    rng = np.random.default_rng(seed_of(name))
+    n = round(seconds * rate)
+    ends = butter(2, (0.8, 4.0), "band", fs=rate, output="sos")
+    motion = sosfilt(ends, rng.standard_normal(n))
+    times = np.zeros(n)
+    for _ in range(round(share * seconds / 2)):
+        length = int(rng.uniform(1, 3) * rate)
+        start = int(rng.integers(0, n - length))
+        times[start : start + length] = np.hanning(length)
+    return rng.standard_normal(n) + size * motion / motion.std() * times
+
+
+@pytest.mark.parametrize(("size", "share"), [(3.0, 0.3), (2.0, 0.15), (6.0, 0.1)])
+def test_motion_that_comes_and_goes_is_no_noise(size, share):
+    for k in range(4):
+        x = moved_at_times(f"at times {size} {share} {k}", size=size, share=share)
+        fitted = st.fit_channel(st.Record.from_arrays(rate=RATE, gyro_x=1e-4 * x), "gyro_x")
+        assert fitted.verdict == "disturbed", k
+        assert fitted["random_walk"].upper_limit >= 1e-5
+
+
+def test_noise_that_is_steady_or_changes_its_level_has_no_motion_that_comes_and_goes():
+    """White noise, rounded or filtered, with a step of the mean, and 5 times as loud in a tenth of the record."""
+    moved = 0
+    for k in range(100):
+        x = moved_at_times(f"steady {k}", size=0.0, share=0.0)
+        step = np.where(np.arange(len(x)) < 17_000, 0.0, 3.0)
+        louder = np.where(np.arange(len(x)) < 3000, 5.0, 1.0)
+        slow = lfilter([0.1], [1.0, -0.9], x)
+        kinds = (x, np.round(x), np.round(2.5 * x), np.round(0.5 * x), x + step, x * louder, slow)
+        moved += sum(burst_share(kind, 1 / RATE) > 0 for kind in kinds)
+    assert moved <= 3  # 0.5 % of 700
 
 
 def test_bursts_of_noise_are_no_lines():

@@ -116,7 +116,7 @@ class Disturbed(Details, code="disturbed"):
     lines, resonances : int
         Number of each in the model.
     share : float
-        Their share of the power, beside random walk and quantization noise.
+        Their share of the power, beside random walk and quantization noise; or that of motion that comes and goes.
     start, stop : float
         The quietest part of the record; both 0 for several runs. [s]
     quietest : float or None

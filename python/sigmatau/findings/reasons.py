@@ -79,14 +79,14 @@ class Misfit:
 
 @frozen
 class VibrationPower:
-    """Disturbed: lines and narrow resonances have most of the power of the record.
+    """Disturbed: lines and narrow resonances have most of the power of the record, or motion comes and goes in it.
 
     Attributes
     ----------
     lines, resonances : int
         Number of each in the model.
     share : float
-        Their share of the power, beside random walk and quantization noise.
+        Their share of the power, beside random walk and quantization noise; or that of the motion at the loudest times.
     start, stop : float
         The part of the record in which the random walk has the smallest upper limit. [s]
     quietest : float or None
@@ -103,7 +103,7 @@ class VibrationPower:
 
     @property
     def text(self) -> str:
-        return f"lines and resonances have {percent(self.share)} of the power"
+        return f"vibration has {percent(self.share)} of the power"
 
 
 @frozen

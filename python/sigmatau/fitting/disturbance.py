@@ -24,6 +24,18 @@ MAX_HIDING_SHARE, HIDDEN = 0.3, 0.6
 """Share of such power from which on the random walk must show in the curve; and its least size there, over the limit that
 the curve sets: 0.72 is the least of quiet real records with so large a share."""
 
+MAX_BURSTS = 3.0
+"""Largest power of the loudest times over that of the median, relative to normal noise and to neighbouring samples: 1.45 is
+the largest of 198 parts of real records at rest, see docs/study/disturbed.md."""
+
+_LEAST_BURSTS = 8  # samples of a cluster of which rounding leaves enough values
+_BURST_BLOCKS, _MOST_BURST_BLOCKS = 256, 2048  # pairs of clusters: with 256 the ratio has a standard error of 20 %
+_LONGEST_BURST = (
+    1.0  # averaging time: motion of people and vehicles is faster, and cycles of temperature are slower [s]
+)
+_COUNTS = 3.0  # steps of the log that the sum of a cluster must vary by
+_LOUD = 2.2414 / 0.6745  # 97.5 % quantile over the median of |normal|
+
 # Half width over centre, and centre, of a resonance that is a vibration: largest, and least. [1, Hz]
 _NARROW, _SLOWEST = 0.25, 0.5
 
@@ -51,13 +63,47 @@ def vibration_share(fitted: NoiseFit) -> float:
     return shaken / (shaken + noise) if shaken > 0 else 0.0
 
 
+def burst_share(x: Floats, tau0: float) -> float:
+    """Share of motion that comes and goes in the power of the loudest times; 0 if none is seen.
+
+    People and vehicles move a sensor at times, for a fraction of a second or longer. Differences of neighbouring clusters
+    then have a distribution with wide tails, which those of neighbouring samples, mostly noise, have not.
+    """
+    steps = np.abs(np.diff(x[: 2 * _MOST_BURST_BLOCKS]))
+    step = float(np.min(steps, where=steps > 0, initial=math.inf))
+    reference, largest, m = max(_loudness(x, 1, 0.0), 1.0), 1.0, _LEAST_BURSTS
+    while len(x) // (2 * m) >= _BURST_BLOCKS and m * tau0 <= _LONGEST_BURST:
+        largest = max(largest, _loudness(x, m, _COUNTS * step))
+        m *= 2
+    return 1 - reference / largest if largest > MAX_BURSTS * reference else 0.0
+
+
+def _loudness(x: Floats, m: int, least: float) -> float:
+    """Power of the loudest differences of sums of `m` samples over that of the median, relative to normal ones.
+
+    1 if there are too few, or if the median is below `least`.
+    """
+    count = len(x) // (2 * m)
+    blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // _MOST_BURST_BLOCKS)]
+    sizes = np.abs(np.diff(blocks.sum(axis=2), axis=1)).ravel()
+    sizes = sizes[np.isfinite(sizes)]
+    if len(sizes) < _BURST_BLOCKS:
+        return 1.0
+    median, loud = np.quantile(sizes, (0.5, 0.975)).tolist()
+    return (loud / median / _LOUD) ** 2 if median > max(least, 0.0) else 1.0
+
+
+def _samples(fitted: NoiseFit, stream: Stream) -> Floats:
+    return stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
+
+
 def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
     """Whether the Allan deviations are all well above the random walk of the model, or one is surely below it."""
     walk = fitted.terms.get("random_walk")
     level = None if walk is None else walk.value or walk.upper_limit
     if walk is None or level is None:
         return False
-    x = stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
+    x = _samples(fitted, stream)
 
     def limit(pairs: int) -> float:
         return upper_limits(x, fitted.tau0, ("random_walk",), min_pairs=pairs)["random_walk"]
@@ -75,11 +121,13 @@ def is_narrow(frequency: float, width: float) -> bool:
 
 
 def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
-    """Whether vibration hides the noise: it has much of the power and the white noise of the model shows at no averaging
-    time, or it has most of the power. Some steady lines beside a white level that shows hide nothing.
+    """Whether vibration hides the noise: it comes and goes, or it has much of the power and the white noise of the model
+    shows at no averaging time, or it has most of the power. Some steady lines beside a white level that shows hide nothing.
 
     `unsteady` is the p-value of a white level that is the same in all eighths of the record.
     """
+    if burst_share(_samples(fitted, stream), fitted.tau0) > 0:
+        return True
     share = vibration_share(fitted)
     if share <= MAX_HIDING_SHARE:
         return False
@@ -92,13 +140,13 @@ def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
 
 def vibration_of(fitted: NoiseFit, stream: Stream) -> VibrationPower:
     """The share of the vibration in the power, and the quietest stretch of the record with its limit if that is smaller."""
-    x = stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
+    x = _samples(fitted, stream)
     first, last, least = _quietest(x, fitted.tau0)
     whole = upper_limits(x, fitted.tau0, ("random_walk",))["random_walk"]
     return VibrationPower(
         lines=len(fitted.sinusoid),
         resonances=len(fitted.resonance),
-        share=vibration_share(fitted),
+        share=max(vibration_share(fitted), burst_share(x, fitted.tau0)),
         start=stream.grid.time(first),
         stop=stream.grid.time(last),
         quietest=least if 0 < least < whole else None,
@@ -107,7 +155,7 @@ def vibration_of(fitted: NoiseFit, stream: Stream) -> VibrationPower:
 
 def with_limits(fitted: NoiseFit, stream: Stream, reason: Reason) -> NoiseFit:
     """The fit of a record whose noise is hidden: upper limits of all terms."""
-    x = stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
+    x = _samples(fitted, stream)
     limits = upper_limits(x, fitted.tau0, tuple(fitted.terms))
     walk = limits.get("random_walk", math.inf)
     return replace(

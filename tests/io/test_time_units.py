@@ -66,6 +66,8 @@ NAMES = {
     "timestamp_ns": 0,
     "millis": 6,
     "micros": 3,
+    "ms": 6,
+    "us": 3,
     "time_boot_ms": 6,
     "timestamp_in_us": 3,
 }
@@ -82,6 +84,7 @@ HALVES = {
     "sec,nanosec": 9,
     "header.stamp.sec,header.stamp.nanosec": 9,
     "tv_sec,tv_usec": 6,
+    "s,ms": 3,
     "seconds,microseconds": 6,
     "time_s,time_ms": 3,
     "stamp [s],stamp [ns]": 9,

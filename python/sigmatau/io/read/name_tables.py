@@ -158,8 +158,8 @@ WITH_UNIT = {
     r"time_?stamp_sample": ("time", "us"),  # PX4
     r"time_(?:boot_)?ms|timems": ("time", "ms"),  # MAVLink time_boot_ms
     r"(?:time_?of_?week|(?:gps_?)?i?tow|gps)_?ms": ("time", "ms"),  # Inertial Sense, Aceinna
-    r"millis|(?:\w+_)?ticks?_?ms": ("time", "ms"),  # millis() of Arduino, ticks_ms() of MicroPython
-    r"micros|(?:\w+_)?ticks?_?us": ("time", "us"),
+    r"millis|ms|(?:\w+_)?ticks?_?ms": ("time", "ms"),  # millis() of Arduino, ticks_ms() of MicroPython
+    r"micros|us|(?:\w+_)?ticks?_?us": ("time", "us"),
     r"gf_?([xyz])": ("accel", "g"),  # Physics Toolbox: g-force
 }
 

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from sigmatau._native.distributions import normal_quantile
 from sigmatau.arrays import Floats
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.reasons import Reason, VibrationPower
@@ -30,11 +31,9 @@ the largest of 198 parts of real records at rest, see docs/study/disturbed.md.""
 
 _LEAST_BURSTS = 8  # samples of a cluster of which rounding leaves enough values
 _BURST_BLOCKS, _MOST_BURST_BLOCKS = 256, 2048  # pairs of clusters: with 256 the ratio has a standard error of 20 %
-_LONGEST_BURST = (
-    1.0  # averaging time: motion of people and vehicles is faster, and cycles of temperature are slower [s]
-)
+_LONGEST_BURST = 1.0  # averaging time: people and vehicles move faster, and temperature changes slower [s]
 _COUNTS = 3.0  # steps of the log that the sum of a cluster must vary by
-_LOUD = 2.2414 / 0.6745  # 97.5 % quantile over the median of |normal|
+_LOUD_SHARE = 0.975  # of the times that are not among the loudest
 
 # Half width over centre, and centre, of a resonance that is a vibration: largest, and least. [1, Hz]
 _NARROW, _SLOWEST = 0.25, 0.5
@@ -89,8 +88,9 @@ def _loudness(x: Floats, m: int, least: float) -> float:
     sizes = sizes[np.isfinite(sizes)]
     if len(sizes) < _BURST_BLOCKS:
         return 1.0
-    median, loud = np.quantile(sizes, (0.5, 0.975)).tolist()
-    return (loud / median / _LOUD) ** 2 if median > max(least, 0.0) else 1.0
+    median, loud = np.quantile(sizes, (0.5, _LOUD_SHARE)).tolist()
+    normal = float(normal_quantile((1 + _LOUD_SHARE) / 2)) / float(normal_quantile(0.75))  # of |normal|
+    return (loud / median / normal) ** 2 if median > max(least, 0.0) else 1.0
 
 
 def _samples(fitted: NoiseFit, stream: Stream) -> Floats:

@@ -61,6 +61,7 @@ class TestReading:
         assert read_tail(normal("none"), np.empty(0)).factor == 1
         assert read_tail(np.zeros(N), np.array([5.0])).factor == 1
         assert read_tail(np.full(N, np.nan), np.array([5.0])).factor == 1
+        assert read_tail(normal("none"), np.zeros(1)).factor == 1
 
     def test_small_spikes_are_counted(self):
         x = normal("small spikes")

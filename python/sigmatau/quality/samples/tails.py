@@ -91,7 +91,7 @@ def _without_gap(sizes: Floats, largest: float, *, thresholds: TailThresholds) -
     while len(sizes) and largest > 0:
         ratio = sizes / np.maximum(np.concatenate(([0.0], sizes[:-1])), largest)
         above = np.arange(len(sizes), 0, -1)
-        gaps = np.flatnonzero(thresholds.exponent * above * np.log(ratio) > math.log(len(sizes) / thresholds.false_gap))
+        gaps = np.flatnonzero(ratio > (len(sizes) / thresholds.false_gap) ** (1 / (thresholds.exponent * above)))
         if len(gaps) == 0:
             return sizes
         sizes = sizes[: gaps[-1]]

@@ -87,6 +87,11 @@ EXAMPLES = [
     of_gyro(Widened(frequency=0.0033, ratio=1.34, allowed=0.2), "warning", size=0.03),
     of_gyro(Widened(frequency=0.2, ratio=0.8, allowed=0.2, lines=100), "warning", size=0.03),
     of_gyro(Widened(frequency=0.2, ratio=0.8, allowed=0.2, lines=100, crowded=0.35), "warning", size=0.2),
+    of_gyro(Widened(frequency=0.2, ratio=1.8, allowed=0.6, only_walk=True), "warning", size=0.2),
+    of_gyro(Widened(frequency=0.2, ratio=1.8, allowed=0.6, only_walk=True), "warning"),
+    of_gyro(
+        Widened(frequency=0.2, ratio=0.8, allowed=0.2, lines=100, crowded=0.35, only_walk=True), "warning", size=0.2
+    ),
     of_gyro(SHAKEN, size=0.97),
     of_gyro(replace(SHAKEN, start=0.0, stop=0.0, quietest=None), size=0.97),
     of_gyro(replace(SHAKEN, start=0.0, stop=20.0, quietest=None), size=0.97),

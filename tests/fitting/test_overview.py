@@ -78,6 +78,8 @@ def test_the_record_in_a_line(analysis):
         ({}, "warning", ("gyro_x",), (("random_walk", 1.6),), "poor"),
         ({}, "warning", ("gyro_x",), (("rate_random_walk", 0.5),), "poor"),
         ({"verdict": "widened"}, "info", (), (), "partial"),
+        ({"verdict": "widened", "p_value": 2e-6}, "info", (), (), "partial"),
+        ({"verdict": "widened", "p_value": 5e-7}, "info", (), (), "poor"),
         ({"verdict": "descriptive"}, "info", (), (), "poor"),
     ],
 )

@@ -161,7 +161,7 @@ def three_axes(name, n=20_000, rate=20.0, *, common=0.0):
 
 def test_correlated_axes():
     (finding,) = cross_axis(three_axes("common", common=0.4))
-    assert (finding.code, finding.severity) == ("correlated_axes", "warning")
+    assert (finding.code, finding.severity) == ("correlated_axes", "info")
     assert finding.channels == ("accel_x", "accel_y")
     # White noise of 20000 samples: the correlation of differences has the error √(1.5/20000) = 0.9 %.
     assert finding.size == pytest.approx(0.4, abs=4 * 0.009)
@@ -210,7 +210,7 @@ def test_a_walk_that_axes_share(walk, lost):
     y = 3e-4 * np.sqrt(50.0) * rng.standard_normal((n, 3)) + shared[:, None] * [1.0, -1.0, 1.0]
     y[rng.random((n, 3)) < lost] = np.nan
     (finding,) = cross_axis(Record.from_arrays(rate=50.0, gyro=y).streams[0])
-    assert (finding.code, finding.severity) == ("correlated_axes", "warning")
+    assert (finding.code, finding.severity) == ("correlated_axes", "info")
     # Differences of means over T have the variance 2(N²/T + K²T/3), the last part of which is shared; of 61 means at least
     # the correlation has an error of (1 − r²)/√(61/1.125).
     length = finding.details.pairs[0].mean_length
@@ -294,7 +294,7 @@ def test_real_accelerometers_share_a_line(field_data):
     gyro, accel = record.streams
     assert cross_axis(gyro) == []
     (finding,) = cross_axis(accel)
-    assert finding.severity == "warning"
+    assert finding.severity == "info"
     assert any((p.first, p.second, p.mean_length) == ("accel_x", "accel_y", 1.0) for p in finding.details.pairs)
     accel = accel.only("accel_x")
     fits = fits_of(accel)

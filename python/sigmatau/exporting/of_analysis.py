@@ -8,7 +8,6 @@ from pathlib import PurePath
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.exporting.source import Sample, Source
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.fit import verdict_text
 from sigmatau.findings.phrases import axes_text
 from sigmatau.findings.spectrum import LowPassFilter
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -83,7 +82,7 @@ def _fit_lines(fits: Mapping[str, NoiseFit]) -> list[str]:
     by_verdict: dict[str, list[str]] = {}
     sensors: dict[str, dict[str, str]] = {}
     for name, fit in fits.items():
-        by_verdict.setdefault(verdict_text(fit.verdict, fit.parts_text), []).append(name)
+        by_verdict.setdefault(fit.verdict_words, []).append(name)
         if fit.trust is not None:
             sensors.setdefault(stream_name(name), {})[name] = fit.trust
     grades: dict[str, str] = {}

@@ -48,6 +48,9 @@ class Details:
 
     code: ClassVar[str] = ""  # stable name of the kind
     alters_all: ClassVar[bool] = False
+    allowed_share: ClassVar[float] = (
+        0.0  # of the samples, up to which the intervals of a fit allow for such a warning [1]
+    )
 
     def __init_subclass__(cls, *, code: str = "", alters_all: bool = False) -> None:
         cls.code = code or cls.code

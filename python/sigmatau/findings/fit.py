@@ -81,6 +81,8 @@ class Widened(Details, code="widened"):
         Spectral lines of the model.
     crowded : float
         Share of the band that the lines take, if it is so much that they may be noise; otherwise 0. [1]
+    only_walk : bool
+        Whether the misfit has p < 1e-6: at most the random walk has an interval, and the other terms are unknown.
     """
 
     frequency: float
@@ -88,21 +90,28 @@ class Widened(Details, code="widened"):
     allowed: float
     lines: int = 0
     crowded: float = 0.0
+    only_walk: bool = False
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
         """The upper end of the interval of the random walk over its value."""
         return {} if size is None else {"random_walk": 1 + size}
 
     def words(self, finding: Finding) -> Words:
+        off = f"the density near {self.frequency:.2g} Hz is {off_text(self.ratio)} the best model"
+        crowded = f"{count_text(self.lines)} spectral lines take {percent(self.crowded)} of the band and may be noise"
+        without_lines = "Look for a vibration, or for noise that changes, and record again without it"
+        if self.only_walk:
+            action = without_lines if self.crowded else "Look for a cause near this frequency"
+            text = f"{misfit_text(walk=finding.size is not None)}; {crowded if self.crowded else off}"
+            return Words(text, f"{action}; the other terms are unknown")
         if self.crowded:
-            lines = f"{count_text(self.lines)} spectral lines take {percent(self.crowded)} of the band"
-            action = "Look for a vibration, or for noise that changes, and record again without it"
-            return Words(f"{lines} and may be noise; the interval of the random walk has both readings", action)
-        off = f"the density near {self.frequency:.2g} Hz is {off_text(self.ratio)} the best model; intervals are wider"
+            return Words(f"{crowded}; the interval of the random walk has both readings", without_lines)
         if self.lines >= _MANY_LINES:
             action = "Look for a vibration or a supply with these frequencies, and record again without it"
-            return Words(f"{count_text(self.lines)} spectral lines, and {off}", action)
-        return Words(off, "Look for a cause near this frequency, or accept the wider intervals")
+            return Words(f"{count_text(self.lines)} spectral lines, and {off}; intervals are wider", action)
+        return Words(
+            f"{off}; intervals are wider", "Look for a cause near this frequency, or accept the wider intervals"
+        )
 
 
 @frozen
@@ -313,6 +322,11 @@ def beside_text(*, response: bool, lines: int, processes: int, resonances: int, 
         if many
     ]
     return f" with {axes_text(named)}" if named else ""
+
+
+def misfit_text(*, walk: bool) -> str:
+    """The verdict on a fit with p < 1e-6. `walk`: whether the random walk has an interval."""
+    return f"no model fits: {'only the random walk has an interval' if walk else 'all terms are unknown'}"
 
 
 def verdict_text(verdict: str, beside: str = "") -> str:

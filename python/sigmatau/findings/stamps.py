@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import clock
@@ -12,6 +12,7 @@ from sigmatau.results import seconds, two_digits
 
 _SURE = 1e-3  # relative error of a rate that is not worth stating
 _LEAST_SHARE = 0.01  # share of the intervals that is stated [%]
+_MOST_MISSING = 0.5  # share of missing samples up to which intervals cover the truth, see docs/study/gaps.md [1]
 _BAD = {
     "missing": ("without a time stamp", "skipped", f"If their samples are good, run again with {WITHOUT_STAMPS}"),
     "wrong": ("with time stamps far from their neighbours", "skipped", "Find the cause if many rows are affected"),
@@ -73,6 +74,7 @@ class Gaps(Details, code="gaps"):
     estimated: bool = False
     period: int = 0
     even_rate: float | None = None
+    allowed_share: ClassVar[float] = _MOST_MISSING
 
     def words(self, finding: Finding) -> Words:
         lost = _count(finding)
@@ -359,6 +361,7 @@ class MissingValues(Details, code="missing_values"):
     longest_place: str
     unit: Literal["rows", "samples"] = "rows"
     dropped: bool = False
+    allowed_share: ClassVar[float] = _MOST_MISSING
 
     def words(self, finding: Finding) -> Words:
         equal = len(set(self.counts)) == 1

@@ -19,6 +19,7 @@ from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, vibration_share, with_limits
 from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint, Spread
+from sigmatau.fitting.misfit import without_unknown_terms
 from sigmatau.fitting.noise_fit import Interval, NoiseFit, named_interval
 from sigmatau.fitting.pass_over import never_changes, summary_of, usable
 from sigmatau.frozen import frozen
@@ -257,7 +258,7 @@ def join(
     longest = max(runs, key=lambda run: run.summary.duration)
     fitted = likelihood.noise_fit_of(longest.stream, channel, joint.fit, level=level)
     fitted = replace(fitted, runs=tuple(run.stream.grid.duration for run in runs))
-    fitted = _beside_vibration(fitted, runs, longest)
+    fitted = without_unknown_terms(_beside_vibration(fitted, runs, longest))
     spreads = () if fitted.verdict == "disturbed" else joint.spreads
     return JointChannel(
         fit=fitted,

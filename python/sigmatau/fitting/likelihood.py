@@ -15,6 +15,7 @@ from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import allowing_for_changes, crowded_share, with_lines_as_noise
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
+from sigmatau.fitting.misfit import without_unknown_terms
 from sigmatau.fitting.noise_fit import (
     GaussMarkov,
     NoiseFit,
@@ -101,7 +102,7 @@ def fit_samples(
     highest = channel_fit.highest or 0.5 / stream.grid.tau0
     if share := crowded_share(channel_fit.left_out, spacing=summary.spacing, highest=highest):
         fitted = with_lines_as_noise(fitted, fitted_with(lines=False), share, highest=highest)
-    return allowing_for_changes(fitted, (spread, unsteady))
+    return without_unknown_terms(allowing_for_changes(fitted, (spread, unsteady)))
 
 
 def _refuse(

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native.arguments import whole_sizes
 from sigmatau._native.likelihood import Estimate, FittedModel, TermEstimate
 from sigmatau.findings.finding import plain as plain_details
-from sigmatau.findings.fit import beside_text, filter_text, verdict_text
+from sigmatau.findings.fit import beside_text, filter_text, misfit_text, verdict_text
 from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, Reason, reasons_text
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
@@ -38,6 +38,9 @@ Verdict = Literal["adequate", "adequate_with", "widened", "disturbed", "descript
 Trust = Literal["good", "partial", "poor"]
 QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
+
+LEAST_P_VALUE = 1e-6
+"""P-value of the goodness of fit below which wider intervals allow for the misfit in the random walk alone."""
 
 
 @frozen
@@ -300,9 +303,9 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     runs : tuple of float
         Lengths of the runs of a joint fit, in which `n` is that of the longest run; otherwise empty. [s]
     trust : {"good", "partial", "poor"} or None
-        How far to trust the coefficients of a channel of an analysis. "poor": without intervals, or a finding states that a
-        coefficient is wrong by half or more. "partial": wider intervals, or a warning about the channel. None for a fit
-        alone, because its record was not checked.
+        How far to trust the coefficients of a channel of an analysis. "poor": without intervals or with p < 1e-6, or a
+        finding states that a coefficient is wrong by half or more. "partial": wider intervals, or a warning about the
+        channel. None for a fit alone, because its record was not checked.
 
     See Also
     --------
@@ -445,6 +448,11 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         """Whether the coefficients have intervals."""
         return self.verdict in QUANTIFIED
 
+    @property
+    def is_misfit(self) -> bool:
+        """Whether p < 1e-6: at most the random walk has an interval, and the other terms are unknown."""
+        return self.quantified and self.p_value is not None and self.p_value < LEAST_P_VALUE
+
     def degrees_of_freedom(self, *, m: ArrayLike) -> NDArray[np.float64] | None:
         """Degrees of freedom of overlapped Allan variances for the fitted model.
 
@@ -528,6 +536,8 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         t = self[term]
         if self.verdict == "disturbed":
             return f"hidden by the {'rounding' if self._is_coarse else 'vibration'}"
+        if self.is_misfit:
+            return "unknown: the model does not fit"
         if t.p_value is None:
             hidden = "the filter hides the short times" if self.response is not None else "the short times"
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
@@ -573,7 +583,7 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
                 else verdict_text("disturbed", self.parts_text)
             )
         if self.method == "likelihood":
-            return f"{verdict_text(self.verdict, self.parts_text)}, p = {self.p_value:.2g}"
+            return f"{self.verdict_words}, p = {self.p_value:.2g}"
         times = f"τ from {seconds(self.tau_min)} s to {seconds(self.tau_max)} s"
         how = "generalised least squares" if method else verdict_text(self.verdict)
         return f"{how}, {times}, p = {self.p_value:.2g}"
@@ -582,6 +592,11 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     def _is_coarse(self) -> bool:
         """Whether the rounding of increments hides all terms."""
         return any(isinstance(reason, CoarseCounts) and reason.hidden for reason in self.reasons)
+
+    @property
+    def verdict_words(self) -> str:
+        """The verdict with the parts of the model in words."""
+        return misfit_text(walk=bool(self.observed)) if self.is_misfit else verdict_text(self.verdict, self.parts_text)
 
     @property
     def parts_text(self) -> str:

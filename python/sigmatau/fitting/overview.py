@@ -15,8 +15,6 @@ COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
 
 _MEANING = {"partial": "usable with the limits in the ! lines", "poor": "do not use"}  # of trust, below the table
-_MISSING = ("gaps", "missing_values")  # codes of findings of missing samples, which the fit allows for
-_MOST_MISSING = 0.5  # share up to which intervals are known to cover the truth, see docs/study/gaps.md
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
 _EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one, if the value stays clear of 0
 
@@ -73,26 +71,31 @@ def overview_rows(
 
 
 def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
-    """How far to trust the coefficients of a channel.
+    """How far to trust the coefficients of a channel: the rule in docs/numbers.md.
 
     Returns
     -------
     {"good", "partial", "poor"}
-        ``"poor"``: without intervals, or a finding says that a coefficient is wrong by half or more; ``"partial"``:
-        intervals are wider because the model is not quite right, or a warning names the channel, except one of missing
-        samples, which the intervals allow for; ``"good"``: neither.
+        ``"poor"``: the model has no intervals or p < 1e-6, or a warning states that a coefficient is wrong by half or more;
+        ``"partial"``: the intervals are wider because the model does not fit exactly, or a warning is about the channel that
+        they do not allow for; ``"good"``: neither.
     """
-    warnings = [
-        one
-        for one in findings
-        if one.severity != "info"
-        and (channel in one.channels or not one.channels)
-        and not (one.code in _MISSING and (one.size or 0.0) <= _MOST_MISSING * fitted.n)
-    ]
-    factors = [factor for one in warnings for term, factor in one.factors if term in COLUMNS]
-    if not fitted.quantified or any(max(factor, 1 / factor) >= _LARGE for factor in factors if factor > 0):
+    warnings = [one for one in findings if _lowers_trust(one, fitted, channel)]
+    if not fitted.quantified or fitted.is_misfit or any(_makes_useless(one) for one in warnings):
         return "poor"
     return "partial" if warnings or fitted.verdict == "widened" else "good"
+
+
+def _lowers_trust(finding: Finding, fitted: NoiseFit, channel: str) -> bool:
+    """Whether a finding is a warning about a channel that the intervals of its fit do not allow for."""
+    is_allowed = (finding.size or 0.0) < finding.details.allowed_share * fitted.n
+    return finding.severity != "info" and (channel in finding.channels or not finding.channels) and not is_allowed
+
+
+def _makes_useless(finding: Finding) -> bool:
+    """Whether a finding states that a coefficient is wrong by half or more."""
+    factors = [factor for term, factor in finding.factors if term in COLUMNS and factor > 0]
+    return any(max(factor, 1 / factor) >= _LARGE for factor in factors)
 
 
 def _kind(fitted: NoiseFit) -> tuple[str, str, int, float, int]:

@@ -250,6 +250,7 @@ def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
         allowed=worst[1],
         lines=len(fitted.sinusoid),
         crowded=next((reason.share for reason in fitted.reasons if isinstance(reason, CrowdedLines)), 0.0),
+        only_walk=fitted.is_misfit,
     )
     size = None
     if walk is not None and walk.value and walk.low is not None and walk.high is not None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import Floats
-from sigmatau.findings.finding import Finding, Severity
+from sigmatau.findings.finding import Finding
 from sigmatau.findings.spectrum import AxisPair, CorrelatedAxes, IdenticalAxes
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import row_means
@@ -42,7 +42,6 @@ class CorrelationThresholds:
     # Correlation from which on there is a finding. A smaller one has no consequence: the variance of the mean of two
     # Allan variances grows by the factor 1 + r².
     reported: float = 0.05
-    warned: float = 0.3  # correlation from which on shared noise is a warning
     least_means: int = 60  # means from which on their correlation is measured
     longer: int = 4  # factor from one length of means to the next; the last is the longest of which there are enough
 
@@ -53,7 +52,8 @@ THRESHOLDS = CorrelationThresholds()
 def cross_axis(stream: Stream, *, thresholds: CorrelationThresholds = THRESHOLDS) -> list[Finding]:
     """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``.
 
-    Identical axes are a finding of their own. Of more than 4.2·10⁶ samples, 32 evenly spread parts are used for neighbouring
+    It is information for a filter, which needs the covariance of the axes; the intervals of each axis hold. Identical axes
+    are a warning of their own. Of more than 4.2·10⁶ samples, 32 evenly spread parts are used for neighbouring
     samples.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
@@ -88,8 +88,7 @@ def cross_axis(stream: Stream, *, thresholds: CorrelationThresholds = THRESHOLDS
     only_slow = all(pair.mean_length for pair in found)
     details = CorrelatedAxes(pairs=tuple(found), only_slow=only_slow, stretches=stretches)
     channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found))
-    severity: Severity = "warning" if largest >= thresholds.warned else "info"
-    return [*identical, Finding(details=details, severity=severity, channels=channels, size=largest)]
+    return [*identical, Finding(details=details, severity="info", channels=channels, size=largest)]
 
 
 def _are_identical(first: Floats, second: Floats) -> bool:

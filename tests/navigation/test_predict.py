@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -306,7 +307,11 @@ class TestNotSeen:
         covariance = (("rate_ramp",), np.array([[1e-14]]))
         seen = {"gyro_z": ChannelModel(terms={"rate_ramp": -2e-6}, covariance=covariance, limits={"random_walk": 1e-4})}
         error = predict(NoiseModel(channels=seen), after=60.0, rate=RATE)["heading"]
-        np.testing.assert_allclose(error.at_most**2, error.high**2 + 1e-8 * 60, rtol=1e-12)
+        np.testing.assert_allclose(error.high, error.at_most, rtol=1e-12)
+        (bare,) = (replace(channel, limits={}) for channel in seen.values())
+        without = predict(NoiseModel(channels={"gyro_z": bare}), after=60.0, rate=RATE)["heading"]
+        np.testing.assert_allclose(error.high**2, without.high**2 + 1e-8 * 60, rtol=1e-12)
+        np.testing.assert_allclose(error.low, without.low, rtol=1e-12)
         tilted = NoiseModel(
             channels={
                 "gyro_y": ChannelModel(terms={"rate_ramp": -2e-6}),

@@ -95,7 +95,7 @@ def test_figure_is_a_curve_up_to_the_last_time(toml, tmp_path, capsys, monkeypat
 
 
 def test_limits_of_a_result_reach_the_table(tmp_path, capsys):
-    """The interval of what was seen may miss the truth, as K is not in it; with the limits it does not."""
+    """K was not seen, and its limit is in the interval, which holds the truth; a limit of its own would say the same."""
     model = NoiseModel(channels={"gyro_z": {"random_walk": 1e-3, "rate_random_walk": 1e-6}})
     analysis = analyze(simulate(model, duration=2000.0, rate=20.0, rng=seed_of("predict limits")))
     path = tmp_path / "result.json"
@@ -104,10 +104,13 @@ def test_limits_of_a_result_reach_the_table(tmp_path, capsys):
     assert code == 0
     assert max(map(len, out.splitlines())) <= 80
     assert "rate random walk" in out[out.index("Not seen") :]
-    assert "beyond the record of 33 min" in out
+    assert "beyond the record of 33 min" in " ".join(out.split())
     found = predict(analysis.model, after=36000.0, rate=20.0)["heading"]
     truth = predict(model, after=36000.0, rate=20.0)["heading"].rms[0]
-    assert found.high[0] < truth < found.at_most[0]
+    assert found.low[0] < truth < found.high[0]
+    assert found.high[0] == found.at_most[0]
+    assert "at most" not in out
+    assert "95 % limits of terms not seen" in " ".join(out.split())
 
 
 @pytest.mark.parametrize(

@@ -65,10 +65,9 @@ def predict(
     -------
     Prediction
         If another model explains the record equally well (`ChannelModel.alike_from`, `ChannelModel.alternatives`), the
-        interval includes both; the rms is that of the model. Terms that the record did
-        not show count as 0; `PredictedError.at_most` includes their limits. If the record shows that one of several
-        terms is present but not which, `at_most` includes the limits of all of them, and the interval includes their
-        errors.
+        interval includes both; the rms is that of the model. Terms that the record did not show count as 0 in the rms; the
+        interval and `PredictedError.at_most` include their limits. If the record shows that one of several terms is present
+        but not which, `at_most` includes the limits of all of them, and the interval includes their errors.
 
     Raises
     ------
@@ -444,7 +443,9 @@ def _error(
         not_seen = [part for key, part in limited.items() if key not in sources]
         drift = np.asarray(sum(np.abs(m) for m, _ in not_seen))
         more = np.asarray(sum(v for _, v in not_seen))
-        at_most = np.sqrt(size**2 + more + drift**2 + 2 * np.abs(mean) * drift)
+        more = more + drift**2 + 2 * np.abs(mean) * drift
+        at_most = np.sqrt(size**2 + more)
+        high = None if high is None else np.sqrt(high**2 + more)
     error = PredictedError(
         name=name,
         unit="m/s" if name.startswith("velocity") else "m" if name.startswith("position") else "rad",

@@ -36,6 +36,9 @@ _OTHER_LABELS = {
 _LEAST_SHARE = 0.01
 """The least share that is printed."""
 
+_SAME_LIMIT = 1.005
+"""Limit over the end of the interval up to which it is not printed too. [1]"""
+
 _LEAST_SHARES = 32
 """Columns for the shares beside the other cells of a row; with fewer they are below."""
 
@@ -63,7 +66,8 @@ class PredictedError(Printed):
     std, mean : ndarray, shape (n_times,)
         What noise makes, and what ramps make, with its sign. [unit]
     low, high : ndarray or None, shape (n_times,)
-        Interval of `rms`, as sure as the coefficients are; None if that of none is known. [unit]
+        Interval of the error: by the errors of the coefficients, with the limits of terms that were not seen; None if the
+        error of no coefficient is known. [unit]
     shares : mapping of (str, str) to ndarray, shape (n_times,)
         Parts of rms², by channel and term; they add up to 1. [1] One of correlated noise may be negative.
     at_most : ndarray or None, shape (n_times,)
@@ -119,6 +123,17 @@ class PredictedError(Printed):
             content["tilt_without"] = self.tilt_without
         return content
 
+    def _limit_beyond(self, k: int) -> float | None:
+        """The limit of a time in `at_most` if it is larger than the end of the interval."""
+        if self.at_most is None or (self.high is not None and self.at_most[k] <= _SAME_LIMIT * self.high[k]):
+            return None
+        return float(self.at_most[k])
+
+    @property
+    def is_beyond(self) -> bool:
+        """Whether `at_most` says more than the interval at any time."""
+        return any(self._limit_beyond(k) is not None for k in range(len(self.after)))
+
     @property
     def large(self) -> NDArray[np.bool_]:
         """Whether the error is larger than the range of the equations; shape (n_times,)."""
@@ -153,7 +168,8 @@ class PredictedError(Printed):
                 parts.append(f"beyond the record of {duration_text(duration)}")
             if self.large[k]:
                 parts.append("too large for these equations")
-            limit = "" if self.at_most is None else f"at most {float(f'{self.at_most[k] / factor:.3g}'):g}"
+            most = self._limit_beyond(k)
+            limit = "" if most is None else f"at most {float(f'{most / factor:.3g}'):g}"
             rows.append((duration_text(after), value, interval, unit, limit, ", ".join(parts)))
         return rows
 
@@ -299,8 +315,9 @@ class Prediction(Mapping[str, PredictedError], Printed):
             )
         if any(error.low is not None for error in self.errors.values()):
             known = ", ".join(_label(*key) for key in self.as_known)
+            limits = f" and the {100 * self.limit_level:g} % limits of terms not seen" if self.not_seen else ""
             lines.append(
-                f"[ ]: {100 * self.level:g} % interval by the errors of the coefficients"
+                f"[ ]: {100 * self.level:g} % interval by the errors of the coefficients{limits}"
                 + (f"; taken as known: {known}." if known else ".")
             )
         lines += [f"{name}: {alike_text(time)}; the interval holds both." for name, time in self.alike_from.items()]
@@ -312,7 +329,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 + ", ".join(_label(*key) for key in self.undecided)
                 + "."
             )
-        if self.not_seen or self.undecided:
+        if self.undecided or any(error.is_beyond for error in self.errors.values()):
             lines.append(f"At most: the rms with each of these terms at its {100 * self.limit_level:g} % limit.")
         if self.duration is not None and self.after[-1] > self.duration:
             lines.append(

@@ -160,13 +160,36 @@ def test_axes_of_a_triad():
     assert joint["gyro"].fit["rate_random_walk"].observed
 
 
+def test_a_common_term_that_differs_has_levels():
+    """K differs by 40 %: its interval is that of the mean over five runs, and each run has its own value."""
+    held = refused = 0
+    for k in range(15):
+        sizes = 0.5 * np.exp(0.4 * np.random.default_rng(seed_of(f"refused {k}")).standard_normal(5))
+        days = [record(f"refused {k} {day}", slow=size) for day, size in enumerate(sizes)]
+        found = fit_jointly(days)["gyro_x"]
+        walk = found.fit["rate_random_walk"]
+        held += walk.low <= 0.5 <= walk.high
+        if "rate_random_walk" in found.common:
+            continue
+        refused += 1
+        assert found.spreads["rate_random_walk"].p_value < 0.05
+        assert "rate_random_walk" not in found.homogeneity
+        values = [run.values["rate_random_walk"] for run in found.runs]
+        assert all(one.low < one.value < one.high for one in values)
+        assert "rate_random_walk" not in found.runs[0].own
+        assert "the interval is too narrow" not in repr(found)
+    assert refused >= 10  # the error of one run is 6 %
+    assert held >= 12  # 14.25 expected; 11 or fewer have a probability of 0.5 %
+
+
 def test_no_term_is_common():
     days = [record(f"own {day}", slow=0.5 * (1 + 0.2 * (day - 2))) for day in range(5)]
     found = fit_jointly(days, common=())["gyro_x"]
     walk = found.fit["rate_random_walk"]
     assert found.spreads["rate_random_walk"].relative > 0.1
+    # K differs by a third, so that its homogeneity is refused: it has levels in either case.
     same = fit_jointly(days)["gyro_x"].fit["rate_random_walk"]
-    assert walk.high / walk.low > same.high / same.low
+    assert (same.low, same.value, same.high) == pytest.approx((walk.low, walk.value, walk.high), rel=1e-3)
 
 
 class TestRefusals:

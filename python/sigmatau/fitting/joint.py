@@ -78,6 +78,7 @@ def fit_jointly(
         fit of axes has the name of the sensor, ``"gyro"``.
     common : iterable of str
         Terms that are the same in all runs. The other ones are random: the logarithm of the coefficient is normal over runs.
+        A common term whose homogeneity has p < 0.01 is treated as random too.
     names : iterable of str, optional
         Of the records. Default: their files, or ``"run 1"`` …
     terms, processes, level

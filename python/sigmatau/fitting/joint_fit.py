@@ -114,7 +114,8 @@ class JointChannel(Tabular):
     spreads : mapping of str to Spread
         Spreads of the terms that differ from run to run, where the runs show them.
     homogeneity : mapping of str to float
-        P-value of the same coefficient in all runs, by common term, where the runs show it.
+        P-value of the same coefficient in all runs, by common term, where the runs show it. A term with p < 0.01 is in
+        `spreads` instead, unless most runs alone do not show it.
     runs : tuple of RunOfJoint
 
     See Also

@@ -13,6 +13,9 @@ use crate::likelihood::pass::Summary;
 /// Corrected p-value below which a run does not belong to the others.
 pub const ALPHA: f64 = 0.01;
 
+/// P-value of homogeneity below which a common term gets a level in each run.
+const REFUSED: f64 = 0.01;
+
 /// Runs of which one is judged, more than this: of two, neither is the one that differs.
 const LEAST_JUDGED: usize = 2;
 
@@ -88,27 +91,33 @@ pub struct Contribution<'a> {
 /// Fits one model to several runs.
 #[must_use]
 pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> JointFit {
-    let jointly = |which: &[usize]| {
+    let jointly = |which: &[usize], common: Common| {
         let records: Vec<&Summary> = which.iter().map(|&run| runs[run].record).collect();
         let of_run = |&run: &usize| runs[run].regressors.iter().map(|curve| standardized(curve).0).collect();
         let regressors: Vec<Vec<Vec<f64>>> = which.iter().map(of_run).collect();
         analyse_jointly(&records, &regressors, options, common)
     };
     let all: Vec<usize> = (0..runs.len()).collect();
-    let joint = jointly(&all);
+    let alike = jointly(&all, common);
+    let homogeneity_of =
+        |k: usize| alike.homogeneity[k].map(|(fall, freedom)| chi2_above(fall, freedom as f64));
+    let refused = |k: usize| shows(&alike, k) && homogeneity_of(k).is_some_and(|p_value| p_value < REFUSED);
+    let shared = [0, 1, 2, 3].map(|k| common[k] && !refused(k));
+    let joint = if shared == common { alike.clone() } else { jointly(&all, shared) };
     let fit = fit_of_all(&joint, runs, options);
-    let observed = |k: usize| fit.terms.iter().any(|(name, term)| *name == TERM_NAMES[k] && term.observed);
+    let has_levels = |k: usize| joint.levels.iter().any(|level| level.term == k);
     let homogeneity = (0..4)
-        .filter(|&k| observed(k))
-        .filter_map(|k| {
-            joint.homogeneity[k].map(|(fall, freedom)| (TERM_NAMES[k], chi2_above(fall, freedom as f64)))
-        })
+        .filter(|&k| shows(&joint, k) && !has_levels(k))
+        .filter_map(|k| homogeneity_of(k).map(|p_value| (TERM_NAMES[k], p_value)))
         .collect();
+    // A run is judged among runs that are alike: levels would hide the run that differs.
+    let mut estimates = judged(alike, all, |which| jointly(which, common), options.level);
+    for (k, run) in estimates.iter_mut().enumerate().filter(|_| shared != common) {
+        run.values = of_run(&joint, k, options.level).values;
+        run.own.retain(|(name, _)| !joint.levels.iter().any(|level| TERM_NAMES[level.term] == *name));
+    }
     JointFit {
-        common: (0..4)
-            .filter(|&k| options.terms[k] && joint.levels.iter().all(|level| level.term != k))
-            .map(|k| TERM_NAMES[k])
-            .collect(),
+        common: (0..4).filter(|&k| options.terms[k] && !has_levels(k)).map(|k| TERM_NAMES[k]).collect(),
         spreads: joint
             .levels
             .iter()
@@ -118,7 +127,7 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
             })
             .collect(),
         homogeneity,
-        runs: judged(joint, all, jointly, options.level),
+        runs: estimates,
         fit,
     }
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -89,8 +90,13 @@ def _loudness(x: Floats, m: int, least: float) -> float:
     if len(sizes) < _BURST_BLOCKS:
         return 1.0
     median, loud = np.quantile(sizes, (0.5, _LOUD_SHARE)).tolist()
-    normal = float(normal_quantile((1 + _LOUD_SHARE) / 2)) / float(normal_quantile(0.75))  # of |normal|
-    return (loud / median / normal) ** 2 if median > max(least, 0.0) else 1.0
+    return (loud / median / _loud_of_normal()) ** 2 if median > max(least, 0.0) else 1.0
+
+
+@cache
+def _loud_of_normal() -> float:
+    """The loudest sizes over the median of those of normal noise."""
+    return float(normal_quantile((1 + _LOUD_SHARE) / 2)) / float(normal_quantile(0.75))
 
 
 def _samples(fitted: NoiseFit, stream: Stream) -> Floats:

@@ -13,7 +13,7 @@ from sigmatau.hints import Hint, as_arguments, as_options, command, hints_in, sp
 PACKAGE = ROOT / "python" / "sigmatau"
 MODULES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
 BELOW_CLI = [name for name in MODULES if not name.startswith("cli/")]
-OPTION = re.compile(r"(?<![\w-])--[a-z]")
+OPTION = re.compile(r"(?<![\w-])--[a-z]|(?<=[\s(])--$")
 FOREIGN = {"io/read/formats/ros_csv.py": "ros2 topic echo --csv"}
 """Commands of other programs."""
 

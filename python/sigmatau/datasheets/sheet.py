@@ -12,6 +12,7 @@ from typing import Any, Literal, Self
 from sigmatau.datasheets import claims
 from sigmatau.datasheets.claims import MEANS, MINIMUM, Bias, Claim, Sided, check_meanings
 from sigmatau.errors import DataError, OptionError
+from sigmatau.hints import Hint
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import BIAS_LEVEL
 from sigmatau.record.record import stream_name
@@ -225,7 +226,7 @@ class Datasheet(Printed):
             choices = "one or two" if option == "sided" else "minimum or coefficient"
             raise OptionError(
                 f"{self.name}: {claim.sensor}: the datasheet does not state the convention of the {claim.label}"
-                f" ({', '.join(m.words for m in meanings)}): choose --{option} {choices}",
+                f" ({', '.join(m.words for m in meanings)}): choose {Hint(option)} {choices}",
                 option=option,
             )
         value = claim.maximum if _used(claim, use) == "maximum" else claim.typical

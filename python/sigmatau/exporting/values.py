@@ -221,7 +221,7 @@ class Numbers:
             return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
         unasked = wanted is None and self._limit(channel, term) is not None
         if term in model and not unasked:
-            not_used = "" if wanted is None else f"; --{term.replace('_', '-')} {sensor} not used: it was observed"
+            not_used = "" if wanted is None else f"; {as_options([Hint(term)])} {sensor} not used: it was observed"
             found = _number(model[term], self._words(channel, term), factor)
             return replace(found, words=found.words + not_used)
         if wanted == "upper-limit" or unasked:

@@ -83,7 +83,7 @@ def _check_keys(choice: Choice, options: Options) -> None:
                     f"has no time column, for which a {name} is given; name it by {TIME_COLUMN}", option=name
                 )
             channels = ", ".join(choice.channels)
-            raise OptionError(f"--{name} {key}=…: no such channel is read; channels: {channels}", option=name)
+            raise OptionError(f"{Hint(name, key, '…')}: no such channel is read; channels: {channels}", option=name)
 
 
 def _check_kind(table: Table, choice: Choice, options: Options) -> None:

@@ -238,6 +238,7 @@ def test_kind_of_finding(kind):
     sections = docstring(kind)
     problems = [*problems_of_form(sections)]
     constant = {field.name for field in fields(kind) if not field.init}  # the kind of a reason
-    own = {name: str(of) for name, of in vars(kind).get("__annotations__", {}).items() if name not in constant}
+    annotations = {name: str(of) for name, of in vars(kind).get("__annotations__", {}).items() if name not in constant}
+    own = {name: of for name, of in annotations.items() if not of.startswith("ClassVar")}
     problems += problems_of_entries(sections, "Attributes", own)
     assert not problems, "\n".join([kind.__name__, *problems])

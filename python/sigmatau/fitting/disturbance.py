@@ -50,7 +50,8 @@ _QUANTILE = 2.5  # normal quantile by which an Allan variance is taken higher: t
 _MIN_PAIRS = 16  # of clusters: with fewer, the limit of a variance is more than 5 times it
 _MIN_PAIRS_HIDDEN = 64  # the same, where the limit is compared: of white noise alone it is then at most 1.36 times N
 _STRETCHES, _LEAST_STRETCH = 8, 1024  # parts of which the quietest is named, at most, and least samples of a part
-_LONGEST = 1 << 24  # samples that are used
+_LONGEST = 1 << 24  # samples that are used, and of those that are looked at in every record
+_LONGEST_LOOK = 1 << 21
 
 
 def vibration_share(fitted: NoiseFit) -> float:
@@ -99,8 +100,8 @@ def _loud_of_normal() -> float:
     return float(normal_quantile((1 + _LOUD_SHARE) / 2)) / float(normal_quantile(0.75))
 
 
-def _samples(fitted: NoiseFit, stream: Stream) -> Floats:
-    return stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, _LONGEST))
+def _samples(fitted: NoiseFit, stream: Stream, *, most: int = _LONGEST) -> Floats:
+    return stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, most))
 
 
 def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
@@ -132,7 +133,7 @@ def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
 
     `unsteady` is the p-value of a white level that is the same in all eighths of the record.
     """
-    if burst_share(_samples(fitted, stream), fitted.tau0) > 0:
+    if burst_share(_samples(fitted, stream, most=_LONGEST_LOOK), fitted.tau0) > 0:
         return True
     share = vibration_share(fitted)
     if share <= MAX_HIDING_SHARE:
@@ -152,7 +153,7 @@ def vibration_of(fitted: NoiseFit, stream: Stream) -> VibrationPower:
     return VibrationPower(
         lines=len(fitted.sinusoid),
         resonances=len(fitted.resonance),
-        share=max(vibration_share(fitted), burst_share(x, fitted.tau0)),
+        share=max(vibration_share(fitted), burst_share(x[:_LONGEST_LOOK], fitted.tau0)),
         start=stream.grid.time(first),
         stop=stream.grid.time(last),
         quietest=least if 0 < least < whole else None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -107,8 +108,8 @@ def predict(
             f" not {type(model).__name__}",
             option="model",
         )
-    made = _predicted(
-        model,
+    predicted = partial(
+        _predicted,
         after=after,
         calibration=calibration,
         rate=rate,
@@ -117,18 +118,10 @@ def predict(
         flicker_error=flicker_error,
         level=level,
     )
-    for other in _other_explanations(model):
-        beside = _predicted(
-            other,
-            after=after,
-            calibration=calibration,
-            rate=rate,
-            earth=earth,
-            turn_on=turn_on,
-            flicker_error=flicker_error,
-            level=level,
-        )
-        made = replace(made, errors={name: _joined(made[name], beside[name]) for name in made})
+    made = predicted(model)
+    for explanation in _other_explanations(model):
+        also = predicted(explanation)
+        made = replace(made, errors={name: _joined(made[name], also[name]) for name in made})
     alike = {name: channel.alike_from.time for name, channel in model.items() if channel.alike_from is not None}
     return replace(made, alike_from=alike)
 

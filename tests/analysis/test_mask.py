@@ -3,15 +3,18 @@
 import json
 from dataclasses import replace
 
+import jsonschema
 import numpy as np
 import pytest
 
 import sigmatau as st
+from conftest import ROOT
 from known import seed_of
 from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError
-from sigmatau.findings.spans import MOST_SPANS
+from sigmatau.record.mask import MAX_LISTED, ChannelMask, ExcludedSpan, stretches_of_runs
 
+SCHEMA = ROOT / "python" / "sigmatau" / "schema" / "result-2.schema.json"
 RATE, N = 100, 60_000
 SPIKES = (7_000, 7_500, 21_000)
 GAP = slice(10_000, 10_250)
@@ -117,15 +120,40 @@ def test_results_without_a_mask_say_so():
     assert earlier.used == {}
 
 
-def test_a_mask_of_thousands_of_stretches_is_not_in_the_json():
+def test_a_mask_of_thousands_of_stretches_is_in_the_json():
     gyro, accel = samples("many")
-    gyro[np.arange(20, 20 * (MOST_SPANS + 2), 20)] = np.nan
+    gyro[np.arange(20, 20 * (MAX_LISTED + 2), 20)] = np.nan
+    gyro[50_000, 0] += 0.2
     analysis = st.analyze(st.Record.from_arrays(rate=RATE, gyro=gyro, accel=accel))
-    assert len(analysis.mask("gyro_x").spans) == MOST_SPANS + 1
-    again = Analysis.from_json(analysis.to_json())
-    assert again.mask("accel_x").spans == ()
-    with pytest.raises(DataError, match="gyro_x"):
-        again.mask("gyro_x")
+    mask = analysis.mask("gyro_x")
+    assert {span.reason for span in mask.spans} == {"missing", "spikes"}
+    assert len(mask.spans) == MAX_LISTED + 2
+    text = analysis.to_json()
+    assert Analysis.from_json(text).mask("gyro_x").spans == mask.spans
+    assert Analysis.from_json(text).mask("accel_x").spans == ()
+    content = json.loads(text)
+    assert content["channels"]["gyro_x"]["excluded_runs"]["runs"]["missing"].startswith("20 1 19 1 19 1")
+    jsonschema.validate(content, json.loads(SCHEMA.read_text(encoding="utf-8")))
+
+
+def test_a_mask_of_a_hundred_thousand_stretches_is_below_a_megabyte():
+    rng = np.random.default_rng(seed_of("hundred thousand stretches"))
+    edges = np.cumsum(rng.integers(1, 2000, 200_000)).reshape(-1, 2)
+    spans = tuple(ExcludedSpan(start, stop, "spikes") for start, stop in edges.tolist())
+    mask = ChannelMask(channel="gyro_x", samples=int(edges[-1, 1]), tau0=0.01, spans=spans)
+    text = json.dumps(mask.to_dict(), indent=1)
+    assert len(text) < 1_000_000
+    assert stretches_of_runs(json.loads(text)["excluded_runs"]["runs"]["spikes"]) == list(map(tuple, edges.tolist()))
+
+
+@pytest.mark.parametrize("runs", ["20 1 19", "20 x", "1.5 2", "20 1 -5 2", "59000 1001", "20 -1"])
+def test_damaged_runs_are_refused(runs):
+    content = json.loads(st.analyze(disturbed("damaged runs")).to_json())
+    excluded = content["channels"]["gyro_x"].pop("excluded")
+    del excluded["spans"]
+    content["channels"]["gyro_x"]["excluded_runs"] = excluded | {"runs": {"spikes": runs}}
+    with pytest.raises(DataError, match=r"channels.gyro_x: excluded(_runs: its runs are not|: its spans overlap)"):
+        Analysis.from_dict(content)
 
 
 @pytest.mark.parametrize("spans", [[[0, 10], [5, 20]], [[10, 5]], [[59_000, 60_001]], [[-1, 5]]])

@@ -300,6 +300,18 @@ class ExcludedForm:
 
 
 @frozen
+class ExcludedRunsForm:
+    """Samples that were not used, in very many stretches."""
+
+    samples: int = key("samples of the channel in the record", minimum=4)
+    start_s: float = key("time of the first sample from the beginning of the record")
+    runs: Mapping[str, str] = key(
+        "for each reason numbers of samples before each stretch (from the one before it) and in it, by turns, separated by"
+        ' spaces: "100 10 4890 1" for the samples 100 to 109 and 5000'
+    )
+
+
+@frozen
 class SpreadForm:
     """How much a coefficient differs from run to run."""
 
@@ -344,8 +356,9 @@ class ChannelForm:
     sample_rate_hz: float | None = key(default=None, always=True, exclusiveMinimum=0)
     samples: int = key(default=0, always=True, minimum=4)
     excluded: ExcludedForm | None = key(
-        "samples of the record that were not used; absent with more than 1000 stretches", default=None
+        "samples of the record that were not used; with more than 1000 stretches excluded_runs has them", default=None
     )
+    excluded_runs: ExcludedRunsForm | None = key("excluded, of more than 1000 stretches", default=None)
     mean: ChannelMean | None = key(
         "mean of the analysed samples; error: standard error by noise that averages out, null if the bias wanders",
         default=None,
@@ -420,6 +433,7 @@ class BriefChannelForm(ChannelForm):
     """A channel without its curves, which are most of a result, and without what few ask for."""
 
     excluded: None = field(default=None, init=False)
+    excluded_runs: None = field(default=None, init=False)
     curve: CurveUnitForm | None = None
     read_off: Mapping[str, CoefficientForm] = field(default_factory=dict, init=False)
     fit: BriefFitForm | None = None

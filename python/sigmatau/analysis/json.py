@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from sigmatau.findings.spans import MOST_SPANS
 from sigmatau.options import stated
 
 if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
-    from sigmatau.record.mask import ChannelMask
 
 SCHEMA = 2
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
@@ -30,7 +28,7 @@ def to_dict(self: Analysis) -> dict[str, Any]:
                 "quantity": curve.quantity,
                 "sample_rate_hz": 1 / curve.tau0,
                 "samples": curve.n,
-                **({"excluded": mask.to_dict()} if (mask := _short_mask(self, channel)) is not None else {}),
+                **(self.masks[channel].to_dict() if channel in self.masks else {}),
                 **({"mean": self.means[channel].to_dict()} if channel in self.means else {}),
                 "curve": curve.to_dict(),
                 "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
@@ -62,12 +60,6 @@ def _fit_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
         return {}
     fitted = analysis.fits[channel]
     return {"fit": fitted.to_dict(), "trust": fitted.trust}
-
-
-def _short_mask(analysis: Analysis, channel: str) -> ChannelMask | None:
-    """The mask of a channel; None if there is none, or it has so many stretches that they would be most of the file."""
-    mask = analysis.masks.get(channel)
-    return None if mask is None or len(mask.spans) > MOST_SPANS else mask
 
 
 def _means_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:

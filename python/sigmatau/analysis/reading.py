@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -30,7 +30,7 @@ from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.quality.selection.rest import Rest
-from sigmatau.record.mask import ChannelMask, ExcludedSpan
+from sigmatau.record.mask import ChannelMask, ExcludedSpan, stretches_of_runs
 from sigmatau.record.record import Provenance
 from sigmatau.record.streams import RATES
 
@@ -139,6 +139,7 @@ def _analysis(form: forms.ResultForm) -> Analysis:
     curves: dict[str, DeviationCurve] = {}
     fits: dict[str, NoiseFit] = {}
     read_off: dict[str, ReadOff] = {}
+    masks: dict[str, ChannelMask] = {}
     for name, channel in form.channels.items():
         try:
             curve = None if channel.curve is None else _curve(name, channel, channel.curve)
@@ -147,6 +148,8 @@ def _analysis(form: forms.ResultForm) -> Analysis:
             if channel.fit is not None:
                 fits[name] = _fit(name, channel, channel.fit)
             read_off[name] = _read_off(name, channel)
+            if (excluded := channel.excluded or channel.excluded_runs) is not None:
+                masks[name] = _mask(name, channel, excluded)
         except WrongValueError as error:
             error.path += [name, "channels"]
             raise
@@ -174,7 +177,7 @@ def _analysis(form: forms.ResultForm) -> Analysis:
         },
         mean_stability={name: tuple(map(_means, c.mean_stability)) for name, c in channels.items() if c.mean_stability},
         rest=None if form.rest is None else _rest(form.rest),
-        masks={name: _mask(name, channel, channel.excluded) for name, channel in channels.items() if channel.excluded},
+        masks=masks,
         means={name: channel.mean for name, channel in form.channels.items() if channel.mean is not None},
         options=_options(options.analysis),
         notes=form.notes,
@@ -189,8 +192,8 @@ def _options(stated: Mapping[str, Any]) -> AnalysisOptions:
         raise WrongValueError(f"options.analysis: {error}") from None
 
 
-def _mask(name: str, channel: forms.ChannelForm, form: forms.ExcludedForm) -> ChannelMask:
-    spans = [ExcludedSpan(start, stop, reason) for reason, spans in form.spans.items() for start, stop in spans]
+def _mask(name: str, channel: forms.ChannelForm, form: forms.ExcludedForm | forms.ExcludedRunsForm) -> ChannelMask:
+    spans = [ExcludedSpan(start, stop, reason) for reason, pairs in _stretches(form).items() for start, stop in pairs]
     spans.sort(key=lambda span: span.start)
     edges = [0, *(edge for span in spans for edge in (span.start, span.stop)), form.samples]
     if not 0 <= form.samples < _MOST_SAMPLES or edges != sorted(edges):
@@ -198,6 +201,15 @@ def _mask(name: str, channel: forms.ChannelForm, form: forms.ExcludedForm) -> Ch
     return ChannelMask(
         channel=name, samples=form.samples, tau0=_interval_of_samples(channel), lead=form.start_s, spans=tuple(spans)
     )
+
+
+def _stretches(form: forms.ExcludedForm | forms.ExcludedRunsForm) -> Mapping[str, Sequence[tuple[int, int]]]:
+    if isinstance(form, forms.ExcludedForm):
+        return form.spans
+    try:
+        return {reason: stretches_of_runs(text) for reason, text in form.runs.items()}
+    except ValueError:
+        raise WrongValueError("excluded_runs: its runs are not pairs of whole numbers") from None
 
 
 def _rest(form: forms.RestForm) -> Rest:

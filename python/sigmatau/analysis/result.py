@@ -206,8 +206,7 @@ class Analysis(Tabular):
         KeyError
             If the record has no such channel.
         DataError
-            If the result does not have it: of curves alone, read from JSON of an earlier version, or of a channel with more
-            than 1000 such stretches, which JSON does not list.
+            If the result does not have it: of curves alone, or read from JSON of an earlier version.
 
         Examples
         --------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import accumulate, chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,9 @@ from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import Tabular
+
+MAX_LISTED = 1000
+"""Stretches whose first and last samples JSON lists; more would be most of the file, ten times as long as their runs."""
 
 _MISSING = "missing"  # reason of samples that were not recorded, or have no number
 
@@ -96,15 +100,29 @@ class ChannelMask(Tabular):
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Samples of the record, and stretches by reason."""
+        """Samples of the record, and stretches by reason; of very many as texts of `run_lengths`."""
         by_reason: dict[str, list[list[int]]] = {}
         for span in self.spans:
             by_reason.setdefault(span.reason, []).append([span.start, span.stop])
-        return {"samples": self.samples, "start_s": self.lead, "spans": by_reason}
+        whole = {"samples": self.samples, "start_s": self.lead}
+        if len(self.spans) <= MAX_LISTED:
+            return {"excluded": whole | {"spans": by_reason}}
+        return {"excluded_runs": whole | {"runs": {reason: run_lengths(pairs) for reason, pairs in by_reason.items()}}}
 
     def __repr__(self) -> str:
         count = sum(span.stop - span.start for span in self.spans)
         return f"{self.channel}: {count} of {self.samples} samples not used, in {len(self.spans)} stretches"
+
+
+def run_lengths(pairs: Iterable[Iterable[int]]) -> str:
+    """Stretches as text: numbers of samples before each stretch and in it, by turns."""
+    return " ".join(str(b - a) for a, b in pairwise(chain([0], *pairs)))
+
+
+def stretches_of_runs(text: str) -> list[tuple[int, int]]:
+    """The stretches of `run_lengths`; raises `ValueError` for another text."""
+    edges = list(accumulate(map(int, text.split())))
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 @frozen(eq=False)

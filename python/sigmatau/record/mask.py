@@ -121,7 +121,10 @@ def run_lengths(pairs: Iterable[Iterable[int]]) -> str:
 
 def stretches_of_runs(text: str) -> list[tuple[int, int]]:
     """The stretches of `run_lengths`; raises `ValueError` for another text."""
-    edges = list(accumulate(map(int, text.split())))
+    lengths = [int(word) for word in text.split()]
+    if any(length < 0 for length in lengths):
+        raise ValueError("a length is negative")
+    edges = list(accumulate(lengths))
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from sigmatau import Record
 from sigmatau._native import kernels
 from sigmatau.fitting.channel import fit_channel
-from sigmatau.fitting.noise_fit import FittedTerm
+from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.rounding import allowing_for_rounding
 from sigmatau.quality.samples.resolution import resolution
 from studies.runner import run

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import sigmatau as st
 from sigmatau._native.gls import Components, Gls
 from sigmatau.fitting.components import half_octaves
-from sigmatau.fitting.noise_fit import Interval
+from sigmatau.fitting.fitted_values import Interval
 from sigmatau.units import to_si
 from studies.runner import run
 

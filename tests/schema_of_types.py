@@ -13,7 +13,7 @@ from sigmatau.analysis.json import SCHEMA
 from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.decoding import Key
 from sigmatau.findings import details_by_code
-from sigmatau.fitting.noise_fit import Interval
+from sigmatau.fitting.fitted_values import Interval
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.noise.terms import TERMS
 from sigmatau.options import declared

@@ -781,7 +781,7 @@ PROVOKED = {
     "sigmatau.fitting.read_off.Coefficient.to": {
         st.OptionError: (lambda: st.read_off(curve(), random_walk=(1.0, 10.0))["random_walk"].to("deg/h"),)
     },
-    "sigmatau.fitting.noise_fit.FittedTerm.to": {
+    "sigmatau.fitting.fitted_values.FittedTerm.to": {
         ValueError: (lambda: analysis()["gyro_x"]["rate_random_walk"].to("deg/h/sqrt(h)"),),
         st.OptionError: (lambda: analysis()["gyro_x"]["random_walk"].to("deg/h"),),
     },

@@ -127,7 +127,7 @@ def test_the_surface_is_complete():
     """A page that imports from a new module, or a new result class, makes new public names by itself."""
     assert len(exported()) >= 67
     assert {"sigmatau.noise.terms.avar", "sigmatau.units.to_si"} <= set(imported_by_pages())
-    assert {"sigmatau.fitting.noise_fit.FittedTerm", "sigmatau.statespace.arma.Arma"} <= set(public())
+    assert {"sigmatau.fitting.fitted_values.FittedTerm", "sigmatau.statespace.arma.Arma"} <= set(public())
     assert {"Curves.plot", "sigmatau.results.Tabular.columns"} <= {
         *public_functions(),
         "sigmatau.results.Tabular.columns",

@@ -14,16 +14,8 @@ from known import seed_of
 from sigmatau import Analysis, DataError, analyze
 from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.reasons import BandLeftOut, Misfit, StatedReason
-from sigmatau.fitting.noise_fit import (
-    FittedTerm,
-    GaussMarkov,
-    Interval,
-    NoiseFit,
-    Resonance,
-    SecondModel,
-    Sinusoid,
-    WarmUp,
-)
+from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, WarmUp
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
 

@@ -11,7 +11,7 @@ from tests.known import seed_of
 import sigmatau as st
 from sigmatau.findings.reasons import CoarseCounts, CrowdedLines, VibrationPower
 from sigmatau.fitting.disturbance import MAX_SHARE, burst_share, upper_limits, vibration_share
-from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.fitting.fitted_noise import QUANTIFIED
 from sigmatau.lots.joint import analysed_run, fit_analysed
 from sigmatau.units import to_si
 

@@ -9,7 +9,7 @@ from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau._native.gls import Components
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.noise_fit import GaussMarkov, Interval, Sinusoid
+from sigmatau.fitting.fitted_values import GaussMarkov, Interval, Sinusoid
 
 N, SIZES = 20_000, (1, 2, 3, 7, 50, 400, 5000, 9999)
 THETA = [3.0, 2.0, 0.5, 1e-4]

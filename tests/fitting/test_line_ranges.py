@@ -7,7 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
-from sigmatau.fitting.noise_fit import FittedTerm
+from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.read_off import read_off_beside
 from sigmatau.fitting.tables import fit_table
 from sigmatau.units import to_si

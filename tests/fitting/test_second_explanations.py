@@ -7,7 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import ChannelModel, GaussMarkov, NoiseModel, Record, fit_channel, predict, simulate
-from sigmatau.fitting.noise_fit import SecondModel
+from sigmatau.fitting.fitted_values import SecondModel
 from sigmatau.model.numbers import adev_interval
 
 N = 1e-4

@@ -14,10 +14,13 @@ from sigmatau._core import ChannelFit as ChannelFit
 from sigmatau._core import Estimate as Estimate
 from sigmatau._core import FilterEstimate as FilterEstimate
 from sigmatau._core import FittedModel as FittedModel
+from sigmatau._core import GaussMarkovEstimate as GaussMarkovEstimate
 from sigmatau._core import JointChannelFit as JointChannelFit
 from sigmatau._core import LikelihoodSummary as LikelihoodSummary
 from sigmatau._core import LineEstimate as LineEstimate
+from sigmatau._core import ResonanceEstimate as ResonanceEstimate
 from sigmatau._core import TermEstimate as TermEstimate
+from sigmatau._core import WarmUpEstimate as WarmUpEstimate
 from sigmatau._core import fit_jointly as fit_jointly
 
 Floats = NDArray[np.float64]

@@ -15,7 +15,8 @@ from sigmatau.findings.decoding import FindingForm
 from sigmatau.findings.finding import Span
 from sigmatau.findings.reasons import Reason
 from sigmatau.findings.rest import Motion
-from sigmatau.fitting.noise_fit import GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, Trust, Verdict
+from sigmatau.fitting.fitted_noise import Trust, Verdict
+from sigmatau.fitting.fitted_values import GaussMarkov, Interval, Resonance, SecondModel, Sinusoid
 from sigmatau.fitting.read_off import Source as RangeSource
 from sigmatau.fitting.response import Shape
 from sigmatau.frozen import frozen

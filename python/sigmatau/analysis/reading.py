@@ -23,8 +23,9 @@ from sigmatau.estimators.stability import DynamicAllan
 from sigmatau.findings.decoding import decode_finding
 from sigmatau.findings.finding import Findings
 from sigmatau.findings.reasons import StatedReason
+from sigmatau.fitting.fitted_values import FittedTerm, WarmUp
 from sigmatau.fitting.mean_stability import MeanStability
-from sigmatau.fitting.noise_fit import Fits, FittedTerm, NoiseFit, WarmUp
+from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import Coefficient, ReadOff
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass

@@ -16,7 +16,8 @@ from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
-from sigmatau.fitting.noise_fit import QUANTIFIED, NoiseFit
+from sigmatau.fitting.fitted_noise import QUANTIFIED
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.planning import plan
 from sigmatau.fitting.to_model import has_model
 from sigmatau.model.channel import ChannelModel

@@ -9,7 +9,8 @@ from dataclasses import replace
 from sigmatau._native.likelihood import ChannelFit
 from sigmatau.findings.reasons import CrowdedLines
 from sigmatau.fitting.disturbance import is_narrow, vibration_share
-from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
+from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.observed import limit_of
 
 # Lines, and their part of the band, from which they may be noise that they were taken from. Of the quiet real records only

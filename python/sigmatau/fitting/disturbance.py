@@ -14,7 +14,8 @@ from sigmatau._native.distributions import normal_quantile
 from sigmatau.arrays import Floats
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.reasons import Reason, VibrationPower
-from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
+from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import avar
 from sigmatau.record.streams import Stream
 

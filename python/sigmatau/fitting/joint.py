@@ -18,9 +18,11 @@ from sigmatau.fitting.beside_vibration import as_wide
 from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, vibration_share, with_limits
+from sigmatau.fitting.fitted_values import Interval
+from sigmatau.fitting.from_native import named_interval
 from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint, Spread
 from sigmatau.fitting.misfit import without_unknown_terms
-from sigmatau.fitting.noise_fit import Interval, NoiseFit, named_interval
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of, usable
 from sigmatau.frozen import frozen
 from sigmatau.record.record import Record

@@ -8,7 +8,8 @@ from dataclasses import field
 from typing import Any
 
 from sigmatau.findings.phrases import percent
-from sigmatau.fitting.noise_fit import Interval, NoiseFit
+from sigmatau.fitting.fitted_values import Interval
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import TablesByChannel, Tabular, duration_text, interval_texts, plain, two_digits

@@ -11,7 +11,8 @@ import numpy as np
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit
+from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.fitting.noise_fit import NoiseFit
 
 _TERM = "random_walk"
 

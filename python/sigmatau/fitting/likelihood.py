@@ -15,21 +15,13 @@ from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import allowing_for_changes, crowded_share, with_lines_as_noise
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
+from sigmatau.fitting.fitted_values import SecondModel
+from sigmatau.fitting.from_native import fitted_terms, named_interval, typed
 from sigmatau.fitting.misfit import without_unknown_terms
-from sigmatau.fitting.noise_fit import (
-    GaussMarkov,
-    NoiseFit,
-    Resonance,
-    SecondModel,
-    Sinusoid,
-    WarmUp,
-    fitted_term,
-    named_interval,
-)
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
-from sigmatau.noise.terms import coefficient_unit
 from sigmatau.record.streams import Stream
 
 Floats = NDArray[np.float64]
@@ -155,77 +147,33 @@ def noise_fit_of(
     if fit.worst_band is not None:
         frequency, ratio = fit.worst_band
         reasons = (*reasons, BandsOff(frequency=frequency, ratio=ratio))
-    warm_up = fit.warm_up
-    return NoiseFit(
+    coefficients = (named_interval(coefficient, unit) for coefficient in fit.regressors)
+    return typed(
+        NoiseFit,
+        fit,
+        unit,
+        rate_unit=unit,
         channel=channel,
         quantity=stream.quantity,
-        rate_unit=unit,
         n=stream.grid.n,
         tau0=stream.grid.tau0,
-        terms={
-            name: fitted_term(name, coefficient_unit(name, stream.quantity, unit), term, level=level)
-            for name, term in fit.terms
-        },
-        gauss_markov=tuple(
-            GaussMarkov(sigma=named_interval(process.sigma, unit), time=named_interval(process.time, "s"))
-            for process in fit.gauss_markov
-        ),
-        resonance=tuple(
-            Resonance(
-                sigma=named_interval(band.sigma, unit),
-                frequency=named_interval(band.frequency, "Hz"),
-                width=named_interval(band.width, "Hz"),
-            )
-            for band in fit.resonance
-        ),
-        sinusoid=tuple(
-            Sinusoid(amplitude=named_interval(line.amplitude, unit), frequency=named_interval(line.frequency, "Hz"))
-            for line in fit.sinusoid
-        ),
-        response=None if fit.response is None else _response(fit.response),
-        warm_up=None
-        if warm_up is None
-        else WarmUp(amplitude=named_interval(warm_up.amplitude, unit), time=warm_up.time),
-        regressors={
-            name: named_interval(coefficient, unit)
-            for name, coefficient in zip(regressors, fit.regressors, strict=True)
-        },
-        highest=fit.highest,
-        alike_from=fit.alike_from,
-        alike_sigma=fit.alike_sigma,
-        second=tuple(
-            SecondModel(terms=dict(model.terms), gauss_markov=tuple(model.gauss_markov), warm_up=model.warm_up)
-            for model in fit.second
-        ),
-        discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
+        terms=fitted_terms(fit.terms, quantity=stream.quantity, rate_unit=unit, level=level),
         model=dict(fit.model),
-        unclear=tuple(fit.unclear),
-        verdict=fit.verdict,
+        response=None if fit.response is None else _response(fit.response, unit),
+        regressors=dict(zip(regressors, coefficients, strict=True)),
+        second=tuple(typed(SecondModel, model, unit, terms=dict(model.terms)) for model in fit.second),
+        discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
         reasons=reasons,
-        tau_min=fit.tau_min,
-        tau_max=fit.tau_max,
-        p_value=fit.p_value,
         covariance=(tuple(fit.parameters), np.array(fit.covariance).reshape((len(fit.parameters),) * 2)),
         level=level,
         method="likelihood",
     )
 
 
-def _response(fitted: FilterEstimate) -> FittedFilter:
+def _response(fitted: FilterEstimate, unit: str) -> FittedFilter:
     """The filter, whose stand-in acts on samples of the record's rate."""
     low_pass = None
     if fitted.low_pass is not None:
         order, before = fitted.low_pass
         low_pass = LowPass(order=order, corner=before, rate=1 / fitted.tau0)
-    return FittedFilter(
-        coefficients=tuple(fitted.coefficients),
-        tau0=fitted.tau0,
-        interval=fitted.interval,
-        shape=fitted.shape,
-        order=fitted.order,
-        corner=fitted.corner,
-        low=fitted.low,
-        high=fitted.high,
-        low_pass=low_pass,
-        known_to=fitted.known_to,
-    )
+    return typed(FittedFilter, fitted, unit, low_pass=low_pass)

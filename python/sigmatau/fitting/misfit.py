@@ -8,7 +8,8 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit
+from sigmatau.fitting.fitted_values import FittedTerm, Interval
+from sigmatau.fitting.noise_fit import NoiseFit
 
 _WALK = "random_walk"
 

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator, Mapping
-from dataclasses import field
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from sigmatau._native.arguments import whole_sizes
-from sigmatau._native.likelihood import Estimate, FittedModel, TermEstimate
 from sigmatau.findings.finding import plain as plain_details
 from sigmatau.findings.fit import beside_text, filter_text, misfit_text, verdict_text
-from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, Reason, reasons_text
-from sigmatau.fitting.response import FittedFilter
+from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, reasons_text
+from sigmatau.fitting.fitted_noise import FittedNoise
+from sigmatau.fitting.fitted_values import FittedTerm, Interval, SecondModel
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
@@ -29,221 +24,13 @@ from sigmatau.results import (
     seconds,
     two_digits,
 )
-from sigmatau.units import find
 
 _TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
 _MOST_LINES = 3  # that are printed one by one
 
-Verdict = Literal["adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"]
-Trust = Literal["good", "partial", "poor"]
-QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
-"""Verdicts of fits whose coefficients have intervals."""
-
-LEAST_P_VALUE = 1e-6
-"""P-value of the goodness of fit below which wider intervals allow for the misfit in the random walk alone."""
-
-
-@frozen
-class Interval:
-    """A value and its interval.
-
-    Attributes
-    ----------
-    value : float
-        [unit]
-    low, high : float or None
-        Its interval; None if the model is not adequate. [unit]
-    unit : str
-        SI.
-    """
-
-    value: float
-    low: float | None
-    high: float | None
-    unit: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
-
-
-@frozen
-class FittedTerm:
-    """One of the five terms in a fit.
-
-    Attributes
-    ----------
-    term : str
-        Key of `sigmatau.noise.terms.TERMS`.
-    unit : str
-        SI.
-    observed : bool or None
-        Whether the term is significant; None if the verdict is ``"descriptive"``.
-    level : float
-        Confidence level of the interval or of the limit.
-    value : float or None
-        The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
-    low, high : float or None
-        Its interval; None if the model is not adequate. [unit]
-    upper_limit : float or None
-        Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
-    p_value : float or None
-        P-value of the term, all others free; None if it was not tested.
-    """
-
-    term: str
-    unit: str
-    observed: bool | None
-    level: float
-    value: float | None = None
-    low: float | None = None
-    high: float | None = None
-    upper_limit: float | None = None
-    p_value: float | None = None
-
-    def to(self, unit: str) -> float:
-        """The value in another unit: ``fit["random_walk"].to("deg/sqrt(h)")``.
-
-        Parameters
-        ----------
-        unit : str
-            A unit of the same quantity, such as ``"deg/sqrt(h)"``.
-
-        Returns
-        -------
-        float
-            [unit]
-
-        Raises
-        ------
-        ValueError
-            If the term was not observed.
-        OptionError
-            For a unit that does not fit.
-        """
-        if self.value is None:
-            raise ValueError(f"{self.term} was not observed; it has an upper limit, not a value")
-        return self.value / find(unit, si=self.unit).factor
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI; what is not known is omitted."""
-        known = plain(self, "value low high upper_limit p_value")
-        kept = {key: value for key, value in known.items() if value is not None}
-        return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
-
-
-@frozen
-class GaussMarkov:
-    """A first-order Gauss-Markov process, as fitted.
-
-    Attributes
-    ----------
-    sigma : Interval
-        Standard deviation. [unit of the rate]
-    time : Interval
-        Correlation time. [s]
-    """
-
-    sigma: Interval
-    time: Interval
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return {"sigma": self.sigma.to_dict(), "time": self.time.to_dict()}
-
-
-@frozen
-class Sinusoid:
-    """A line in the spectrum, as fitted.
-
-    Attributes
-    ----------
-    amplitude : Interval
-        [unit of the rate]
-    frequency : Interval
-        [Hz]
-    """
-
-    amplitude: Interval
-    frequency: Interval
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
-
-
-@frozen
-class Resonance:
-    """Noise of a band, as fitted.
-
-    Attributes
-    ----------
-    sigma : Interval
-        Standard deviation. [unit of the rate]
-    frequency : Interval
-        Centre. [Hz]
-    width : Interval
-        Half width. [Hz]
-    """
-
-    sigma: Interval
-    frequency: Interval
-    width: Interval
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return plain(self, "sigma frequency width")
-
-
-@frozen
-class WarmUp:
-    """A drift of the mean that decays exponentially from the first sample on.
-
-    Attributes
-    ----------
-    amplitude : Interval
-        Drift at the first sample, of either sign. [unit of the rate]
-    time : float
-        Time constant, the best of a grid. [s]
-    """
-
-    amplitude: Interval
-    time: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return plain(self, "amplitude time_s=time")
-
-
-@frozen
-class SecondModel:
-    """Another model that explains a record as well as the fit, with the same lines and resonances.
-
-    Attributes
-    ----------
-    terms : mapping of str to float
-        Coefficients by term; those that it does without are omitted. [SI]
-    gauss_markov : tuple of (float, float)
-        Standard deviation and correlation time of each of its Gauss-Markov processes. [unit of the rate, s]
-    warm_up : float or None
-        Time constant of a warm-up in it. [s]
-    """
-
-    terms: Mapping[str, float]
-    gauss_markov: tuple[tuple[float, float], ...] = ()
-    warm_up: float | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        content: dict[str, Any] = {
-            "terms": dict(self.terms),
-            "gauss_markov": [list(process) for process in self.gauss_markov],
-        }
-        return content if self.warm_up is None else {**content, "warm_up": self.warm_up}
-
 
 @frozen(eq=False)
-class NoiseFit(Mapping[str, FittedTerm], Tabular):
+class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
     """Fit of one channel: a mapping from term to `FittedTerm`, empty if the record is too short.
 
     Attributes
@@ -324,36 +111,6 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
     (False, True)
     """
 
-    channel: str
-    quantity: str
-    rate_unit: str
-    n: int
-    tau0: float
-    terms: Mapping[str, FittedTerm]
-    gauss_markov: tuple[GaussMarkov, ...] = ()
-    sinusoid: tuple[Sinusoid, ...] = ()
-    resonance: tuple[Resonance, ...] = ()
-    response: FittedFilter | None = None
-    warm_up: WarmUp | None = None
-    regressors: Mapping[str, Interval] = field(default_factory=dict)
-    highest: float | None = None
-    alike_from: float | None = None
-    alike_sigma: float | None = None
-    second: tuple[SecondModel, ...] = ()
-    discrepancy: tuple[tuple[float, float], ...] = ()
-    model: Mapping[str, float]
-    verdict: Verdict
-    reasons: tuple[Reason, ...] = ()
-    unclear: tuple[str, ...] = ()
-    tau_min: float | None = None
-    tau_max: float | None = None
-    p_value: float | None = None
-    covariance: tuple[tuple[str, ...], NDArray[np.float64]] = ((), np.empty((0, 0)))
-    level: float = 0.95
-    method: str = "gls"
-    runs: tuple[float, ...] = ()
-    trust: Trust | None = None
-
     def __getitem__(self, term: str) -> FittedTerm:
         try:
             return self.terms[term]
@@ -371,105 +128,6 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         """The reasons in words; empty if there is none."""
         return reasons_text(self.reasons)
 
-    @property
-    def observed(self) -> dict[str, float]:
-        """Coefficients of the observed terms, by name; empty if the model is not adequate. [SI]"""
-        return {name: term.value for name, term in self.terms.items() if term.observed and term.value is not None}
-
-    def avar(self, *, m: ArrayLike) -> NDArray[np.float64]:
-        """Expected Allan variance of the fitted model.
-
-        Parameters
-        ----------
-        m : array_like of int, shape (n_tau,)
-            Cluster sizes in samples of this record.
-
-        Returns
-        -------
-        ndarray, shape (n_tau,)
-            [(rate unit)²]
-        """
-        return self._curve().avar(whole_sizes(m))
-
-    def filtered_psd(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Two-sided density of the noise that the filter acts on, before the filter.
-
-        Parameters
-        ----------
-        f : ndarray, shape (n_f,)
-            Frequencies. [Hz]
-
-        Returns
-        -------
-        ndarray, shape (n_f,)
-            [(rate unit)²/Hz]
-        """
-        return self._curve().psd_before_filter(np.ascontiguousarray(f, dtype=np.float64))
-
-    def psd(self, f: ArrayLike) -> NDArray[np.float64]:
-        """Two-sided density of the fitted model behind its filter.
-
-        Lines, the ramp and the warm-up have no density and are omitted.
-
-        Parameters
-        ----------
-        f : array_like, shape (n_f,)
-            Frequencies up to half the rate. [Hz]
-
-        Returns
-        -------
-        ndarray, shape (n_f,)
-            [(rate unit)²/Hz]
-        """
-        return self._curve().psd(np.atleast_1d(np.ascontiguousarray(f, dtype=np.float64)))
-
-    def _curve(self) -> FittedModel:
-        """The model as a curve."""
-        response, warm_up = self.response, self.warm_up
-        return FittedModel(
-            self.tau0,
-            self.n,
-            list(self.model.items()),
-            gauss_markov=[(process.sigma.value, process.time.value) for process in self.gauss_markov],
-            resonance=[(band.sigma.value, band.frequency.value, band.width.value) for band in self.resonance],
-            sinusoid=[(line.amplitude.value, line.frequency.value) for line in self.sinusoid],
-            filter=None if response is None else response.native(),
-            highest=self.highest,
-            warm_up=None if warm_up is None else (warm_up.amplitude.value, warm_up.time),
-        )
-
-    @property
-    def has_limits(self) -> bool:
-        """Whether terms that were not observed have upper limits: if quantified or disturbed."""
-        return self.quantified or self.verdict == "disturbed"
-
-    @property
-    def quantified(self) -> bool:
-        """Whether the coefficients have intervals."""
-        return self.verdict in QUANTIFIED
-
-    @property
-    def is_misfit(self) -> bool:
-        """Whether p < 1e-6: at most the random walk has an interval, and the other terms are unknown."""
-        return self.quantified and self.p_value is not None and self.p_value < LEAST_P_VALUE
-
-    def degrees_of_freedom(self, *, m: ArrayLike) -> NDArray[np.float64] | None:
-        """Degrees of freedom of overlapped Allan variances for the fitted model.
-
-        Exact at up to 100 sizes; interpolated between 100 if there are more.
-
-        Parameters
-        ----------
-        m : array_like of int, shape (n_tau,)
-            Cluster sizes in samples of this record.
-
-        Returns
-        -------
-        ndarray or None, shape (n_tau,)
-            Degrees of freedom; None for a model without noise.
-        """
-        return self._curve().degrees_of_freedom(whole_sizes(m))
-
     def to_model(self) -> ChannelModel:
         """The model for simulations, filters and exports, with intervals, limits and covariance.
 
@@ -485,17 +143,6 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         from sigmatau.fitting.to_model import to_model
 
         return to_model(self)
-
-    @property
-    def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:
-        """For each observed term, the averaging times at which it makes half of the variance or more; its line can be
-        read off there. None if other noise hides it everywhere. [s]
-        """
-        observed = self.observed if self.quantified else {}
-        if not observed or self.tau_min is None:
-            return {}
-        spans = self._curve().line_ranges(list(observed.items()), self.tau_min)
-        return dict(zip(observed, spans, strict=True))
 
     def texts(self, term: str) -> list[tuple[str, str, str]]:
         """Value, interval and unit in each of the field's units; limits as ``("below 21", "", "deg/h/√h")``.
@@ -549,11 +196,6 @@ class NoiseFit(Mapping[str, FittedTerm], Tabular):
         if self.runs:
             return f"not seen in {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
-
-    @property
-    def is_fitted(self) -> bool:
-        """Whether there is a fit: else `reason` states why there is none."""
-        return self.verdict != "too_short" and self.tau_min is not None and self.tau_max is not None
 
     def _replacement(self, term: str) -> SecondModel | None:
         """The first other model that has a process and not this term of the model."""
@@ -725,26 +367,6 @@ class Fits(TablesByChannel[NoiseFit]):
     def columns(self) -> dict[str, list[Any]]:
         """The rows of all channels, see `Tabular.columns`; without channels, the same columns without rows."""
         return super().columns() or {name: [] for name in ("channel", *_TERM_COLUMNS, "verdict")}
-
-
-def named_interval(estimate: Estimate, unit: str) -> Interval:
-    """A value and its interval with their unit."""
-    return Interval(value=estimate.value, low=estimate.low, high=estimate.high, unit=unit)
-
-
-def fitted_term(name: str, unit: str, term: TermEstimate, *, level: float) -> FittedTerm:
-    """A term with its name and unit."""
-    return FittedTerm(
-        term=name,
-        unit=unit,
-        observed=term.observed,
-        level=level,
-        value=term.value,
-        low=term.low,
-        high=term.high,
-        upper_limit=term.upper_limit,
-        p_value=term.p_value,
-    )
 
 
 def _in_words(interval: Interval, factor: float, unit: str) -> str:

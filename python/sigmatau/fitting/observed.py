@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from sigmatau.fitting.noise_fit import FittedTerm
+from sigmatau.fitting.fitted_values import FittedTerm
 
 
 def limit_of(found: FittedTerm) -> FittedTerm:

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.noise_fit import FittedTerm, NoiseFit, Trust
+from sigmatau.fitting.fitted_noise import Trust
+from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, two_digits, value_error_text
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_below
 from sigmatau.findings.reasons import CoarseValues
-from sigmatau.fitting.noise_fit import FittedTerm, Interval, NoiseFit
+from sigmatau.fitting.fitted_values import FittedTerm, Interval
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.observed import limit_of
 from sigmatau.frozen import frozen
 

@@ -11,7 +11,9 @@ from sigmatau._native.gls import CurveFit
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.reasons import Misfit, NoCovariance, Reason, ShortTimesDeviate
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.noise_fit import FittedTerm, GaussMarkov, NoiseFit, fitted_term, named_interval
+from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.fitting.from_native import fitted_terms, typed
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import coefficient_unit
 
 _FITTED = (*LINEAR, "rate_ramp")  # order of a descriptive fit
@@ -25,30 +27,31 @@ def stated(
     """
     tau_min = int(m[fit.first]) * curve.tau0
 
-    def unit(name: str) -> str:
-        return coefficient_unit(name, curve.quantity, curve.unit)
-
     values = dict(fit.model)
     described = {
-        name: FittedTerm(term=name, unit=unit(name), observed=None, level=level, value=values.get(name))
+        name: FittedTerm(
+            term=name,
+            unit=coefficient_unit(name, curve.quantity, curve.unit),
+            observed=None,
+            level=level,
+            value=values.get(name),
+        )
         for name in _FITTED
         if name in terms
     }
-    return NoiseFit(
+    return typed(
+        NoiseFit,
+        fit,
+        curve.unit,
+        rate_unit=curve.unit,
         channel=curve.channel,
         quantity=curve.quantity,
-        rate_unit=curve.unit,
         n=curve.n,
         tau0=curve.tau0,
-        terms={name: fitted_term(name, unit(name), term, level=level) for name, term in fit.terms} or described,
-        gauss_markov=tuple(
-            GaussMarkov(sigma=named_interval(process.sigma, curve.unit), time=named_interval(process.time, "s"))
-            for process in fit.gauss_markov
-        ),
+        terms=fitted_terms(fit.terms, quantity=curve.quantity, rate_unit=curve.unit, level=level) or described,
         model=values,
         verdict="adequate" if fit.adequate else "descriptive",
         reasons=_reasons(curve, fit, m, tau_min),
-        unclear=tuple(fit.unclear),
         tau_min=tau_min,
         tau_max=int(m[-1]) * curve.tau0,
         p_value=fit.p_value if fit.adequate else None,

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 from sigmatau.errors import DataError
-from sigmatau.fitting.noise_fit import NoiseFit, Resonance
+from sigmatau.fitting.fitted_values import Resonance
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Sinusoid
 from sigmatau.model.processes import Resonance as ModelResonance

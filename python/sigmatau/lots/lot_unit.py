@@ -12,7 +12,7 @@ from sigmatau.analysis import Analysis
 from sigmatau.analysis.failed import FailedAnalysis
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.noise_fit import FittedTerm
+from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.frozen import frozen
 from sigmatau.quality.selection.rest import reason_without_fits
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.rates import ClockOff
-from sigmatau.fitting.noise_fit import Interval, NoiseFit
+from sigmatau.fitting.fitted_values import Interval
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 
 

@@ -30,7 +30,8 @@ from sigmatau.findings.spectrum import (
     SpectralLines,
 )
 from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
-from sigmatau.fitting.noise_fit import NoiseFit, Sinusoid
+from sigmatau.fitting.fitted_values import Sinusoid
+from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
 from sigmatau.record.record import Record

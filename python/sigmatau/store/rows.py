@@ -16,7 +16,7 @@ from sigmatau._native.distributions import normal_quantile
 from sigmatau.analysis.forms import BriefResultForm, ChannelForm, ResultForm, SourceForm, TermForm
 from sigmatau.analysis.reading import form_of_dict
 from sigmatau.errors import DataError
-from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.fitting.fitted_noise import QUANTIFIED
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.store.packing import NUMBERS, Packed, pack

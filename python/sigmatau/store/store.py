@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.fitting.noise_fit import QUANTIFIED
+from sigmatau.fitting.fitted_noise import QUANTIFIED
 from sigmatau.store.choosing import Chosen, Table, conditions
 from sigmatau.store.contents import READ, contents
 from sigmatau.store.ingest import BATCH, Added

@@ -1,0 +1,210 @@
+"""Parts of a fit: values with their intervals, terms, processes, lines and drifts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from typing import Any
+
+from sigmatau.frozen import frozen
+from sigmatau.results import plain
+from sigmatau.units import find
+
+
+@frozen
+class Interval:
+    """A value and its interval.
+
+    Attributes
+    ----------
+    value : float
+        [unit]
+    low, high : float or None
+        Its interval; None if the model is not adequate. [unit]
+    unit : str
+        SI.
+    """
+
+    value: float
+    low: float | None
+    high: float | None
+    unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
+
+
+@frozen
+class FittedTerm:
+    """One of the five terms in a fit.
+
+    Attributes
+    ----------
+    term : str
+        Key of `sigmatau.noise.terms.TERMS`.
+    unit : str
+        SI.
+    observed : bool or None
+        Whether the term is significant; None if the verdict is ``"descriptive"``.
+    level : float
+        Confidence level of the interval or of the limit.
+    value : float or None
+        The coefficient if it was observed, or if it describes the curve; a ramp has a sign. [unit]
+    low, high : float or None
+        Its interval; None if the model is not adequate. [unit]
+    upper_limit : float or None
+        Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
+    p_value : float or None
+        P-value of the term, all others free; None if it was not tested.
+    """
+
+    term: str
+    unit: str
+    observed: bool | None
+    level: float
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    upper_limit: float | None = None
+    p_value: float | None = None
+
+    def to(self, unit: str) -> float:
+        """The value in another unit: ``fit["random_walk"].to("deg/sqrt(h)")``.
+
+        Parameters
+        ----------
+        unit : str
+            A unit of the same quantity, such as ``"deg/sqrt(h)"``.
+
+        Returns
+        -------
+        float
+            [unit]
+
+        Raises
+        ------
+        ValueError
+            If the term was not observed.
+        OptionError
+            For a unit that does not fit.
+        """
+        if self.value is None:
+            raise ValueError(f"{self.term} was not observed; it has an upper limit, not a value")
+        return self.value / find(unit, si=self.unit).factor
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI; what is not known is omitted."""
+        known = plain(self, "value low high upper_limit p_value")
+        kept = {key: value for key, value in known.items() if value is not None}
+        return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
+
+
+@frozen
+class GaussMarkov:
+    """A first-order Gauss-Markov process, as fitted.
+
+    Attributes
+    ----------
+    sigma : Interval
+        Standard deviation. [unit of the rate]
+    time : Interval
+        Correlation time. [s]
+    """
+
+    sigma: Interval
+    time: Interval = field(metadata={"unit": "s"})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return {"sigma": self.sigma.to_dict(), "time": self.time.to_dict()}
+
+
+@frozen
+class Sinusoid:
+    """A line in the spectrum, as fitted.
+
+    Attributes
+    ----------
+    amplitude : Interval
+        [unit of the rate]
+    frequency : Interval
+        [Hz]
+    """
+
+    amplitude: Interval
+    frequency: Interval = field(metadata={"unit": "Hz"})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
+
+
+@frozen
+class Resonance:
+    """Noise of a band, as fitted.
+
+    Attributes
+    ----------
+    sigma : Interval
+        Standard deviation. [unit of the rate]
+    frequency : Interval
+        Centre. [Hz]
+    width : Interval
+        Half width. [Hz]
+    """
+
+    sigma: Interval
+    frequency: Interval = field(metadata={"unit": "Hz"})
+    width: Interval = field(metadata={"unit": "Hz"})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return plain(self, "sigma frequency width")
+
+
+@frozen
+class WarmUp:
+    """A drift of the mean that decays exponentially from the first sample on.
+
+    Attributes
+    ----------
+    amplitude : Interval
+        Drift at the first sample, of either sign. [unit of the rate]
+    time : float
+        Time constant, the best of a grid. [s]
+    """
+
+    amplitude: Interval
+    time: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return plain(self, "amplitude time_s=time")
+
+
+@frozen
+class SecondModel:
+    """Another model that explains a record as well as the fit, with the same lines and resonances.
+
+    Attributes
+    ----------
+    terms : mapping of str to float
+        Coefficients by term; those that it does without are omitted. [SI]
+    gauss_markov : tuple of (float, float)
+        Standard deviation and correlation time of each of its Gauss-Markov processes. [unit of the rate, s]
+    warm_up : float or None
+        Time constant of a warm-up in it. [s]
+    """
+
+    terms: Mapping[str, float]
+    gauss_markov: tuple[tuple[float, float], ...] = ()
+    warm_up: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        content: dict[str, Any] = {
+            "terms": dict(self.terms),
+            "gauss_markov": [list(process) for process in self.gauss_markov],
+        }
+        return content if self.warm_up is None else {**content, "warm_up": self.warm_up}

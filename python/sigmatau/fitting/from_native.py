@@ -1,0 +1,78 @@
+"""Fits of the compiled core as the types of the package, whose fields have the same names; the core has no units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any, TypeVar
+
+from sigmatau._native.likelihood import (
+    Estimate,
+    GaussMarkovEstimate,
+    LineEstimate,
+    ResonanceEstimate,
+    TermEstimate,
+    WarmUpEstimate,
+)
+from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, Sinusoid, WarmUp
+from sigmatau.noise.terms import coefficient_unit
+
+_T = TypeVar("_T")
+
+_TYPES: dict[type, type] = {
+    GaussMarkovEstimate: GaussMarkov,
+    LineEstimate: Sinusoid,
+    ResonanceEstimate: Resonance,
+    WarmUpEstimate: WarmUp,
+}
+"""Types of the package, by those of the core."""
+
+
+def typed(kind: type[_T], native: object, rate_unit: str, /, **stated: object) -> _T:
+    """Build a value of the package from one of the core.
+
+    Parameters
+    ----------
+    kind : type
+        A dataclass. Each field that is not stated has the attribute of the same name, if there is one.
+    native : object
+    rate_unit : str
+        Unit of each interval whose field names no other in its metadata.
+    **stated
+        Values of fields.
+    """
+    for each in fields(kind):  # type: ignore[arg-type]
+        if each.name not in stated and hasattr(native, each.name):
+            stated[each.name] = _converted(getattr(native, each.name), each.metadata.get("unit", rate_unit), rate_unit)
+    return kind(**stated)
+
+
+def _converted(value: Any, unit: str, rate_unit: str) -> object:  # noqa: ANN401  any value of the core
+    if isinstance(value, list):
+        return tuple(_converted(each, unit, rate_unit) for each in value)
+    if isinstance(value, Estimate):
+        return named_interval(value, unit)
+    kind = _TYPES.get(type(value))
+    return value if kind is None else typed(kind, value, rate_unit)
+
+
+def named_interval(estimate: Estimate, unit: str) -> Interval:
+    """A value and its interval with their unit."""
+    return Interval(value=estimate.value, low=estimate.low, high=estimate.high, unit=unit)
+
+
+def fitted_terms(
+    terms: Iterable[tuple[str, TermEstimate]], *, quantity: str, rate_unit: str, level: float
+) -> dict[str, FittedTerm]:
+    """The terms of a fit with their units."""
+    return {
+        name: typed(
+            FittedTerm,
+            term,
+            rate_unit,
+            term=name,
+            unit=coefficient_unit(name, quantity, rate_unit),
+            level=level,
+        )
+        for name, term in terms
+    }

@@ -12,7 +12,7 @@ from sigmatau import Analysis, DataError, NoiseModel, OptionError, Record, analy
 from sigmatau.analysis.inputs import read_model, read_source
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
-from sigmatau.exporting.export import export, prepare, prepare_all
+from sigmatau.exporting.export import export, place_choices, prepare, prepare_placed
 from sigmatau.exporting.source import Source
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.fitting.noise_fit import Fits
@@ -171,15 +171,16 @@ def test_several_targets_at_once(tmp_path):
     model = model_of(NO_K, limits={"rate_random_walk": 1e-6}, rate=100.0)
     choices = Choices(walk={"gyro": "upper-limit", "accel": "upper-limit"}, horizon=60.0)
     files = {"kalibr": tmp_path / "a", "kf-gins": tmp_path / "b", "ros": tmp_path / "c"}
-    made = prepare_all(model, files, choices=choices)
+    placed = place_choices(model, files, choices)
+    made = [prepare_placed(model, to=name, path=path, placed=placed[name]) for name, path in files.items()]
     assert [file.to for file in made] == list(files)
     (details,) = (f.details for f in made[0].findings if f.code == "choice_without_place")
     assert (details.target, details.option, details.key) == ("kalibr", "horizon", "")
     assert made[1].content == export(model, to="kf-gins", choices=choices)
     with pytest.raises(OptionError, match="`step` does not apply to kalibr"):
-        prepare_all(model, {"kalibr": None, "ros": None}, choices=replace(choices, step=0.1))
+        place_choices(model, ["kalibr", "ros"], replace(choices, step=0.1))
     with pytest.raises(OptionError, match="upper limit"):
-        prepare_all(model_of(NO_K, rate=100.0), files, choices=choices)
+        prepare_placed(model_of(NO_K, rate=100.0), to="kalibr", path=files["kalibr"], placed=placed["kalibr"])
     assert list(tmp_path.iterdir()) == []
 
 

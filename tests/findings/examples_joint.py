@@ -1,7 +1,9 @@
 """Examples of findings for `test_words`."""
 
+from typing import get_args
+
 from sigmatau.findings.finding import Finding
-from sigmatau.findings.joint import RunDiffers, RunLeftOut, RunsDiffer
+from sigmatau.findings.joint import RunDiffers, RunLeftOut, RunsDiffer, Unfit
 
 
 def differs(term, factor):
@@ -16,9 +18,8 @@ EXAMPLES = [
     Finding(
         details=RunsDiffer(runs=7, term="rate_random_walk", p_value=0.0023), severity="warning", channels=("gyro_x",)
     ),
-    Finding(
-        details=RunLeftOut(run="day2.csv", reason="channel 'gyro_x' never changes"),
-        severity="warning",
-        channels=("gyro_x",),
+    *(
+        Finding(details=RunLeftOut(run="day2.csv", reason=reason), severity="warning", channels=("gyro_x",))
+        for reason in (*get_args(Unfit), "a text of an earlier version")
     ),
 ]

@@ -208,11 +208,11 @@ class TestRefusals:
 
     def test_a_constant_channel(self):
         flat = Record.from_arrays(rate=10, gyro_x=np.full(8192, 0.5), unit={"gyro": "rad/s"})
-        with pytest.raises(DataError, match="run 2: channel 'gyro_x' never changes"):
+        with pytest.raises(DataError, match=r"run 2: channel 'gyro_x' .*: it never changes"):
             fit_jointly([record("flat"), flat])
 
     def test_a_short_run(self):
-        with pytest.raises(DataError, match="run 2: channel 'gyro_x' has too few samples for a joint fit: 300"):
+        with pytest.raises(DataError, match=r"run 2: channel 'gyro_x' of 300 samples .*too few"):
             fit_jointly([record("short"), record("shorter", n=300)])
 
     @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.analysis.options import AnalysisOptions, options_of
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
-from sigmatau.errors import DataError, RecordTooShortError
+from sigmatau.errors import DataError
 from sigmatau.estimators.allan import Curves, DeviationCurve, kept_freedom
 from sigmatau.findings.curves import NoMap
 from sigmatau.findings.finding import Finding, ranked
@@ -251,14 +251,15 @@ def _maps(
     record: Record, channels: tuple[str, ...], threads: int | None
 ) -> tuple[dict[str, DynamicAllan], list[Finding]]:
     """The dynamic Allan deviations, and findings of channels that are too short for one."""
-    from sigmatau.estimators.stability import dynamic_allan
+    from sigmatau.estimators.stability import MIN_SAMPLES_OF_MAP, dynamic_allan
 
     maps: dict[str, DynamicAllan] = {}
     without_map = []
     for channel in channels:
-        try:
+        samples = record.stream_of(channel).grid.n
+        if samples >= MIN_SAMPLES_OF_MAP:
             maps[channel] = dynamic_allan(record, channel, threads=threads)
-        except RecordTooShortError as error:
-            no_map = NoMap(samples=error.got, needed=error.need)
+        else:
+            no_map = NoMap(samples=samples, needed=MIN_SAMPLES_OF_MAP)
             without_map.append(Finding(details=no_map, severity="info", channels=(channel,)))
     return maps, without_map

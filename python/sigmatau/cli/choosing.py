@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from sigmatau.cli.declared import GROUPS
 from sigmatau.cli.options import finding_lines, key_values, say
 from sigmatau.cli.reading import Reading
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.selection.time_text import seconds_of, time_of
 from sigmatau.record.record import stream_name
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from sigmatau.analysis import Analysis
     from sigmatau.cli.attempts import Attempts
-    from sigmatau.errors import DataError
     from sigmatau.exporting.choices import Choices
     from sigmatau.record.record import Record
 
@@ -108,12 +107,15 @@ def targets_for_shell(context: CompletionContext) -> list[str]:
 
 
 @contextmanager
-def _of_export(after: str = "") -> Iterator[None]:
-    """Put the option in front of errors of an export, and what else can be done behind them."""
+def _of_export(after: str = "", name: str = "") -> Iterator[None]:
+    """Put the target and the option in front of errors of an export, and what else can be done behind them."""
     try:
         yield
-    except OptionError as error:
-        raise OptionError(f"--export {error.text}{after}", option=error.option) from None
+    except (OptionError, DataError) as error:
+        wrong = error.about(name) if name else error
+        if isinstance(wrong, DataError):
+            raise wrong from None
+        raise OptionError(f"--export {wrong.text}{after}", option=wrong.option) from None
 
 
 def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
@@ -205,19 +207,20 @@ class Exports:
         """Write each file that can be written. `result` is the written JSON, which allows another attempt without a second
         analysis.
         """
-        if not self.files:
+        if not self.files or self.choices is None:
             return
-        from sigmatau.exporting.export import prepare_all
+        from sigmatau.exporting.export import Prepared, place_choices, prepare_placed
 
         again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
-        failures: list[OptionError | DataError] = []
+        made: list[Prepared] = []
         with attempts.attempt(), _of_export(again):
-            files = prepare_all(analysis, self.files, choices=self.choices, named=True, failures=failures)
-            print_findings((finding for file in files for finding in file.findings), quiet=quiet)
-            for file in files:
-                with attempts.attempt():
-                    file.write()
-                    say(f"{file.path}: written for {file.to}", quiet=quiet)
-        for failure in failures:
-            with attempts.attempt(), _of_export(again):
-                raise failure
+            source = analysis.to_source()
+            placed = place_choices(source, self.files, self.choices)
+            for name, path in self.files.items():
+                with attempts.attempt(), _of_export(again, name):
+                    made.append(prepare_placed(source, to=name, path=path, placed=placed[name]))
+        print_findings((finding for file in made for finding in file.findings), quiet=quiet)
+        for file in made:
+            with attempts.attempt():
+                file.write()
+                say(f"{file.path}: written for {file.to}", quiet=quiet)

@@ -17,7 +17,7 @@ from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.datasheets.sheet import Datasheet, datasheet
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices, not_of_a_log
-from sigmatau.exporting.export import Prepared, check_choices, check_path, prepare
+from sigmatau.exporting.export import Prepared, check_all, check_path, prepare
 from sigmatau.exporting.inflation import inflation
 from sigmatau.exporting.stated import prepare_stated
 from sigmatau.exporting.targets import NAMES, target
@@ -92,7 +92,7 @@ def export_command(
     if from_datasheet is not None and rate is not None:
         raise not_of_a_log(rate)
     # Before a file is read. Whether a datasheet needs the horizon, its values tell.
-    check_choices(wanted, choices if from_datasheet is None else choices.without("horizon"))
+    check_all([to], choices if from_datasheet is None else choices.without("horizon"))
     if output is not None:
         check_path(wanted, output)
     expect(output)

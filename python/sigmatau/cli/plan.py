@@ -21,7 +21,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.planning import plan
 from sigmatau.fitting.to_model import has_model
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.file import value_in_si
+from sigmatau.model.file import has_unit_of, value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit
@@ -86,7 +86,7 @@ def plan_command(
     if hours is not None and not 0 < hours < float("inf"):
         raise OptionError(f"--hours {hours:g}: must be a positive number", option="hours")
     plans = []
-    misfit: OptionError | None = None
+    misfits = []  # units of channels that the value is not of: "deg/h" does not fit an accelerometer
     for name in channels or found:
         channel = found[name]
         processes = getattr(channel.noise, "gauss_markov", ())
@@ -100,14 +100,10 @@ def plan_command(
         if frequency is None:
             raise OptionError("--rate: a model has no sampling rate; give it in Hz", option="rate")
         unit = coefficient_unit(term, channel.quantity, channel.rate_unit)
-        try:
-            sought = channel.noise.get(term) if value is None else value_in_si(value, unit, "--value")
-        except OptionError as error:
-            if channels:
-                raise
-            # "deg/h" does not fit an accelerometer.
-            misfit = error
+        if value is not None and not channels and not has_unit_of(value, unit):
+            misfits.append(unit)
             continue
+        sought = channel.noise.get(term) if value is None else value_in_si(value, unit, "--value")
         duration = channel.duration if hours is None else 3600 * hours
         if sought is None and duration is None:
             raise OptionError(f"{name} has no {term}; give --hours or --value", option="hours")
@@ -130,8 +126,8 @@ def plan_command(
                 )
             )
     if not plans:
-        if misfit is not None:
-            raise misfit
+        if value is not None and misfits:
+            value_in_si(value, misfits[-1], "--value")  # raises which units fit
         raise OptionError(f"{source}: no channel has noise beside {term}", option="term")
     if json:
         sys.stdout.write(json_module.dumps([p.to_dict() for p in plans], indent=1, allow_nan=False) + "\n")

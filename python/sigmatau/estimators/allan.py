@@ -400,7 +400,8 @@ def allan(
         )
     curves: dict[str, DeviationCurve] = {}
     for stream in record.streams:
-        chosen = _of_stream(stream, stream.channels, taus, overlap=overlap, counting=counting, threads=threads)
+        chosen = curves_of_stream(stream, taus=taus, overlap=overlap, counting=counting, threads=threads)
+        _refuse_without_pairs(stream, chosen, stream.channels)
         curves.update(chosen)
     return Curves(curves)
 
@@ -433,18 +434,22 @@ def channel_curve(
 ) -> DeviationCurve:
     """Overlapped Allan variance of one channel of a record; see `allan`."""
     stream = next(stream for stream in record.streams if channel in stream.channels)
-    return _of_stream(stream, (channel,), taus, overlap="full", counting=counting, threads=threads)[channel]
+    computed = curves_of_stream(stream, (channel,), taus=taus, overlap="full", counting=counting, threads=threads)
+    _refuse_without_pairs(stream, computed, (channel,))
+    return computed[channel]
 
 
-def _of_stream(
+def curves_of_stream(
     stream: Stream,
-    channels: tuple[str, ...],
-    taus: TauGrid | ArrayLike,
+    channels: tuple[str, ...] | None = None,
     *,
+    taus: TauGrid | ArrayLike,
     overlap: Overlap,
     counting: Counting,
     threads: int | None,
 ) -> dict[str, DeviationCurve]:
+    """Allan variances of channels, by default of all; without those that miss so many samples that none has a pair."""
+    channels = stream.channels if channels is None else channels
     # The paper's counting leaves one term less, and at m = n/2 none.
     terms_lost = 1 if counting == "paper" and overlap == "full" else 0
     sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
@@ -471,18 +476,27 @@ def _of_stream(
         )
         kept = pairs > 0
         if not kept.any():
-            raise RecordTooShortError(
-                f"`{channel}` misses {int(missing.sum())} of {stream.grid.n} samples: no two neighbouring clusters of"
-                f" {sizes[0]} or more are half full",
-                need=2 * int(sizes[0]),
-                got=stream.grid.n - int(missing.sum()),
-            )
+            continue
         used = missing[:-1] if terms_lost else missing
         curve = _curve(
             stream, channel, sizes[kept], avar[kept], ramp[kept], pairs[kept], overlap=overlap, counting=counting
         )
         found[channel] = replace(curve, missing=int(used.sum()))
-    return {channel: found[channel] for channel in channels}
+    return {channel: found[channel] for channel in channels if channel in found}
+
+
+def _refuse_without_pairs(stream: Stream, computed: Mapping[str, DeviationCurve], channels: tuple[str, ...]) -> None:
+    """Raise `RecordTooShortError` for the first channel without a curve."""
+    for channel in channels:
+        if channel not in computed:
+            gaps = _gaps_of(stream, channel)
+            missing = 0 if gaps is None else int(gaps.sum())
+            raise RecordTooShortError(
+                f"`{channel}` misses {missing} of {stream.grid.n} samples: no two neighbouring clusters of the averaging"
+                " times are half full",
+                need=2,
+                got=stream.grid.n - missing,
+            )
 
 
 def _gaps_of(stream: Stream, channel: str) -> NDArray[np.bool_] | None:

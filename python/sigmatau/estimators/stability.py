@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 _DEFAULT_WINDOWS = 10
 _LEAST_SAMPLES = 16
+MIN_SAMPLES_OF_MAP = _DEFAULT_WINDOWS * _LEAST_SAMPLES
+"""Samples that a dynamic Allan deviation with windows of the default length needs."""
 _MOST_WINDOWS = 2000
 _PRINTED_ROWS = 12
 _MOST_MISSING = 0.1  # of the samples of a window
@@ -203,8 +205,9 @@ def dynamic_allan(
         raise OptionError(f"a window of {window:g} s is longer than the record ({total * tau0:.6g} s)", option="window")
     if n < _LEAST_SAMPLES:
         if window is None:
-            need = _LEAST_SAMPLES * _DEFAULT_WINDOWS
-            raise RecordTooShortError(f"{total} samples make no ten windows of {_LEAST_SAMPLES}", need=need, got=total)
+            raise RecordTooShortError(
+                f"{total} samples make no ten windows of {_LEAST_SAMPLES}", need=MIN_SAMPLES_OF_MAP, got=total
+            )
         raise OptionError(
             f"a window of {window:g} s has {n} samples; at least {_LEAST_SAMPLES} are needed", option="window"
         )

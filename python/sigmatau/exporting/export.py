@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from sigmatau._version import __version__
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import KINDS, Choices, Unplaced
 from sigmatau.exporting.source import Source, common_rate, have_several_rates, sensor_rates, source_of
 from sigmatau.exporting.targets import target
@@ -117,63 +117,51 @@ def prepare(model: object, *, to: str, path: str | Path | None = None, choices: 
         file = None if path is None else Path(path)
     except TypeError:
         raise OptionError(f"{{option}} must be the name of a file, not {path!r}", option="path") from None
-    return prepare_all(model, {to: file}, choices=choices)[0]
-
-
-def prepare_all(
-    model: object,
-    files: Mapping[str, Path | None],
-    *,
-    choices: Choices | None = None,
-    named: bool = False,
-    failures: list[OptionError | DataError] | None = None,
-) -> list[Prepared]:
-    """The same for several targets. A choice that does not apply to one of them is ignored there, with a finding.
-    `named`: whether errors begin with the name of the target; `failures`: takes the errors, and the other targets are
-    prepared.
-    """
     source, chosen = source_of(model), _chosen(choices)
-    made: list[Prepared] = []
-    unplaced: list[list[Unplaced]] = []
-    for to, path in files.items():
-        try:
-            prepared, without = _prepared(target(to), source, chosen, path, alone=len(files) == 1)
-        except (OptionError, DataError) as error:
-            wrong = error.about(to) if named else error
-            if failures is None:
-                raise wrong from None
-            failures.append(wrong)
-            continue
-        made.append(replace(prepared, to=to))
-        unplaced.append(without)
-    _refuse_everywhere(unplaced, next(iter(files)) if named else "")
-    return made
+    return prepare_placed(source, to=to, path=file, placed=place_choices(source, [to], chosen)[to])
 
 
-def _refuse_everywhere(unplaced: Sequence[Sequence[Unplaced]], about: str = "") -> None:
-    """Raise the first error of a choice that none of the targets has a place for."""
-    for refused in unplaced[0] if unplaced else ():
-        if all(
-            any((refused.choice, refused.key) == (alike.choice, alike.key) for alike in others) for others in unplaced
-        ):
-            raise refused.error().about(about) if about else refused.error()
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Placed:
+    """The choices that a target has a place for, and the others."""
+
+    choices: Choices
+    unplaced: tuple[Unplaced, ...]
 
 
-def _prepared(
-    wanted: Target, source: Source, choices: Choices, path: Path | None, *, alone: bool
-) -> tuple[Prepared, list[Unplaced]]:
-    """The file of a target with the choices that it has a place for, and the others; `alone` refuses these."""
-    unplaced = find_unplaced(wanted, choices, source)
-    if alone and unplaced:
-        raise unplaced[0].error()
+def place_choices(model: object, names: Iterable[str], choices: Choices) -> dict[str, Placed]:
+    """The choices for each of several targets; raises `OptionError` for one that none of them has a place for."""
+    source = source_of(model)
+    unplaced = {name: find_unplaced(target(name), choices, source) for name in names}
+    _refuse_everywhere(unplaced)
+    return {name: Placed(choices=_without(choices, lost), unplaced=tuple(lost)) for name, lost in unplaced.items()}
+
+
+def _without(choices: Choices, unplaced: Iterable[Unplaced]) -> Choices:
     for each in unplaced:
         choices = choices.without(each.choice, each.key)
+    return choices
+
+
+def _refuse_everywhere(unplaced: Mapping[str, Sequence[Unplaced]]) -> None:
+    """Raise the error of the first choice that none of the targets has a place for."""
+    for refused in next(iter(unplaced.values()), ()):
+        alike = (refused.choice, refused.key)
+        if all(any((each.choice, each.key) == alike for each in others) for others in unplaced.values()):
+            raise refused.error()
+
+
+def prepare_placed(model: object, *, to: str, path: Path | None, placed: Placed) -> Prepared:
+    """As `prepare`, with choices that have a place; a finding for each of the others."""
+    wanted = target(to)
     if path is not None:
         check_path(wanted, path)
-    content, findings = _written(wanted, source, choices, path)
-    omitted = (ChoiceWithoutPlace(target=wanted.name, option=each.option, key=each.key or "") for each in unplaced)
+    content, findings = _written(wanted, source_of(model), placed.choices, path)
+    omitted = (
+        ChoiceWithoutPlace(target=wanted.name, option=each.option, key=each.key or "") for each in placed.unplaced
+    )
     notes = (Finding(severity="info", details=details) for details in omitted)
-    return Prepared(to=wanted.name, path=path, content=content, findings=(*findings, *notes)), unplaced
+    return Prepared(to=to, path=path, content=content, findings=(*findings, *notes))
 
 
 _LACKING = {"both": 0, "either": 1, "any": 2}  # sensors that a log may lack
@@ -217,12 +205,7 @@ def _check_needs(wanted: Target, choices: Choices, rates: Mapping[str, float]) -
 
 def check_all(names: Iterable[str], choices: Choices) -> None:
     """Raise `OptionError` for choices that apply to none of the targets; needs no model."""
-    _refuse_everywhere([find_unplaced(target(name), choices) for name in names])
-
-
-def check_choices(target: Target, choices: Choices) -> None:
-    """Raise `OptionError` for choices that do not apply to a target; needs no model."""
-    _refuse_everywhere([find_unplaced(target, choices)])
+    _refuse_everywhere({name: find_unplaced(target(name), choices) for name in names})
 
 
 def find_unplaced(target: Target, choices: Choices, source: Source | None = None) -> list[Unplaced]:

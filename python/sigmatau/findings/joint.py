@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Literal
+
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import number
 from sigmatau.frozen import frozen
@@ -74,6 +77,18 @@ class RunsDiffer(Details, code="runs_differ"):
         )
 
 
+Unfit = Literal["too_few_samples", "constant", "coarse_counts", "only_run", "disturbed"]
+"""Why a channel of a run is not in a joint fit."""
+
+UNFIT_WORDS: Mapping[str, str] = {
+    "too_few_samples": "it has too few samples",
+    "constant": "it never changes",
+    "coarse_counts": "the rounding of its increments is not white",
+    "only_run": "it is the only run with this channel",
+    "disturbed": "vibration hides its noise",
+}
+
+
 @frozen
 class RunLeftOut(Details, code="run_left_out"):
     """A channel of a run is not in the joint fit.
@@ -83,7 +98,8 @@ class RunLeftOut(Details, code="run_left_out"):
     run : str
         Its name.
     reason : str
-        Reason why it cannot be used.
+        ``"too_few_samples"``, ``"constant"``, ``"coarse_counts"``, ``"only_run"`` or ``"disturbed"``; a text in results of
+        earlier versions.
     """
 
     run: str
@@ -91,5 +107,6 @@ class RunLeftOut(Details, code="run_left_out"):
 
     def words(self, finding: Finding) -> Words:
         return Words(
-            f"{self.run} is not in the joint fit: {self.reason}", "Correct the log, or name the logs without it"
+            f"{self.run} is not in the joint fit: {UNFIT_WORDS.get(self.reason, self.reason)}",
+            "Correct the log, or name the logs without it",
         )

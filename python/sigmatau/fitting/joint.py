@@ -11,6 +11,7 @@ from sigmatau._native import likelihood as native
 from sigmatau._native.likelihood import Estimate, LikelihoodSummary, LineEstimate
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
+from sigmatau.findings.joint import UNFIT_WORDS, Unfit
 from sigmatau.findings.reasons import CrowdedLines, VibrationPower
 from sigmatau.fitting import likelihood
 from sigmatau.fitting.arguments import check_level, wanted_terms
@@ -221,10 +222,11 @@ def run_of(
         For a channel that never changes, or is too short for the likelihood.
     """
     stream = record.stream_of(channel)
-    if not usable(stream, channel):
-        raise DataError(f"channel {channel!r} has too few samples for a joint fit: {stream.grid.n}").about(name)
-    if never_changes(stream, channel):
-        raise DataError(f"channel {channel!r} never changes").about(name)
+    unfit = why_unfit(stream, channel)
+    if unfit is not None:
+        raise DataError(
+            f"channel {channel!r} of {stream.grid.n} samples cannot be fitted jointly: {UNFIT_WORDS[unfit]}"
+        ).about(name)
     if fit is None or fit.method != "likelihood":
         wanted = None if terms is None else list(terms)
         fit = fit_channel(record, channel, terms=wanted, processes=processes, level=level)
@@ -235,6 +237,13 @@ def run_of(
         if degrees is not None:
             curves.append(likelihood.at_blocks(summary.centres + start, degrees, stream.grid.tau0))
     return Run(name=name, channel=channel, stream=stream, summary=summary, curves=tuple(curves), fit=fit)
+
+
+def why_unfit(stream: Stream, channel: str) -> Unfit | None:
+    """Why a channel cannot be fitted jointly; None if it can."""
+    if not usable(stream, channel):
+        return "too_few_samples"
+    return "constant" if never_changes(stream, channel) else None
 
 
 def join(

@@ -12,10 +12,10 @@ from sigmatau.analysis import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.findings.finding import Finding, Findings, ranked
-from sigmatau.findings.joint import RunDiffers, RunLeftOut, RunsDiffer
+from sigmatau.findings.joint import RunDiffers, RunLeftOut, RunsDiffer, Unfit
 from sigmatau.findings.reasons import CoarseCounts
 from sigmatau.findings.values import CoarseResolution
-from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of
+from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of, why_unfit
 from sigmatau.fitting.joint_fit import ALPHA, JointChannel, JointFit
 from sigmatau.fitting.known_biases import allowing_for_biases, tail_error, walk_factors
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
@@ -123,16 +123,24 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
     runs: dict[str, Run] = {}
     findings = []
     for channel in analysis.curves:
-        try:
-            if channel not in fits:
-                raise DataError("too few samples")
-            if any(isinstance(reason, CoarseCounts) for reason in fits[channel].reasons):
-                raise DataError("the rounding of its increments is not white")
+        unfit = _why_unfit(used, channel, fits.get(channel))
+        if unfit is None:
             runs[channel] = run_of(used, channel, name=name, fit=fits[channel])
-        except DataError as error:
-            details = RunLeftOut(run=name, reason=error.reason)
-            findings.append(Finding(details=details, severity="warning", channels=(channel,)))
+        else:
+            findings.append(_left_out(name, unfit, channel))
     return AnalysedRun(name=name, analysis=analysis, runs=runs, findings=tuple(findings))
+
+
+def _why_unfit(used: Record, channel: str, fitted: NoiseFit | None) -> Unfit | None:
+    if fitted is None:
+        return "too_few_samples"
+    if any(isinstance(reason, CoarseCounts) for reason in fitted.reasons):
+        return "coarse_counts"
+    return why_unfit(used.stream_of(channel), channel)
+
+
+def _left_out(run: str, reason: Unfit, channel: str) -> Finding:
+    return Finding(details=RunLeftOut(run=run, reason=reason), severity="warning", channels=(channel,))
 
 
 def _why_not(analysis: Analysis) -> str:
@@ -172,8 +180,7 @@ def fit_analysed(
     curves: dict[str, DeviationCurve] = {}
     for pool, members in pools.items():
         if len(members) < _LEAST:
-            details = RunLeftOut(run=members[0][0].name, reason="the only run with this channel")
-            findings.append(Finding(details=details, severity="warning", channels=(pool,)))
+            findings.append(_left_out(members[0][0].name, "only_run", pool))
             continue
         members, left_out = _without_disturbed(members, pool)
         findings += left_out
@@ -213,12 +220,7 @@ def _without_disturbed(
     quiet = [member for member in members if member[0].fit.verdict != "disturbed"]
     if len(quiet) < _LEAST:
         return members, []
-    details = [
-        RunLeftOut(run=run.name, reason="vibration hides its noise")
-        for run, _ in members
-        if run.fit.verdict == "disturbed"
-    ]
-    return quiet, [Finding(details=one, severity="warning", channels=(pool,)) for one in details]
+    return quiet, [_left_out(run.name, "disturbed", pool) for run, _ in members if run.fit.verdict == "disturbed"]
 
 
 def _findings(joint: JointChannel) -> list[Finding]:

@@ -203,6 +203,14 @@ def value_in_si(text: str, si: str, what: str) -> float:
     return value
 
 
+def has_unit_of(text: str, si: str) -> bool:
+    """Whether a text is a value in a unit of the kind of the SI unit `si`."""
+    match = _VALUE.fullmatch(text)
+    unit = None if match is None else units.if_known(match[2])
+    is_si = match is not None and match[2].strip() == si
+    return is_si or (unit is not None and (unit.si == si or not units.known(si)))
+
+
 def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
     quantity, unit = _quantity(name, table)
     unknown = next((key for key in table if key not in TERMS and key not in _OTHER_KEYS), None)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigmatau.errors import DataError, OptionError, RecordTooShortError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.accumulator import accumulate, strided_sizes
-from sigmatau.estimators.allan import Counting, DeviationCurve, Overlap, allan, refuse_missing
+from sigmatau.estimators.allan import Counting, DeviationCurve, Overlap, curves_of_stream, refuse_missing
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.curve_checks import (
@@ -75,17 +74,8 @@ def _curves(
     stream: Stream, taus: TauGrid | ArrayLike, overlap: Overlap, counting: Counting, threads: int | None
 ) -> tuple[Mapping[str, DeviationCurve], list[Finding]]:
     """The curves, and findings of channels without a curve because too many samples are missing."""
-    options: dict[str, Any] = {"taus": taus, "overlap": overlap, "counting": counting, "threads": threads}
-    if stream.mask is None:
-        return allan(Record(streams=(stream,)), **options), []
-    found: dict[str, DeviationCurve] = {}
-    without_curve = []
-    for channel in stream.channels:
-        try:
-            found.update(allan(Record(streams=(stream.only(channel),)), **options))
-        except RecordTooShortError:
-            without_curve.append(too_few_samples(stream, channel))
-    return found, without_curve
+    curves = curves_of_stream(stream, taus=taus, overlap=overlap, counting=counting, threads=threads)
+    return curves, [too_few_samples(stream, channel) for channel in stream.channels if channel not in curves]
 
 
 def _strided(stream: Stream, taus: TauGrid | ArrayLike) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve]]:

@@ -11,7 +11,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from sigmatau import units
-from sigmatau.errors import OptionError
 from sigmatau.io.read.name_tables import (
     AFTER_AXIS,
     ANGLE_INCREMENTS,
@@ -90,7 +89,7 @@ def unit_of(column: Column) -> tuple[str, str | None]:
     if match and match["name"] and not _AXIS_IN_BRACKETS.fullmatch(match["unit"].strip()):
         name = match["name"].strip()
         unit = unit or DESCRIPTORS.get(match["unit"].strip().lower(), match["unit"].strip())
-    return name, unit if unit and _known(unit) else None
+    return name, unit if unit and units.if_known(unit) else None
 
 
 Match = tuple[str, str | None]
@@ -263,7 +262,8 @@ def _clock_in_another_unit(column: Column, key: str) -> bool:
         return False
     if text is None:
         return column.name.strip() == "T"
-    return not _known(text) or units.find(text).si != "s"
+    unit = units.if_known(text)
+    return unit is None or unit.si != "s"
 
 
 def holds_increments(column: Column) -> bool:
@@ -322,14 +322,6 @@ def _channel(key: str) -> tuple[str | None, str | None]:
     if any(re.fullmatch(names, key) for names in TIMES):
         return "time", "s" if SECONDS.match(key) else None
     return None, None
-
-
-def _known(spelling: str) -> bool:
-    try:
-        units.find(spelling)
-    except OptionError:
-        return False
-    return True
 
 
 def degrees_of(column: Column) -> str | None:

@@ -251,7 +251,5 @@ def _check_unit(channel: str, spelled: str, stream: str) -> None:
 
 
 def _same(one: str, other: str) -> bool:
-    try:
-        return units.find(one) == units.find(other)
-    except OptionError:
-        return one == other
+    first, second = units.if_known(one), units.if_known(other)
+    return one == other if first is None or second is None else first == second

@@ -24,6 +24,7 @@ __all__ = [
     "LikelihoodSummary",
     "LineEstimate",
     "NonFinite",
+    "Parameter",
     "ResonanceEstimate",
     "RunEstimate",
     "SecondModel",
@@ -80,6 +81,7 @@ __all__ = [
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
 _Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"]
+_Quantity = Literal["sigma", "time", "frequency", "width"]
 _Verdict = Literal["adequate", "adequate_with", "widened"]
 
 @final
@@ -237,6 +239,16 @@ class SecondModel:
     def warm_up(self) -> float | None: ...
 
 @final
+class Parameter:
+    def __new__(cls, part: str, number: int | None, quantity: _Quantity | None) -> Self: ...
+    @property
+    def part(self) -> str: ...
+    @property
+    def number(self) -> int | None: ...
+    @property
+    def quantity(self) -> _Quantity | None: ...
+
+@final
 class ChannelFit:
     def __new__(
         cls,
@@ -259,7 +271,7 @@ class ChannelFit:
         tau_min: float,
         tau_max: float,
         p_value: float,
-        parameters: list[str],
+        parameters: list[Parameter],
         covariance: list[list[float]],
         unsteadiness: tuple[float, float],
         left_out: list[tuple[float, float]],
@@ -304,7 +316,7 @@ class ChannelFit:
     @property
     def p_value(self) -> float: ...
     @property
-    def parameters(self) -> list[str]: ...
+    def parameters(self) -> list[Parameter]: ...
     @property
     def covariance(self) -> list[list[float]]: ...
     @property
@@ -488,7 +500,7 @@ class CurveFit:
         model: list[tuple[str, float]],
         unclear: list[str],
         gauss_markov: list[GaussMarkovEstimate],
-        parameters: list[str],
+        parameters: list[Parameter],
         covariance: list[list[float]],
         worst: tuple[int, float] | None,
     ) -> Self: ...
@@ -509,7 +521,7 @@ class CurveFit:
     @property
     def gauss_markov(self) -> list[GaussMarkovEstimate]: ...
     @property
-    def parameters(self) -> list[str]: ...
+    def parameters(self) -> list[Parameter]: ...
     @property
     def covariance(self) -> list[list[float]]: ...
     @property

@@ -17,6 +17,7 @@ from sigmatau.findings.reasons import BandLeftOut, Misfit, StatedReason
 from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, WarmUp
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.response import FittedFilter
+from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import LowPass
 
 SCHEMA = jsonschema.Draft202012Validator(
@@ -135,7 +136,7 @@ FULL = NoiseFit(
     tau_min=0.04,
     tau_max=80.0,
     p_value=0.2,
-    covariance=(("random_walk", "gauss_markov_1.time"), np.array([[1e-10, 1e-6], [1e-6, 9.0]])),
+    covariance=Covariance.of(["random_walk", "gauss_markov_1.time"], [[1e-10, 1e-6], [1e-6, 9.0]]),
     level=0.9,
     method="likelihood",
     runs=(100.0, 240.0),
@@ -152,8 +153,8 @@ def test_every_field_of_a_fit_is_read_back():
     for one in fields(NoiseFit):
         found, wanted = getattr(back, one.name), getattr(FULL, one.name)
         if one.name == "covariance":
-            assert found[0] == wanted[0]
-            np.testing.assert_array_equal(found[1], wanted[1])
+            assert found.parameters == wanted.parameters
+            np.testing.assert_array_equal(found.matrix, wanted.matrix)
         elif one.name not in ("n", "tau0"):  # of the curve
             assert found == wanted, one.name
 

@@ -321,7 +321,7 @@ class TestWhatItSays:
 
     def test_covariance_of_the_coefficients(self):
         fitted = fit(exact(MIXTURES[0]))
-        names, matrix = fitted.covariance
+        names, matrix = fitted.covariance.names, fitted.covariance.matrix
         assert names == tuple(MIXTURES[0])
         assert np.allclose(matrix, matrix.T)
         assert np.all(np.linalg.eigvalsh(matrix / np.sqrt(np.outer(np.diag(matrix), np.diag(matrix)))) > 0)

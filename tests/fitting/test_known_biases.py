@@ -70,7 +70,7 @@ def test_bandwidth():
     assert after.value == before.value
     assert after.high == before.high
     assert after.low < 0.9 * before.low
-    names, matrix = wide.covariance
+    names, matrix = wide.covariance.names, wide.covariance.matrix
     k = names.index("random_walk")
     width = (after.high - after.low) / (before.high - before.low)
-    assert matrix[k, k] == pytest.approx(bare.covariance[1][k, k] * width**2)
+    assert matrix[k, k] == pytest.approx(bare.covariance.matrix[k, k] * width**2)

@@ -53,7 +53,7 @@ def test_only_the_random_walk_has_an_interval(case):
                 assert (term.observed, term.value, term.low, term.high) == (False, None, None, None), name
                 assert (term.upper_limit, term.p_value) == (None, None), name
         assert all(one.time.low is one.sigma.high is None for one in fitted.gauss_markov)
-        assert fitted.covariance[0] == ("random_walk",)
+        assert fitted.covariance.names == ("random_walk",)
         (finding,) = (one for one in analysis.findings if one.code == "widened")
         assert finding.details.only_walk
         assert "no model fits: only the random walk has an interval" in fitted.headline()

@@ -67,14 +67,14 @@ def test_the_numbers_of_a_process_get_wider_too():
     model = NoiseModel(channels={"gyro_x": ChannelModel(terms={"random_walk": 0.04}, gauss_markov=(process,))})
     x = simulate(model, duration=N / 100, rate=100.0, rng=seed_of("coarse process")).streams[0].column("gyro_x")
     fitted = fit_channel(Record.from_arrays(rate=100, gyro_x=np.asarray(x)), "gyro_x")
-    names, before = fitted.covariance
+    names, before = fitted.covariance.names, fitted.covariance.matrix
     k = names.index("gauss_markov_1.sigma")
     after = allowing_for_rounding(fitted, step=1.0, noise=0.45)
-    assert after.covariance[0] == names
+    assert after.covariance.names == names
     wider = after.gauss_markov[0].sigma.high - after.gauss_markov[0].sigma.low
     width = fitted.gauss_markov[0].sigma.high - fitted.gauss_markov[0].sigma.low
     assert wider > width
-    assert after.covariance[1][k, k] == pytest.approx(before[k, k] * (wider / width) ** 2)
+    assert after.covariance.matrix[k, k] == pytest.approx(before[k, k] * (wider / width) ** 2)
 
 
 def test_a_process_beside_the_rounding():
@@ -87,7 +87,7 @@ def test_a_process_beside_the_rounding():
         process[k] = 0.8 * state
     y = np.round(process + 0.8 * rng.standard_normal(2 * N) + 0.3)
     fitted = analyze(Record.from_arrays(rate=100, gyro_x=y), at_rest=True).fits["gyro_x"]
-    assert "gauss_markov_1.sigma" in fitted.covariance[0]
+    assert "gauss_markov_1.sigma" in fitted.covariance.names
     assert fitted.gauss_markov[0].sigma.low <= 0.8 <= fitted.gauss_markov[0].sigma.high
 
 
@@ -97,7 +97,7 @@ def test_coarse_values_with_a_resonance():
     ringing = lfilter([1], [1, -2 * decay * math.cos(2 * math.pi * 10 / 100), decay**2], rng.standard_normal(20_000))
     x = np.round(0.2 * ringing / ringing.std() + 0.25 * rng.standard_normal(20_000) + 0.3)
     fitted = analyze(Record.from_arrays(rate=100, gyro_x=x)).fits["gyro_x"]
-    names, covariance = fitted.covariance
+    names, covariance = fitted.covariance.names, fitted.covariance.matrix
     assert fitted.verdict == "widened"
     assert "resonance_1.sigma" in names
     assert np.isfinite(covariance).all()

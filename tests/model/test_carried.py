@@ -27,7 +27,7 @@ def test_a_resonance_is_carried():
     assert len(fitted.resonance) == len(model.resonance) == 1
     found = fitted.resonance[0]
     assert found.frequency.low <= 0.02 <= found.frequency.high
-    assert {"resonance_1.sigma", "resonance_1.frequency", "resonance_1.width"} <= set(model.covariance[0])
+    assert {"resonance_1.sigma", "resonance_1.frequency", "resonance_1.width"} <= set(model.covariance.names)
     np.testing.assert_allclose(model.avar(m=curve.m, tau0=0.01), fitted.avar(m=curve.m), rtol=1e-9)
     assert verify(model, curve).p_value > 0.002
 
@@ -54,7 +54,7 @@ def test_a_process_has_an_interval_in_the_prediction():
     record = simulate(NoiseModel(channels={"gyro_z": truth}), duration=10800, rate=100, rng=seed_of("carried process"))
     found = analyze(record)
     model = found.model["gyro_z"]
-    assert {"gauss_markov_1.sigma", "gauss_markov_1.time"} <= set(model.covariance[0])
+    assert {"gauss_markov_1.sigma", "gauss_markov_1.time"} <= set(model.covariance.names)
     heading = predict(found.model, after=[600], rate=100)["heading"]
     right = predict(NoiseModel(channels={"gyro_z": truth}), after=[600], rate=100)["heading"].rms
     assert np.rad2deg(right[0]) == pytest.approx(1.76, abs=0.005)
@@ -78,7 +78,7 @@ def test_a_line_between_modes_and_segments():
         assert line.frequency.low <= frequency <= line.frequency.high
         walk = fitted["random_walk"]
         assert walk.high - walk.low > 0.005 * walk.value
-        assert not any(name.startswith("resonance") for name in fitted.covariance[0])
+        assert not any(name.startswith("resonance") for name in fitted.covariance.names)
 
 
 def test_a_line_behind_a_filter():

@@ -29,8 +29,8 @@ class TestAdequate:
             assert interval == (fitted[term].low, fitted[term].high)
         assert set(model.limits) == {name for name, term in fitted.items() if term.upper_limit is not None}
         assert not set(model.limits) & set(model.intervals)
-        assert model.covariance[0] == fitted.covariance[0]
-        np.testing.assert_array_equal(model.covariance[1], fitted.covariance[1])
+        assert model.covariance.names == fitted.covariance.names
+        np.testing.assert_array_equal(model.covariance.matrix, fitted.covariance.matrix)
         assert (model.tau_min, model.duration) == (fitted.tau_min, 3000.0)
 
     def test_json_and_result_are_the_same_model(self, tmp_path):

@@ -11,6 +11,7 @@ import pytest
 from known import seed_of
 from sigmatau import DataError, NoiseModel, OptionError, simulate
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY
 from sigmatau.navigation.predict import predict
@@ -258,13 +259,13 @@ def test_interval_is_that_of_the_coefficients():
     """One term of which the error is known to 5 %: so is the angle; two: by their covariance."""
     terms = {"random_walk": 1e-4, "rate_random_walk": 1e-5}
     covariance = np.diag([(5e-6) ** 2, 0.0])
-    model = gyro(terms, covariance=(tuple(terms), covariance))
+    model = gyro(terms, covariance=Covariance.of(tuple(terms), covariance))
     found = angle(model, level=0.6826894921370859)  # one standard deviation
     share = found.shares["gyro_z", "random_walk"]
     np.testing.assert_allclose(np.log(found.high / found.rms), 0.05 * share, rtol=1e-9)
     np.testing.assert_allclose(found.low * found.high, found.rms**2, rtol=1e-12)
     assert angle(gyro(terms)).low is None
-    partly = gyro({**terms, "quantization": 1e-5}, covariance=(tuple(terms), covariance))
+    partly = gyro({**terms, "quantization": 1e-5}, covariance=Covariance.of(tuple(terms), covariance))
     assert predict(partly, after=1.0, rate=RATE).as_known == (("gyro_z", "quantization"),)
 
 
@@ -276,7 +277,7 @@ def test_interval_without_covariance():
     np.testing.assert_allclose(np.log(error.high / error.rms), 1.959963984540054 * 0.1, rtol=1e-9)
     assert found.as_known == ()
     terms = {"random_walk": 1e-4, "rate_ramp": -2e-6}
-    both = gyro(terms, intervals=limits, covariance=(("random_walk",), np.array([[(5e-6) ** 2]])))
+    both = gyro(terms, intervals=limits, covariance=Covariance.of(["random_walk"], [[(5e-6) ** 2]]))
     error = predict(both, after=60.0, rate=RATE)["heading"]
     noise, ramp = (float(error.shares["gyro_z", term][0]) for term in terms)
     expected = 1.959963984540054 * math.hypot(0.05 * noise, 0.1 * ramp)
@@ -304,7 +305,7 @@ class TestNotSeen:
 
     def test_upper_end_and_sign_of_a_ramp(self):
         """What was seen counts with the upper end of its interval, and two ramps with their sizes added."""
-        covariance = (("rate_ramp",), np.array([[1e-14]]))
+        covariance = Covariance.of(["rate_ramp"], [[1e-14]])
         seen = {"gyro_z": ChannelModel(terms={"rate_ramp": -2e-6}, covariance=covariance, limits={"random_walk": 1e-4})}
         error = predict(NoiseModel(channels=seen), after=60.0, rate=RATE)["heading"]
         np.testing.assert_allclose(error.high, error.at_most, rtol=1e-12)
@@ -330,7 +331,7 @@ class TestNotSeen:
         terms = {"random_walk": 1e-4, "bias_instability": 1e-6, "rate_random_walk": 1e-6}
         limits = {"bias_instability": 2e-5, "rate_random_walk": 1e-5}
         well = {"intervals": {"random_walk": (0.9e-4, 1.1e-4)}, "limits": limits}
-        sure = (("random_walk",), np.zeros((1, 1)))
+        sure = Covariance.of(["random_walk"], [[0.0]])
         found = predict(gyro(terms, covariance=sure, **well), after=TIMES, rate=RATE, calibration=T)
         error, one = found["heading"], angle(gyro({"random_walk": 1e-4}), calibration=T).rms
         most = angle(gyro({"random_walk": 1e-4, **limits}), calibration=T).rms
@@ -346,7 +347,7 @@ class TestNotSeen:
         assert found.to_dict()["undecided"][0] == ["gyro_z", "bias_instability"]
         # With their covariance the interval is that of the sum, here of B alone, and at most is as before.
         covariance = np.diag([0.0, 1e-14, 0.0])
-        error = angle(gyro(terms, covariance=(tuple(terms), covariance), **well), calibration=T)
+        error = angle(gyro(terms, covariance=Covariance.of(tuple(terms), covariance), **well), calibration=T)
         share = error.shares["gyro_z", "bias_instability"]
         np.testing.assert_allclose(np.log(error.high / error.rms), 1.959963984540054 * 0.1 * share, rtol=1e-9)
         np.testing.assert_allclose(error.at_most, most, rtol=1e-9)

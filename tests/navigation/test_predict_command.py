@@ -9,6 +9,7 @@ import pytest
 from known import seed_of
 from sigmatau import NoiseModel, analyze, predict, simulate
 from sigmatau.cli import main
+from sigmatau.model.parameters import Covariance
 
 MODEL = """
 [channels.gyro_y]
@@ -163,7 +164,7 @@ def test_covariance_of_an_analysis_reaches_the_interval():
     """Twice as sure a coefficient, half as wide: nothing else is in the interval."""
     widths = []
     for factor in (1.0, 0.25):
-        covariance = (("random_walk",), factor * np.array([[1e-10]]))
+        covariance = Covariance.of(["random_walk"], factor * np.array([[1e-10]]))
         model = NoiseModel.from_dict({"channels": {"gyro_z": {"random_walk": "0.3 deg/sqrt(h)"}}})
         channel = model.channels["gyro_z"]
         known = type(channel)(terms=channel.terms, covariance=covariance)

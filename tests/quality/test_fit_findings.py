@@ -150,7 +150,7 @@ class TestWarmUp:
         assert found["warm_up"].size == pytest.approx(6e-3, abs=3 / 1.96 * (details.high - details.low) / 2)
         assert details.time_constant == pytest.approx(time, rel=0.15)
         # As without the drift; what the drift takes of the slowest noise is a part of the interval.
-        names, covariance = before.covariance
+        names, covariance = before.covariance.names, before.covariance.matrix
         half = 1.96 * np.sqrt(covariance[names.index("rate_random_walk")][names.index("rate_random_walk")])
         assert fit.model["rate_random_walk"] == pytest.approx(before.model["rate_random_walk"], abs=half)
 

@@ -125,6 +125,18 @@ frozen_class! {
 }
 
 frozen_class! {
+    /// A number of a model, a row of its covariance.
+    Parameter {
+        /// A term, `gauss_markov` or `resonance`.
+        part: String,
+        /// Place of a process among those of its kind, from 1; None for a term.
+        number: Option<usize>,
+        /// `sigma`, `time`, `frequency` or `width` of a process; None for a term.
+        quantity: Option<String>,
+    }
+}
+
+frozen_class! {
     /// The fit of one channel. Numbers are in the unit of the rate and seconds.
     ChannelFit {
         /// Terms that were asked for, and the ramp, by name.
@@ -153,7 +165,7 @@ frozen_class! {
         alike_sigma: Option<f64>,
         /// Other models that explain the record as well.
         second: Vec<SecondModel>,
-        /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
+        /// Discrepancy that widened intervals allow for: frequency [Hz], standard deviation of the logarithm of the density.
         discrepancy: Vec<(f64, f64)>,
         /// `adequate`, `adequate_with` or `widened`.
         verdict: String,
@@ -165,8 +177,8 @@ frozen_class! {
         tau_max: f64,
         /// P-value of the goodness of fit.
         p_value: f64,
-        /// Names of the rows of `covariance`.
-        parameters: Vec<String>,
+        /// Rows of `covariance`.
+        parameters: Vec<Parameter>,
         /// Covariance of coefficients and of numbers of processes, shape (n, n). [SI]
         covariance: Vec<Vec<f64>>,
         /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
@@ -381,6 +393,30 @@ impl From<LineEstimate> for core::LineEstimate {
     }
 }
 
+/// The coefficient of a term, by its name.
+impl From<&str> for Parameter {
+    fn from(term: &str) -> Self {
+        Self { part: term.to_owned(), number: None, quantity: None }
+    }
+}
+
+impl From<core::Parameter> for Parameter {
+    fn from(parameter: core::Parameter) -> Self {
+        let (part, number, quantity) = match parameter {
+            core::Parameter::Term(term) => return core::TERM_NAMES[term].into(),
+            core::Parameter::GaussMarkov(number, quantity) => ("gauss_markov", number, quantity),
+            core::Parameter::Resonance(number, quantity) => ("resonance", number, quantity),
+        };
+        let quantity = match quantity {
+            core::Number::Sigma => "sigma",
+            core::Number::Time => "time",
+            core::Number::Frequency => "frequency",
+            core::Number::Width => "width",
+        };
+        Self { part: part.to_owned(), number: Some(number), quantity: Some(quantity.to_owned()) }
+    }
+}
+
 impl From<core::ChannelFit> for ChannelFit {
     fn from(fit: core::ChannelFit) -> Self {
         let order = fit.parameters.len().max(1);
@@ -419,7 +455,7 @@ impl From<core::ChannelFit> for ChannelFit {
             tau_min: fit.tau_min,
             tau_max: fit.tau_max,
             p_value: fit.p_value,
-            parameters: fit.parameters,
+            parameters: converted(fit.parameters),
             covariance: fit.covariance.chunks_exact(order).map(<[f64]>::to_vec).collect(),
             unsteadiness: fit.unsteadiness,
             left_out: fit.left_out,

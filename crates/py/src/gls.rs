@@ -1,7 +1,7 @@
 //! Least squares on Allan variances: the fit of a curve, and its parts for planning and tests.
 
 use crate::allan::{sizes, value_error};
-use crate::channel_fit::{GaussMarkovEstimate, TermEstimate, converted, named, term};
+use crate::channel_fit::{GaussMarkovEstimate, Parameter, TermEstimate, converted, named, term};
 use crate::frozen_class::frozen_class;
 use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
@@ -232,8 +232,8 @@ frozen_class! {
         unclear: Vec<String>,
         /// A Gauss-Markov process in the place of a term.
         gauss_markov: Vec<GaussMarkovEstimate>,
-        /// Names of the rows of `covariance`.
-        parameters: Vec<String>,
+        /// Rows of `covariance`.
+        parameters: Vec<Parameter>,
         /// Covariance of the coefficients of noise, shape (n, n). [SI]
         covariance: Vec<Vec<f64>>,
         /// The averaging time that deviates most, of those left out or if no model is adequate: its index, and the measured
@@ -278,7 +278,6 @@ pub fn fit_curve(
 impl From<gls::CurveFit> for CurveFit {
     fn from(fit: gls::CurveFit) -> Self {
         let order = fit.parameters.len().max(1);
-        let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
         Self {
             adequate: fit.adequate,
             first: fit.first,
@@ -286,9 +285,9 @@ impl From<gls::CurveFit> for CurveFit {
             no_covariance: fit.no_covariance,
             terms: named(fit.terms),
             model: named(fit.model),
-            unclear: owned(fit.unclear),
+            unclear: fit.unclear.into_iter().map(str::to_owned).collect(),
             gauss_markov: converted(fit.gauss_markov),
-            parameters: owned(fit.parameters),
+            parameters: converted(fit.parameters),
             covariance: fit.covariance.chunks_exact(order).map(<[f64]>::to_vec).collect(),
             worst: fit.worst,
         }

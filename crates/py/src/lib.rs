@@ -38,7 +38,7 @@ mod _core {
     #[pymodule_export]
     use crate::channel_fit::{
         ChannelFit, Estimate, FilterEstimate, FittedModel, GaussMarkovEstimate, JointChannelFit,
-        LineEstimate, ResonanceEstimate, RunEstimate, SecondModel, TermEstimate, WarmUpEstimate,
+        LineEstimate, Parameter, ResonanceEstimate, RunEstimate, SecondModel, TermEstimate, WarmUpEstimate,
     };
     #[pymodule_export]
     use crate::covariance::covariance_tensors;

@@ -28,6 +28,7 @@ from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import Coefficient, ReadOff
 from sigmatau.fitting.response import FittedFilter
+from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.quality.selection.rest import Rest
@@ -357,11 +358,11 @@ def _filter(form: forms.FilterForm, tau0: float, rate: float | None) -> FittedFi
     )
 
 
-def _covariance(form: forms.CovarianceForm) -> tuple[tuple[str, ...], np.ndarray[Any, np.dtype[np.float64]]]:
+def _covariance(form: forms.CovarianceForm) -> Covariance:
     size = len(form.terms)
     if len(form.matrix) != size or any(len(row) != size for row in form.matrix):
         raise WrongValueError(f"fit.covariance: the matrix is not {size} by {size}")
-    return form.terms, np.array(form.matrix, dtype=np.float64).reshape(size, size)
+    return Covariance.of(form.terms, form.matrix)
 
 
 def _read_off(name: str, channel: forms.ChannelForm) -> ReadOff:

@@ -47,8 +47,6 @@ def fit_sums(
         fitted = replace(fitted, n=stream.grid.n, tau0=stream.grid.tau0)
         return with_limits(fitted, stream, CoarseCounts(summed=summed, hidden=True))
     # What the sums show of lines, resonances and a filter is folded at half their rate.
-    names, covariance = fitted.covariance
-    rows = [k for k, name in enumerate(names) if not name.startswith("resonance")]
     has_process = bool(fitted.gauss_markov) or fitted.warm_up is not None
     reasons = tuple(reason for reason in fitted.reasons if not isinstance(reason, BandLeftOut))
     return replace(
@@ -62,7 +60,7 @@ def fit_sums(
         resonance=(),
         response=None,
         highest=None,
-        covariance=(tuple(names[k] for k in rows), covariance[np.ix_(rows, rows)]),
+        covariance=fitted.covariance.select(lambda each: None if each.part == "resonance" else each),
     )
 
 

@@ -16,6 +16,7 @@ from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.reasons import Reason, VibrationPower
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.model.parameters import Covariance
 from sigmatau.noise.terms import avar
 from sigmatau.record.streams import Stream
 
@@ -180,7 +181,7 @@ def with_limits(fitted: NoiseFit, stream: Stream, reason: Reason) -> NoiseFit:
         second=(),
         unclear=(),
         discrepancy=(),
-        covariance=((), np.empty((0, 0))),
+        covariance=Covariance(),
     )
 
 

@@ -15,6 +15,7 @@ from sigmatau.findings.reasons import Reason
 from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, WarmUp
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
+from sigmatau.model.parameters import Covariance
 
 Verdict = Literal["adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"]
 Trust = Literal["good", "partial", "poor"]
@@ -53,7 +54,7 @@ class FittedNoise:
     tau_min: float | None = None
     tau_max: float | None = None
     p_value: float | None = None
-    covariance: tuple[tuple[str, ...], NDArray[np.float64]] = ((), np.empty((0, 0)))
+    covariance: Covariance = field(default_factory=Covariance)
     level: float = 0.95
     method: str = "gls"
     runs: tuple[float, ...] = ()

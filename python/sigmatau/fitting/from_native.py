@@ -6,7 +6,11 @@ from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, TypeVar
 
+import numpy as np
+
+from sigmatau._native.gls import CurveFit
 from sigmatau._native.likelihood import (
+    ChannelFit,
     Estimate,
     GaussMarkovEstimate,
     LineEstimate,
@@ -15,6 +19,7 @@ from sigmatau._native.likelihood import (
     WarmUpEstimate,
 )
 from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, Sinusoid, WarmUp
+from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.noise.terms import coefficient_unit
 
 _T = TypeVar("_T")
@@ -59,6 +64,12 @@ def _converted(value: Any, unit: str, rate_unit: str) -> object:  # noqa: ANN401
 def named_interval(estimate: Estimate, unit: str) -> Interval:
     """A value and its interval with their unit."""
     return Interval(value=estimate.value, low=estimate.low, high=estimate.high, unit=unit)
+
+
+def fitted_covariance(fit: ChannelFit | CurveFit) -> Covariance:
+    """The covariance of a fit."""
+    rows = tuple(typed(Parameter, row, "") for row in fit.parameters)
+    return Covariance(parameters=rows, matrix=np.array(fit.covariance).reshape((len(rows),) * 2))
 
 
 def fitted_terms(

@@ -6,13 +6,12 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.model.parameters import Parameter
 
 _TERM = "random_walk"
 
@@ -72,12 +71,10 @@ def allowing_for_biases(fitted: NoiseFit, factors: Iterable[float], *, error: fl
         high=None if high is None else high / smallest,
         upper_limit=None if limit is None else limit / smallest,
     )
-    names, covariance = fitted.covariance
-    scale = np.ones(len(names))
-    if _TERM in names and (before := _width(walk)) > 0:
-        scale[names.index(_TERM)] = _width(widened) / before
+    before = _width(walk)
+    scale = _width(widened) / before if before > 0 else 1.0
     return replace(
-        fitted, terms={**fitted.terms, _TERM: widened}, covariance=(names, covariance * np.outer(scale, scale))
+        fitted, terms={**fitted.terms, _TERM: widened}, covariance=fitted.covariance.scaled({Parameter(_TERM): scale})
     )
 
 

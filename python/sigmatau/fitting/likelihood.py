@@ -16,7 +16,7 @@ from sigmatau.fitting.beside_vibration import allowing_for_changes, crowded_shar
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
 from sigmatau.fitting.fitted_values import SecondModel
-from sigmatau.fitting.from_native import fitted_terms, named_interval, typed
+from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, named_interval, typed
 from sigmatau.fitting.misfit import without_unknown_terms
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of
@@ -162,9 +162,8 @@ def noise_fit_of(
         response=None if fit.response is None else _response(fit.response, unit),
         regressors=dict(zip(regressors, coefficients, strict=True)),
         second=tuple(typed(SecondModel, model, unit, terms=dict(model.terms)) for model in fit.second),
-        discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
         reasons=reasons,
-        covariance=(tuple(fit.parameters), np.array(fit.covariance).reshape((len(fit.parameters),) * 2)),
+        covariance=fitted_covariance(fit),
         level=level,
         method="likelihood",
     )

@@ -6,12 +6,12 @@ import math
 from dataclasses import replace
 from statistics import NormalDist
 
-import numpy as np
-
 from sigmatau.fitting.fitted_values import FittedTerm, Interval
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.model.parameters import Parameter
 
 _WALK = "random_walk"
+_WALK_PARAMETER = Parameter(_WALK)
 
 
 def without_unknown_terms(fitted: NoiseFit) -> NoiseFit:
@@ -23,12 +23,12 @@ def without_unknown_terms(fitted: NoiseFit) -> NoiseFit:
     """
     if not fitted.is_misfit:
         return fitted
-    names, covariance = fitted.covariance
     terms = {
         name: _walk(term, fitted) if name == _WALK and term.observed else _unknown(term)
         for name, term in fitted.terms.items()
     }
-    rows = [k for k, name in enumerate(names) if name == _WALK and terms[_WALK].observed]
+    observed = _WALK in terms and terms[_WALK].observed
+    of_walk = fitted.covariance.select(lambda each: each if observed and each == _WALK_PARAMETER else None)
     return replace(
         fitted,
         terms=terms,
@@ -41,7 +41,7 @@ def without_unknown_terms(fitted: NoiseFit) -> NoiseFit:
         alike_sigma=None,
         second=(),
         unclear=(),
-        covariance=(tuple(names[k] for k in rows), covariance[np.ix_(rows, rows)] * _behind_filter(fitted) ** 2),
+        covariance=replace(of_walk, matrix=of_walk.matrix * _behind_filter(fitted) ** 2),
     )
 
 

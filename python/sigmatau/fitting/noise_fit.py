@@ -81,9 +81,8 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         curve. [s]
     p_value : float or None
         P-value of the goodness of fit.
-    covariance : tuple of (tuple of str, ndarray of shape (n, n))
-        Names and covariance of the observed coefficients, of those in `unclear`, and of the numbers of processes,
-        ``"gauss_markov_1.sigma"``, ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
+    covariance : Covariance
+        Covariance of the observed coefficients, of those in `unclear`, and of the numbers of processes. [SI]
     level : float
         Confidence level of the intervals and limits.
     method : str
@@ -307,7 +306,6 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI without NaN: the ``fit`` of the JSON form."""
-        names, matrix = self.covariance
         ranges = self.line_ranges
         terms = {
             **{name: self._term_to_dict(name, ranges) for name in self.terms},
@@ -322,7 +320,13 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         more: dict[str, Any] = {"runs_s": self.runs} if self.runs else {}
         if self.reasons:
             more["reasons"] = plain_details(self.reasons)
-        return plain(self, known, terms=terms, covariance={"terms": names, "matrix": matrix}, **more)
+        return plain(
+            self,
+            known,
+            terms=terms,
+            covariance=self.covariance,
+            **more,
+        )
 
     def _term_to_dict(self, name: str, ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, Any]:
         term = self.terms[name]

@@ -14,6 +14,7 @@ from sigmatau.fitting.fitted_values import FittedTerm, Interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.observed import limit_of
 from sigmatau.frozen import frozen
+from sigmatau.model.parameters import Parameter
 
 Floats = NDArray[np.float64]
 
@@ -138,22 +139,25 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
         resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
     )
-    names, covariance = fitted.covariance
     before, after = _widths(fitted), _widths(widened)
-    factors = np.array([after.get(name, 1.0) / before.get(name, 1.0) for name in names])
+    factors = {each: after[each] / before[each] for each in fitted.covariance.parameters if each in before}
     return replace(
         widened,
         verdict="widened" if told else fitted.verdict,
         reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
-        covariance=(names, covariance * np.outer(factors, factors)),
+        covariance=fitted.covariance.scaled(factors),
     )
 
 
-def _widths(fitted: NoiseFit) -> dict[str, float]:
-    """Widths of intervals, by the names of the covariance."""
-    found = {name: _width(term) for name, term in fitted.terms.items()}
-    found |= {f"gauss_markov_{k}.sigma": _width(one.sigma) for k, one in enumerate(fitted.gauss_markov, 1)}
-    return found | {f"resonance_{k}.sigma": _width(one.sigma) for k, one in enumerate(fitted.resonance, 1)}
+def _widths(fitted: NoiseFit) -> dict[Parameter, float]:
+    """Widths of intervals, by the parameters of the covariance."""
+    widths = {Parameter(name): _width(term) for name, term in fitted.terms.items()}
+    widths |= {
+        Parameter("gauss_markov", k, "sigma"): _width(each.sigma) for k, each in enumerate(fitted.gauss_markov, 1)
+    }
+    return widths | {
+        Parameter("resonance", k, "sigma"): _width(each.sigma) for k, each in enumerate(fitted.resonance, 1)
+    }
 
 
 def _width(term: FittedTerm | Interval) -> float:

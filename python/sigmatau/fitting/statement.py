@@ -12,7 +12,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.reasons import Misfit, NoCovariance, Reason, ShortTimesDeviate
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.fitted_values import FittedTerm
-from sigmatau.fitting.from_native import fitted_terms, typed
+from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, typed
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import coefficient_unit
 
@@ -55,7 +55,7 @@ def stated(
         tau_min=tau_min,
         tau_max=int(m[-1]) * curve.tau0,
         p_value=fit.p_value if fit.adequate else None,
-        covariance=(tuple(fit.parameters), np.array(fit.covariance).reshape((len(fit.parameters),) * 2)),
+        covariance=fitted_covariance(fit),
         level=level,
     )
 

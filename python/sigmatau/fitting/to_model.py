@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import replace
 
 from sigmatau._native import kernels
 from sigmatau.errors import DataError
 from sigmatau.fitting.fitted_values import Resonance
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import GaussMarkov, Sinusoid
 from sigmatau.model.processes import Resonance as ModelResonance
 
@@ -39,7 +38,6 @@ def to_model(fit: NoiseFit) -> ChannelModel:
         raise DataError(f"its fit is {fit.verdict!r} and has no model")
     rate = 1 / fit.tau0
     numbers = _unfolded(fit, rate)
-    names, covariance = _of_resonances(fit.covariance, numbers)
     resonances = (fit.resonance[k - 1] for k in numbers)
     alike = fit.alike_from is not None and fit.alike_sigma is not None and "rate_random_walk" in fit.model
     return ChannelModel(
@@ -68,7 +66,7 @@ def to_model(fit: NoiseFit) -> ChannelModel:
             if term.low is not None and term.high is not None and name in fit.model
         },
         limits={name: term.upper_limit for name, term in fit.terms.items() if term.upper_limit is not None},
-        covariance=(names, covariance),
+        covariance=_of_resonances(fit.covariance, numbers),
         level=next((term.level for term in fit.terms.values()), fit.level),
         tau_min=fit.tau_min or 0.0,
         duration=fit.n / rate,
@@ -88,16 +86,17 @@ def _unfolded(fit: NoiseFit, rate: float) -> list[int]:
     return [k for k, process in enumerate(fit.resonance, 1) if not is_folded(process)]
 
 
-def _of_resonances(
-    covariance: tuple[tuple[str, ...], NDArray[np.float64]], numbers: Sequence[int]
-) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+def _of_resonances(covariance: Covariance, numbers: Sequence[int]) -> Covariance:
     """The covariance with some of the resonances, which are numbered anew."""
-    names, matrix = covariance
-    renamed = {f"resonance_{old}": f"resonance_{new}" for new, old in enumerate(numbers, 1)}
-    heads = [name.partition(".") for name in names]
-    rows = [k for k, (head, _, _) in enumerate(heads) if not head.startswith("resonance_") or head in renamed]
-    chosen = tuple(f"{renamed.get(head, head)}{dot}{tail}" for head, dot, tail in (heads[k] for k in rows))
-    return chosen, matrix[np.ix_(rows, rows)]
+    renumbered = {old: new for new, old in enumerate(numbers, 1)}
+
+    def renamed(parameter: Parameter) -> Parameter | None:
+        if parameter.part != "resonance" or parameter.number is None:
+            return parameter
+        new = renumbered.get(parameter.number)
+        return None if new is None else replace(parameter, number=new)
+
+    return covariance.select(renamed)
 
 
 def _highest(fit: NoiseFit, rate: float) -> float | None:

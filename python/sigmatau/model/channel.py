@@ -14,6 +14,7 @@ from sigmatau._native import kernels
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.model import covariance as covariances
+from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import (
     LARGEST,
     SMALLEST,
@@ -37,8 +38,6 @@ _SAMPLES_WITHOUT_RATE = 1000  # per shortest averaging time, if no rate is known
 STATIONARY = ("quantization", "random_walk")
 PROCESSES: Mapping[str, type] = {"gauss_markov": GaussMarkov, "resonance": Resonance, "sinusoid": Sinusoid}
 """The parts beside the terms: their fields, and what they hold."""
-
-_NO_COVARIANCE: tuple[tuple[str, ...], Floats] = ((), np.empty((0, 0)))
 
 
 @frozen(eq=False)
@@ -64,9 +63,8 @@ class ChannelModel(Mapping[str, float], Printed):
     limits : mapping of str to float
         Upper limits of terms that were not observed, if the model comes from a fit. They are not part of the model.
         [SI]
-    covariance : tuple of (tuple of str, ndarray of shape (n, n))
-        Names and covariance of n coefficients, if the model comes from a fit; those of processes are
-        ``"gauss_markov_1.sigma"``, ``"gauss_markov_1.time"``, ``"resonance_1.frequency"`` … [SI]
+    covariance : Covariance
+        Covariance of the coefficients and of the numbers of processes, if the model comes from a fit. [SI]
     alike_from : GaussMarkov or None
         If the model comes from a fit with a rate random walk: the process of the shortest correlation time that
         explains the record as well as the walk. Every slower process does so too.
@@ -116,7 +114,7 @@ class ChannelModel(Mapping[str, float], Printed):
     unit: str = "rad/s"
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     limits: Mapping[str, float] = field(default_factory=dict)
-    covariance: tuple[tuple[str, ...], Floats] = _NO_COVARIANCE
+    covariance: Covariance = field(default_factory=Covariance)
     alike_from: GaussMarkov | None = None
     alternatives: tuple[ChannelModel, ...] = ()
     level: float = 0.95

@@ -171,7 +171,7 @@ def _left_out(channel: ChannelModel) -> list[str]:
         if term in channel.terms:
             continue
         lines.append(printable(f"# {term}: not seen, and left out; below {_limit(channel, term)}"))
-    names = [name for name in channel.covariance[0] if name in channel.terms]
+    names = [each.part for each in channel.covariance.parameters if each.part in channel.terms]
     if len(names) > 1:
         lines.append(printable(f"# How the errors of {', '.join(names)} go together stands in the result only."))
     return lines

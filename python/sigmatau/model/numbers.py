@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigmatau.model.channel import PROCESSES, ChannelModel
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.parameters import Covariance, Parameter
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
@@ -44,15 +45,15 @@ def adev_interval(
         and `high` the terms that were not observed at their limits. [unit of the rate]
     """
     avar, parts = model.avar(m=m, tau0=tau0), model.avar_of_parts(m=m, tau0=tau0)
-    names, covariance = model.covariance
+    parameters, covariance = model.covariance.parameters, model.covariance.matrix
     changed = changed_processes(model)
-    gradient = np.zeros((len(names), len(avar)))
-    for k, name in enumerate(names):
-        if name in changed:
-            more = changed[name].avar(m=m, tau0=tau0) - parts[kind_of(name)]
-            gradient[k] = more / step_of(model, name)
-        elif name in model:
-            gradient[k] = 2 * parts[name] / model[name]
+    gradient = np.zeros((len(parameters), len(avar)))
+    for k, parameter in enumerate(parameters):
+        if parameter in changed:
+            more = changed[parameter].avar(m=m, tau0=tau0) - parts[parameter.part]
+            gradient[k] = more / step_of(model, parameter)
+        elif parameter.part in model:
+            gradient[k] = 2 * parts[parameter.part] / model[parameter.part]
     # Independent errors of the logarithm, shape (parameters, n_tau); the numbers have scales far apart.
     scale = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
@@ -62,7 +63,7 @@ def adev_interval(
     wide = np.exp((deviates or NormalDist().inv_cdf(0.5 + level / 2)) * spread)
     low, high = np.sqrt(avar) / wide, np.sqrt(avar) * wide
     for other in explanations(model)[1:]:
-        if other.covariance[0]:
+        if other.covariance.parameters:
             lower, higher = adev_interval(other, m=m, tau0=tau0, level=level, simultaneous=simultaneous)
         else:
             # Its own errors are not known: the relative ones of the model stand for them.
@@ -87,7 +88,7 @@ def explanations(model: ChannelModel) -> list[ChannelModel]:
         "alike_from": None,
         "alternatives": (),
         "intervals": {},
-        "covariance": ((), np.empty((0, 0))),
+        "covariance": Covariance(),
     }
     others = [
         replace(model, terms=other.terms, gauss_markov=other.gauss_markov, **bare) for other in model.alternatives
@@ -113,37 +114,25 @@ def without_walk(model: ChannelModel) -> ChannelModel:
     )
 
 
-def changed_processes(model: ChannelModel) -> dict[str, ChannelModel]:
+def changed_processes(model: ChannelModel) -> dict[Parameter, ChannelModel]:
     """The processes of a kind with one of their numbers larger by `step_of`, for each number with a known error."""
     parts = model.parts()
-    found = {}
-    for name in model.covariance[0]:
-        if (at := _process(model, name)) is not None:
-            kind, k, number = at
-            own = list(getattr(model, kind))
-            own[k] = replace(own[k], **{number: getattr(own[k], number) + step_of(model, name)})
-            several: dict[str, Any] = {kind: tuple(own)}
-            found[name] = replace(parts[kind], **several)
-    return found
+    changed = {}
+    for parameter in model.covariance.parameters:
+        kind, number, quantity = parameter.part, parameter.number, parameter.quantity
+        if number is None or quantity is None or not 1 <= number <= len(getattr(model, kind, ())):
+            continue
+        processes = list(getattr(model, kind))
+        process = processes[number - 1]
+        processes[number - 1] = replace(process, **{quantity: getattr(process, quantity) + step_of(model, parameter)})
+        of_kind: dict[str, Any] = {kind: tuple(processes)}
+        changed[parameter] = replace(parts[kind], **of_kind)
+    return changed
 
 
-def kind_of(name: str) -> str:
-    """Which processes a number is of: ``"gauss_markov"`` of ``"gauss_markov_1.time"``."""
-    return name.partition(".")[0].rpartition("_")[0]
-
-
-def step_of(model: ChannelModel, name: str) -> float:
+def step_of(model: ChannelModel, parameter: Parameter) -> float:
     """Change of a number of a process that gives a derivative."""
-    at = _process(model, name)
-    assert at is not None
-    one = getattr(model, at[0])[at[1]]
-    return float(_CHANGE * (one.width if at[2] == "frequency" else getattr(one, at[2])))
-
-
-def _process(model: ChannelModel, name: str) -> tuple[str, int, str] | None:
-    """Kind, place and number of a name such as ``"gauss_markov_1.time"``; None for a coefficient."""
-    process, _, number = name.partition(".")
-    kind, _, k = process.rpartition("_")
-    if not number or kind not in PROCESSES or not k.isdecimal() or not 1 <= int(k) <= len(getattr(model, kind)):
-        return None
-    return kind, int(k) - 1, number
+    assert parameter.number is not None
+    assert parameter.quantity is not None
+    process = getattr(model, parameter.part)[parameter.number - 1]
+    return float(_CHANGE * getattr(process, "width" if parameter.quantity == "frequency" else parameter.quantity))

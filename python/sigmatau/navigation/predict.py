@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.model.channel import PROCESSES, ChannelModel
+from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.numbers import changed_processes, explanations, kind_of, step_of
+from sigmatau.model.numbers import changed_processes, explanations, step_of
+from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import real, sampling_rate
 from sigmatau.navigation.error_covariance import Earth, Mechanisation, Source, mechanisations, source
 from sigmatau.navigation.prediction import PredictedError, Prediction
@@ -177,7 +178,7 @@ def _predicted(
         sources: dict[tuple[str, str], tuple[Floats, Floats]] = {}
         made: dict[tuple[str, str], Source] = {}
         limited: dict[tuple[str, str], tuple[Floats, Floats]] = {}
-        moved: dict[tuple[str, str], Floats] = {}
+        moved: dict[tuple[str, Parameter], Floats] = {}
         for k, channel in enumerate(equations.inputs):
             gains = np.eye(len(equations.inputs))[k]
             longest = (average + int(steps[-1])) * dt
@@ -185,9 +186,9 @@ def _predicted(
                 name: source(part, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
                 for name, part in model[channel].parts().items()
             }
-            for name, changed in changed_processes(model[channel]).items():
+            for parameter, changed in changed_processes(model[channel]).items():
                 made_of = source(changed, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
-                moved[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)[1]
+                moved[channel, parameter] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)[1]
             for name, limit in _limited(model[channel]).items():
                 made_of = source(limit, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
                 limited[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)
@@ -349,22 +350,22 @@ def _square(
     return np.asarray(np.maximum(variance, 0.0) + mean**2)
 
 
-def _known(model: NoiseModel, channel: str) -> tuple[tuple[str, ...], Floats]:
-    """Terms of a channel whose errors are known, with their covariance; terms with an interval only count as independent."""
+def _known(model: NoiseModel, channel: str) -> Covariance:
+    """Covariance of the numbers of a channel whose errors are known; terms with an interval only count as independent."""
     from statistics import NormalDist
 
     if channel not in model:
-        return (), np.empty((0, 0))
+        return Covariance()
     one = model[channel]
-    names, covariance = one.covariance
-    alone = [term for term in one.intervals if term not in names and term in one]
-    total = np.zeros((len(names) + len(alone),) * 2)
-    total[: len(names), : len(names)] = covariance
+    fitted = one.covariance.parameters
+    alone = [term for term in one.intervals if Parameter(term) not in fitted and term in one]
+    total = np.zeros((len(fitted) + len(alone),) * 2)
+    total[: len(fitted), : len(fitted)] = one.covariance.matrix
     to_sd = 1 / (2 * NormalDist().inv_cdf(0.5 + one.level / 2))
-    for k, term in enumerate(alone, len(names)):
+    for k, term in enumerate(alone, len(fitted)):
         low, high = one.intervals[term]
         total[k, k] = ((high - low) * to_sd) ** 2
-    return (*names, *alone), total
+    return Covariance(parameters=(*fitted, *map(Parameter, alone)), matrix=total)
 
 
 @np.errstate(over="ignore")  # of a coefficient that is hardly known: its interval has no end
@@ -373,7 +374,7 @@ def _error(
     model: NoiseModel,
     sources: Mapping[tuple[str, str], tuple[Floats, Floats]],
     limited: Mapping[tuple[str, str], tuple[Floats, Floats]],
-    moved: Mapping[tuple[str, str], Floats],
+    moved: Mapping[tuple[str, Parameter], Floats],
     after: Floats,
     level: float,
 ) -> tuple[PredictedError, list[tuple[str, str]]]:
@@ -391,29 +392,33 @@ def _error(
     spread, of_seen, as_known, beside = np.zeros_like(square), np.zeros_like(square), [], []
     any_known = False
     for channel in dict.fromkeys(channel for channel, _ in sources):
-        names, covariance = _known(model, channel)
-        # A number of a process, "gauss_markov_1.time", is a part of its own in `moved`.
-        parts = [(k, term) for k, term in enumerate(names) if (channel, term) in sources or (channel, term) in moved]
-        known = {*names, *(kind for kind in PROCESSES if any(name.startswith(kind) for _, name in parts))}
+        covariance = _known(model, channel)
+        # A number of a process is a part of its own in `moved`.
+        parts = [
+            (k, each)
+            for k, each in enumerate(covariance.parameters)
+            if (channel, each) in moved or (each.number is None and (channel, each.part) in sources)
+        ]
+        known = {each.part for each in covariance.parameters if each.number is None} | {each.part for _, each in parts}
         without = [key for key in sources if key[0] == channel and key[1] not in known and np.any(of_parts[key])]
         as_known += [key for key in without if key not in limited]
         beside += [key for key in without if key in limited]
         any_known |= bool(parts or beside)
-        for kept in (parts, [(k, term) for k, term in parts if (channel, term) not in limited]):
+        for kept in (parts, [(k, each) for k, each in parts if (channel, each.part) not in limited]):
             if not kept:
                 continue
             # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
             gradient = np.array(
                 [
-                    2 * of_parts[channel, term] / model.channels[channel][term]
-                    if (channel, term) in sources
-                    else (moved[channel, term] - sources[channel, kind_of(term)][1])
-                    / step_of(model.channels[channel], term)
-                    for _, term in kept
+                    2 * of_parts[channel, each.part] / model.channels[channel][each.part]
+                    if each.number is None
+                    else (moved[channel, each] - sources[channel, each.part][1])
+                    / step_of(model.channels[channel], each)
+                    for _, each in kept
                 ]
             )
             index = [k for k, _ in kept]
-            added = np.einsum("pt,pq,qt->t", gradient, covariance[np.ix_(index, index)], gradient)
+            added = np.einsum("pt,pq,qt->t", gradient, covariance.matrix[np.ix_(index, index)], gradient)
             spread, of_seen = (spread + added, of_seen) if kept is parts else (spread, of_seen + added)
     z = NormalDist().inv_cdf(0.5 + level / 2)
     rms = np.sqrt(square)

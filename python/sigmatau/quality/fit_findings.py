@@ -32,6 +32,7 @@ from sigmatau.findings.spectrum import (
 from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
 from sigmatau.fitting.fitted_values import Sinusoid
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.model.parameters import Parameter
 from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
 from sigmatau.record.record import Record
@@ -139,12 +140,8 @@ def _second_explanation(fitted: NoiseFit) -> list[Finding]:
 
 def walk_freedom(fitted: NoiseFit) -> float:
     """Degrees of freedom of the square of the random walk by its standard error s, ½(N/s)²; inf if not observed."""
-    walk, (names, covariance) = fitted.terms.get("random_walk"), fitted.covariance
-    if walk is None or not walk.value or "random_walk" not in names:
-        return math.inf
-    at = names.index("random_walk")
-    variance = float(covariance[at, at])
-    return walk.value**2 / (2 * variance) if variance > 0 else math.inf
+    walk, variance = fitted.terms.get("random_walk"), fitted.covariance.variance_of(Parameter("random_walk"))
+    return walk.value**2 / (2 * variance) if walk is not None and walk.value and variance else math.inf
 
 
 def disturbed_findings(fitted: NoiseFit) -> list[Finding]:

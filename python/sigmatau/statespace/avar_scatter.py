@@ -28,6 +28,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.model import covariance as covariances
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.covariance import Damped
+from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import Sinusoid
 
 Floats = NDArray[np.float64]
@@ -56,7 +57,7 @@ def covariance_of_model(
     total += model.terms.get("rate_ramp", 0.0) ** 2 * np.einsum("p,pij->ij", theta, ramp)
     if model.bandwidth is not None or model.resonance:
         both = np.ones(len(m), dtype=np.bool_) if together is None else together
-        noise_ = replace(model, sinusoid=(), intervals={}, limits={}, covariance=((), np.empty((0, 0))))
+        noise_ = replace(model, sinusoid=(), intervals={}, limits={}, covariance=Covariance())
         total += _damped(_Same(noise_), n, tuple(m.tolist()), tau0, tuple(both.tolist()))
     if model.sinusoid:
         quiet = replace(model, sinusoid=())

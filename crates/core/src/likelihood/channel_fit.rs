@@ -9,7 +9,7 @@ use crate::likelihood::filter::{FittedFilter, UNUSED_POWER};
 use crate::likelihood::fitted_model::FittedModel;
 use crate::likelihood::outcome::{Options, Outcome, Process, Second};
 use crate::likelihood::parts::{
-    GaussMarkovEstimate, LineEstimate, Parts, ResonanceEstimate, TERM_NAMES, covariance,
+    GaussMarkovEstimate, LineEstimate, Parameter, Parts, ResonanceEstimate, TERM_NAMES, covariance,
 };
 use crate::likelihood::pass::Summary;
 use crate::resonance::Resonance;
@@ -89,7 +89,7 @@ pub struct ChannelFit {
     pub alike_from: Option<(f64, Option<f64>)>,
     /// Other models that explain the record as well.
     pub second: Vec<SecondModel>,
-    /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
+    /// Discrepancy that widened intervals allow for: frequency [Hz], standard deviation of the logarithm of the density.
     pub discrepancy: Vec<(f64, f64)>,
     /// Whether the model describes the record.
     pub verdict: Verdict,
@@ -101,8 +101,8 @@ pub struct ChannelFit {
     pub tau_max: f64,
     /// P-value of the goodness of fit.
     pub p_value: f64,
-    /// Names of the rows of `covariance`: terms of the model, and numbers of processes, `gauss_markov_1.sigma` …
-    pub parameters: Vec<String>,
+    /// Rows of `covariance`.
+    pub parameters: Vec<Parameter>,
     /// Covariance of these numbers, row after row. [SI]
     pub covariance: Vec<f64>,
     /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
@@ -174,8 +174,8 @@ impl ChannelFit {
         coefficients[..4].copy_from_slice(&outcome.reduced.map(|theta| theta.max(0.0).sqrt()));
         let noise: [f64; 4] = std::array::from_fn(|k| coefficients[k]);
         let (parameters, covariance) = covariance(outcome, &noise);
-        let mut terms = terms(outcome, options, &noise, |name| {
-            let row = parameters.iter().position(|parameter| parameter == name);
+        let mut terms = terms(outcome, options, &noise, |term| {
+            let row = parameters.iter().position(|&parameter| parameter == Parameter::Term(term));
             row.map_or(0.0, |row| covariance[row * (parameters.len() + 1)].max(0.0).sqrt())
         });
         let ramp = TermEstimate::of_ramp(outcome.ramp, outcome.ramp_observed, level);
@@ -214,7 +214,7 @@ impl ChannelFit {
                 .alike_from
                 .map(|(time, variance)| (time, alike_sigma(time, variance, noise[3]))),
             second: outcome.second.iter().map(SecondModel::from).collect(),
-            discrepancy: outcome.discrepancy.clone(),
+            discrepancy: if outcome.widened { outcome.discrepancy.clone() } else { Vec::new() },
             verdict: match (outcome.widened, has_parts) {
                 (true, _) => Verdict::Widened,
                 (false, true) => Verdict::AdequateWith,
@@ -271,14 +271,14 @@ fn terms(
     outcome: &Outcome,
     options: &Options,
     model: &[f64; 4],
-    error: impl Fn(&str) -> f64,
+    error: impl Fn(usize) -> f64,
 ) -> Vec<(&'static str, TermEstimate)> {
     (0..4)
         .filter(|&k| options.terms[k])
         .map(|k| {
             let estimate = outcome.terms[k].as_ref().map_or_else(TermEstimate::default, |bounds| {
                 let value = if model[k] > 0.0 { model[k] } else { bounds.value.sqrt() };
-                TermEstimate::of_square(bounds, value, error(TERM_NAMES[k]), options.level)
+                TermEstimate::of_square(bounds, value, error(k), options.level)
             });
             (TERM_NAMES[k], estimate)
         })

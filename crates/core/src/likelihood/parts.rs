@@ -1,5 +1,6 @@
-//! Processes, resonances and lines of a model, and the names and covariance of all its numbers.
+//! Processes, resonances and lines of a model, and the covariance of all its numbers.
 
+use crate::likelihood::bins::TERMS;
 use crate::likelihood::estimates::{Estimate, quantile};
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter::FittedFilter;
@@ -109,23 +110,48 @@ fn at_bins(centre: Estimate, width: f64, bins: &[[f64; 4]]) -> Estimate {
     Estimate { value, low: Some(low.min((value - spacing).max(0.0))), high: Some(high.max(value + spacing)) }
 }
 
-/// Names and covariance, row after row, of the coefficients √θ in the model and of the numbers of its processes, from that
+/// A number of a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Number {
+    /// Standard deviation. [rate unit]
+    Sigma,
+    /// Correlation time. [s]
+    Time,
+    /// Centre. [Hz]
+    Frequency,
+    /// Half width. [Hz]
+    Width,
+}
+
+/// A number of a model. Processes of a kind are counted from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parameter {
+    /// Coefficient of a term, by its index in `TERM_NAMES`.
+    Term(usize),
+    /// Of a Gauss-Markov process.
+    GaussMarkov(usize, Number),
+    /// Of a resonance.
+    Resonance(usize, Number),
+}
+
+/// The coefficients √θ in the model and the numbers of its processes, and their covariance, row after row, from that
 /// of θ, of the filter, and of the shapes: logarithms of times and widths, frequencies in widths. Lines have none.
-pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<String>, Vec<f64>) {
+pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<Parameter>, Vec<f64>) {
     let order = outcome.covariance.len().isqrt();
-    // Row, name, and slope of the number by that of the row: the delta method.
-    let mut rows: Vec<(usize, String, f64)> = Vec::new();
+    // Row, number, and slope of the number by that of the row: the delta method.
+    let mut rows: Vec<(usize, Parameter, f64)> = Vec::new();
     let mut shape = outcome.parameters.len() + outcome.filter.len();
     let mut processes = outcome.processes.iter();
     let mut counts = [0, 0];
     for (row, &part) in outcome.parameters.iter().enumerate() {
-        let (name, numbers, count) = match part {
-            Part::GaussMarkov { .. } => ("gauss_markov", &["time"][..], &mut counts[0]),
-            Part::Resonance { .. } => ("resonance", &["frequency", "width"][..], &mut counts[1]),
+        let (of_process, numbers, count): (fn(usize, Number) -> Parameter, _, _) = match part {
+            Part::GaussMarkov { .. } => (Parameter::GaussMarkov, &[Number::Time][..], &mut counts[0]),
+            Part::Resonance { .. } => {
+                (Parameter::Resonance, &[Number::Frequency, Number::Width][..], &mut counts[1])
+            }
             _ => {
-                if let Some((name, value)) = term_of(part, model).filter(|&(_, value)| value > 0.0) {
-                    rows.push((row, name.to_owned(), 0.5 / value));
-                }
+                let term = TERMS.iter().position(|&term| term == part).filter(|&term| model[term] > 0.0);
+                rows.extend(term.map(|term| (row, Parameter::Term(term), 0.5 / model[term])));
                 continue;
             }
         };
@@ -142,27 +168,18 @@ pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<String>, V
             Part::Resonance { width, .. } => shape_of(process, 1, width),
             _ => continue,
         };
-        rows.push((row, format!("{name}_{count}.sigma"), 0.5 / sigma));
-        rows.extend(
-            numbers
-                .iter()
-                .enumerate()
-                .map(|(k, number)| (first + k, format!("{name}_{count}.{number}"), scale.value)),
-        );
+        rows.push((row, of_process(*count, Number::Sigma), 0.5 / sigma));
+        let shapes = numbers.iter().enumerate();
+        rows.extend(shapes.map(|(k, &number)| (first + k, of_process(*count, number), scale.value)));
     }
     let matrix = rows
         .iter()
         .flat_map(|(i, _, a)| rows.iter().map(move |(j, _, b)| (i * order + j, a * b)))
         .map(|(index, slopes)| outcome.covariance[index] * slopes)
         .collect();
-    (rows.into_iter().map(|(_, name, _)| name).collect(), matrix)
+    (rows.into_iter().map(|(_, parameter, _)| parameter).collect(), matrix)
 }
 
 /// Names of the four noise terms and of the ramp.
 pub const TERM_NAMES: [&str; 5] =
     ["quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp"];
-
-/// Name of a term, and its coefficient in the model.
-fn term_of(part: Part, model: &[f64; 4]) -> Option<(&'static str, f64)> {
-    crate::likelihood::bins::TERMS.iter().position(|&term| term == part).map(|k| (TERM_NAMES[k], model[k]))
-}

@@ -19,7 +19,7 @@ import numpy as np
 import sigmatau as st
 from sigmatau import Record
 from sigmatau.findings.reasons import CoarseCounts, CrowdedLines
-from sigmatau.fitting.disturbance import HIDDEN, MAX_BURSTS, MAX_HIDING_SHARE, MAX_SHARE, vibration_share
+from sigmatau.fitting.disturbance import THRESHOLDS, vibration_share
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.selection.window import choose
 from studies import parked
@@ -191,6 +191,8 @@ def _counts(rows: list[dict[str, Any]]) -> str:
     return " | ".join([str(len(rows)), *texts, f"{shares[len(shares) // 2]:.2f}, {shares[-1]:.2f}", str(disturbed)])
 
 
+_SHARE, _HIDING = THRESHOLDS.max_share, THRESHOLDS.max_hiding_share
+_HIDDEN, _LOUD = THRESHOLDS.hidden, THRESHOLDS.max_bursts
 _HEAD = f"""# Disturbed records
 
 Made by `make study` (studies/disturbed.py). A vehicle with people in it, an idle engine or the ventilation of a building
@@ -200,13 +202,13 @@ variances, to which every vibration only adds.
 
 The verdict needs one of three conditions:
 
-- Lines and narrow resonances have more than {MAX_SHARE:g} of the power, beside random walk and quantization noise. At most
+- Lines and narrow resonances have more than {_SHARE:g} of the power, beside random walk and quantization noise. At most
   three lines beside a white level that is steady are exempt: a steady line hides nothing.
-- They have more than {MAX_HIDING_SHARE:g} of it, and the random walk of the model is below {HIDDEN:g} times the limit of the
+- They have more than {_HIDING:g} of it, and the random walk of the model is below {_HIDDEN:g} times the limit of the
   curve, so that it shows at no averaging time; or the lower end of its interval is above that limit. No line is exempt: of
   11 parked axes with at most three lines and more than 0.85 of the power, 6 had a random walk 2.5 to 26 times too large.
 - Motion comes and goes, as of people in a vehicle: at some averaging time up to 1 s the loudest differences of neighbouring
-  clusters, by their 97.5 % quantile, have more than {MAX_BURSTS:g} times the power that their median lets expect of normal
+  clusters, by their 97.5 % quantile, have more than {_LOUD:g} times the power that their median lets expect of normal
   noise, relative to the same ratio of neighbouring samples. Of 198 parts of real records at rest 1.45 is the largest.
 
 Where lines and resonances have a tenth of the power or more and the white level differs between eighths of the record, the

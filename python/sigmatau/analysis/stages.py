@@ -29,7 +29,7 @@ from sigmatau.quality.curves import curves_of
 from sigmatau.quality.facts import in_threads
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.means import channel_mean
-from sigmatau.quality.samples.resolution import LEAST_SUMS
+from sigmatau.quality.samples import resolution
 from sigmatau.quality.selection.exclusion import leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.quality.selection.window import choose as choose_window
@@ -144,7 +144,9 @@ def fit(state: State) -> State:
     def fitted(channel: str) -> tuple[NoiseFit, NoiseFit, DeviationCurve]:
         curve, steps = state.curves[channel], coarse.get(channel)
         if steps is not None and steps.summed != 1 and method == "likelihood":
-            first = fit_sums(record, channel, summed=steps.summed, least=LEAST_SUMS, terms=options.terms)
+            first = fit_sums(
+                record, channel, summed=steps.summed, least=resolution.THRESHOLDS.least_sums, terms=options.terms
+            )
         else:
             first = fit_channel(
                 record, channel, method=method, curve=state.fitted_on[channel], tau_min=options.tau_min,

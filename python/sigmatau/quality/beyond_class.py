@@ -22,14 +22,22 @@ _OTHER_CAUSES = ("implausible_unit", "gravity", "not_static")  # codes of warnin
 class ClassThresholds:
     """Thresholds of `beyond_class`."""
 
-    # Factor over the noisiest sensor: fits of 240 axes at its limits, of 20 s to 300 s, are within it.
     beyond: float = 1.25
-    # Highest frequency at which densities are compared, below those of vibration and of the filters of most sensors.
-    # [Hz]
+    """Factor over the noisiest sensor. [1] Measured: fits of 240 axes at its limits, of 20 s to 300 s, are within
+    it."""
+
     highest: float = 2.0
-    cycles: float = 4.0  # least cycles in the record
-    share_of_rate: float = 0.4  # highest frequency over the sampling rate
-    frequencies: int = 12  # frequencies that are compared
+    """Frequency at which densities are compared, at most. [Hz] Study: docs/study/rest.md; below vibration and the
+    filters of most sensors."""
+
+    cycles: float = 4.0
+    """Cycles of the lowest frequency in the record. [1] Judgement: the density of a model is known there."""
+
+    share_of_rate: float = 0.4
+    """Highest frequency over the sampling rate, at most. [1] Judgement: below the edge of the band."""
+
+    frequencies: int = 12
+    """Frequencies that are compared. [1] Judgement: three a decade of a long record."""
 
 
 THRESHOLDS = ClassThresholds()

@@ -37,18 +37,30 @@ from sigmatau.record.streams import Stream
 DISTURBANCES = ("dropout", "saturation", "stuck_samples", "interpolated", "not_static", "start_transient", "spikes")
 """Codes of findings about samples that are not the sensor's noise."""
 
-_LARGEST, _SMALLEST = 1e60, 1e-60
 _PARTS = 2  # of a bandwidth: frequency, order
-
-LEAST_SAMPLES = 64
-"""Shortest stream that is checked. [samples]"""
-
 
 LOOKED_AT = 1 << 24
 """Samples of a stream that are checked: 36 hours at 128 Hz, some hundred megabytes for each channel."""
 
 LOOKED_AT_BOUNDED = 1 << 20
 """Samples that are checked of a record that does not fit in memory."""
+
+
+@frozen
+class UsableThresholds:
+    """Thresholds of what `check` checks."""
+
+    least_samples: int = 64
+    """Length of a stream that is checked, at least. [samples] Judgement: no check has a distribution of fewer."""
+
+    largest: float = 1e60
+    """Size of a sample, at most. [SI unit] Derived: its fourth power is within the range of double precision."""
+
+    smallest: float = 1e-60
+    """Range of the samples of a channel, at least. [SI unit] Derived: see `largest`."""
+
+
+THRESHOLDS = UsableThresholds()
 
 
 def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
@@ -89,9 +101,13 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     ['coarse_resolution']
     """
     need_record(record)
-    if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < LEAST_SAMPLES:
+    if (
+        isinstance(looked_at, bool)
+        or not isinstance(looked_at, int | np.integer)
+        or looked_at < THRESHOLDS.least_samples
+    ):
         raise OptionError(
-            f"{{option}} must be a whole number of samples from {LEAST_SAMPLES} on, not {looked_at!r}",
+            f"{{option}} must be a whole number of samples from {THRESHOLDS.least_samples} on, not {looked_at!r}",
             option="looked_at",
         )
     return examine(from_the_start(record), bandwidth=bandwidth, looked_at=looked_at).findings
@@ -234,7 +250,7 @@ def check_fits(
         stream.name: stream
         for stream in record.streams
         if stream.quantity != "temperature"
-        and stream.grid.n >= LEAST_SAMPLES
+        and stream.grid.n >= THRESHOLDS.least_samples
         and not fits.keys().isdisjoint(stream.channels)
     }
 
@@ -278,15 +294,15 @@ def _checked_in_part(stream: Stream, part: Stream) -> Finding:
     return Finding(details=details, severity="info", channels=(stream.name,))
 
 
-def _usable(stream: Stream) -> Stream | None:
+def _usable(stream: Stream, *, thresholds: UsableThresholds = THRESHOLDS) -> Stream | None:
     """The channels that can be checked: with enough samples, not constant, and within the range of double precision."""
-    if stream.grid.n < LEAST_SAMPLES:
+    if stream.grid.n < thresholds.least_samples:
         return None
     channels = []
     for channel in stream.channels:
         x = stream.column(channel)
         low, high = np.fmin.reduce(x), np.fmax.reduce(x)
-        if -_LARGEST < low < high < _LARGEST and high - low > _SMALLEST:
+        if -thresholds.largest < low < high < thresholds.largest and high - low > thresholds.smallest:
             channels.append(channel)
     return stream.of(channels) if channels else None
 

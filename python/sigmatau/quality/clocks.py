@@ -24,14 +24,34 @@ from sigmatau.frozen import frozen
 class ClockThresholds:
     """Thresholds of `marks_of` and `clocks`."""
 
-    strongest: int = 8  # lines of a channel that are compared
-    farthest: float = math.log(1.25)  # logarithm of the largest factor of a clock that is looked for
-    min_marks: int = 3  # marks that must show the factor
-    most_marks_of_all: float = 0.75  # part of the marks that has the factor, or has it within its errors
-    contrary: float = 0.25  # most marks that are at the usual place, over those that have the factor
-    agree: float = 0.5  # part of the marks at the same place from which on two records have the same clock
-    foot: float = 0.125  # error of a line over the width of the band that is left out, which has its foot too
-    highest_multiple: int = 20  # multiple of the lowest line that another line may be
+    strongest: int = 8
+    """Lines of a channel that are compared. [1] Judgement: weaker ones are seldom in all records."""
+
+    farthest: float = math.log(1.25)
+    """Logarithm of the factor of a clock that is looked for, at most. [1] Judgement: a larger one is a wrong rate,
+    and marks would be mistaken for each other."""
+
+    min_marks: int = 3
+    """Marks that must show the factor. [1] Judgement: two may have the same ratio by chance."""
+
+    most_marks_of_all: float = 0.75
+    """Part of the marks that has the factor, or has it within its errors. [1] Judgement: a quarter of the lines
+    comes from elsewhere."""
+
+    contrary: float = 0.25
+    """Marks that are at the usual place over those that have the factor, at most. [1] Judgement: see
+    `most_marks_of_all`."""
+
+    agree: float = 0.5
+    """Part of the marks at the same place from which on two records have the same clock. [1] Judgement: half of
+    them."""
+
+    foot: float = 0.125
+    """Error of a line over the width of the band that is left out, which has its foot too. [1] Judgement: half of
+    the band is the line, and its centre is known to a quarter of it."""
+
+    highest_multiple: int = 20
+    """Multiple of the lowest line that another line may be. [1] Judgement: higher ones match by chance."""
 
 
 THRESHOLDS = ClockThresholds()

@@ -10,12 +10,30 @@ import numpy as np
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.curves import ConstantChannel, OutOfRange, Strided, TooFewSamples
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.record.streams import Stream
 
-LEAST, LARGEST = 1e-120, 1e120  # range of Allan variances that can be analysed: a fit squares them [rate_unit²]
+
+@frozen
+class CurveThresholds:
+    """Thresholds of the findings about a curve."""
+
+    least: float = 1e-120
+    """Allan variance that can be analysed, at least. [rate_unit²] Derived: a fit squares it, within the range of
+    double precision."""
+
+    largest: float = 1e120
+    """Allan variance that can be analysed, at most. [rate_unit²] Derived: see `least`."""
+
+    rounding: float = 4
+    """Deviation that rounding can make of a constant channel, in units of the rounding of its largest value. [1]
+    Judgement: three differences and a unit conversion are rounded."""
 
 
-def rounding(stream: Stream, channel: str) -> float:
+THRESHOLDS = CurveThresholds()
+
+
+def rounding(stream: Stream, channel: str, *, thresholds: CurveThresholds = THRESHOLDS) -> float:
     """Largest deviation that rounding alone can make of a channel that is constant, or a straight line."""
     k = stream.channels.index(channel)
     raw, t = stream.samples.raw[k], stream.samples.transforms[k]
@@ -25,7 +43,7 @@ def rounding(stream: Stream, channel: str) -> float:
     largest = max(abs(float(raw[first])), abs(float(raw[last]))) * abs(t.scale * t.factor)
     if t.kind != "rate":
         largest /= stream.grid.tau0
-    return 4 * sys.float_info.epsilon * largest
+    return thresholds.rounding * sys.float_info.epsilon * largest
 
 
 def out_of_range(curve: DeviationCurve) -> Finding:
@@ -50,7 +68,7 @@ def too_few_samples(stream: Stream, channel: str) -> Finding:
     return Finding(details=details, severity="error", channels=(channel,))
 
 
-def constant_channels(stream: Stream) -> list[Finding]:
+def constant_channels(stream: Stream, *, thresholds: CurveThresholds = THRESHOLDS) -> list[Finding]:
     """Channels of a sensor that never change, or have no sample, found without their curves."""
     if stream.quantity == "temperature":
         return []
@@ -60,7 +78,7 @@ def constant_channels(stream: Stream) -> list[Finding]:
         low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
         if np.isnan(low):
             found.append(too_few_samples(stream, channel))
-        elif high - low <= rounding(stream, channel):
+        elif high - low <= rounding(stream, channel, thresholds=thresholds):
             found.append(constant_channel(stream, channel))
     return found
 

@@ -12,9 +12,8 @@ from sigmatau.estimators.accumulator import accumulate, strided_sizes
 from sigmatau.estimators.allan import Counting, DeviationCurve, Overlap, curves_of_stream, refuse_missing
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.curve_checks import THRESHOLDS as CURVE_THRESHOLDS
 from sigmatau.quality.curve_checks import (
-    LARGEST,
-    LEAST,
     constant_channel,
     out_of_range,
     rounding,
@@ -61,7 +60,7 @@ def curves_of(
             found, none_left = _curves(stream, taus, overlap, counting, threads)
             findings += none_left
         for channel, curve in found.items():
-            if not LEAST < curve.avar.max() < LARGEST and curve.avar.max() > 0:
+            if not CURVE_THRESHOLDS.least < curve.avar.max() < CURVE_THRESHOLDS.largest and curve.avar.max() > 0:
                 findings.append(out_of_range(curve))
             elif curve.adev.max() > rounding(stream, channel):
                 curves[channel] = curve

@@ -32,24 +32,66 @@ from sigmatau.findings.spectrum import (
 from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
 from sigmatau.fitting.fitted_values import Sinusoid
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
 from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
 from sigmatau.record.record import Record
 
-LEAST_FREEDOM = 30.0
-"""Degrees of freedom of the random walk from which on it is trusted: its 95 % interval is then within 25 %."""
 
-_MUCH_LARGER = 1.2  # times a coefficient of the fit: from here on another model has another size of it
-_MANY_MISSING = 0.1  # share of missing samples from which on they are named as the cause of too few averaging times
-_LONGER_START = 1.5  # times tau0: a fit that begins later leaves out short averaging times
-_MAINS = (50.0, 60.0)
-_MAINS_ERROR = 0.2  # the mains wander by no more [Hz]
-_HIGHEST_MULTIPLE = 16  # of a line: higher ones match weak lines by chance
+@frozen
+class FitThresholds:
+    """Thresholds of `fit_findings`."""
+
+    least_freedom: float = 30.0
+    """Degrees of freedom of the random walk from which on it is trusted. [1] Derived: its 95 % interval is then
+    within 25 %."""
+
+    much_larger: float = 1.2
+    """Coefficient of another model over that of the fit, from which on it is another size. [1] Judgement: more than
+    the usual interval of a slow term is of no use to tell them apart."""
+
+    many_missing: float = 0.1
+    """Share of missing samples from which on they are named as the cause of too few averaging times. [1] Judgement:
+    fewer do not shorten the record."""
+
+    longer_start: float = 1.5
+    """Shortest averaging time of a fit over the sample interval, from which on short times are left out. [1]
+    Derived: the next octave is 2."""
+
+    mains: tuple[float, ...] = (50.0, 60.0)
+    """Frequencies of the mains. [Hz] Standard: IEC 60196."""
+
+    mains_error: float = 0.2
+    """Half width of a line that may be the mains, at most. [Hz] Judgement: the mains wander by no more."""
+
+    mains_from: float = 0.5
+    """Frequency of a folded line of the mains, at least. [Hz] Judgement: slow noise has lines of its own below."""
+
+    mains_wander: float = 0.05
+    """Deviation of the mains and of each multiple, at most. [Hz] Judgement: usual deviations of large grids."""
+
+    clock_error: float = 1e-4
+    """Relative error of the clock of a log. [1] Judgement: crystals have 10⁻⁵ to 10⁻⁴."""
+
+    part_of_base: float = 0.1
+    """Distance of a harmonic from a multiple of the lowest line, over that line, at most. [1] Judgement: two tenths
+    of all frequencies are then near a multiple."""
+
+    highest_multiple: int = 16
+    """Multiple of a line, at most. [1] Judgement: higher ones match weak lines by chance."""
+
+
+THRESHOLDS = FitThresholds()
 
 
 def fit_findings(
-    fitted: NoiseFit, *, start: float = 0.0, missing: float = 0.0, beside: Sequence[Finding] = ()
+    fitted: NoiseFit,
+    *,
+    start: float = 0.0,
+    missing: float = 0.0,
+    beside: Sequence[Finding] = (),
+    thresholds: FitThresholds = THRESHOLDS,
 ) -> list[Finding]:
     """What a fit says of its channel beside the coefficients.
 
@@ -72,15 +114,15 @@ def fit_findings(
     )
     of_misfit: Severity = "info" if disturbed else "warning"
     if fitted.verdict == "too_short":
-        size = missing if missing > _MANY_MISSING else None
+        size = missing if missing > thresholds.many_missing else None
         details = TooShort(reasons=fitted.reasons, missing=missing)
         return [Finding(details=details, severity="warning", channels=channels, size=size)]
     if fitted.verdict == "descriptive":
         return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity=of_misfit, channels=channels)]
     found: list[Finding] = []
     if fitted.verdict == "disturbed":
-        return [*disturbed_findings(fitted), *_lines(fitted)]
-    if (freedom := walk_freedom(fitted)) < LEAST_FREEDOM:
+        return [*disturbed_findings(fitted), *_lines(fitted, thresholds=thresholds)]
+    if (freedom := walk_freedom(fitted)) < thresholds.least_freedom:
         short = FewDegreesOfFreedom(freedom=freedom, duration=fitted.n * fitted.tau0)
         found.append(Finding(details=short, severity="warning", channels=channels, size=freedom))
     if fitted.verdict == "widened":
@@ -97,7 +139,7 @@ def fit_findings(
     if fitted.highest is not None:
         left = BandLeftOut(highest=fitted.highest)
         found.append(Finding(details=left, severity="info", channels=channels, size=fitted.highest, unit="Hz"))
-    found += _lines(fitted)
+    found += _lines(fitted, thresholds=thresholds)
     for process in () if disturbed else fitted.gauss_markov:
         time = process.time
         kind = GaussMarkovProcess(quantity=fitted.quantity, time=time.value, low=time.low, high=time.high)
@@ -105,15 +147,15 @@ def fit_findings(
     for one in () if disturbed else fitted.resonance:
         resonance = Resonance(quantity=fitted.quantity, frequency=one.frequency.value, width=one.width.value)
         found.append(_sized(resonance, fitted, one.sigma.value))
-    found += _second_explanation(fitted)
+    found += _second_explanation(fitted, thresholds=thresholds)
     found += _drifts(fitted, start)
-    if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > _LONGER_START * fitted.tau0:
+    if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > thresholds.longer_start * fitted.tau0:
         late = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
         found.append(Finding(details=late, severity="info", channels=channels))
     return found
 
 
-def _second_explanation(fitted: NoiseFit) -> list[Finding]:
+def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[Finding]:
     """The first other model that explains the record as well, if each of the two has something that the other lacks."""
     processes = tuple((process.sigma.value, process.time.value) for process in fitted.gauss_markov)
     for other in fitted.second:
@@ -122,7 +164,7 @@ def _second_explanation(fitted: NoiseFit) -> list[Finding]:
         more = tuple(
             (name, value)
             for name, value in other.terms.items()
-            if name not in fitted.model or (fewer and value > _MUCH_LARGER * fitted.model[name])
+            if name not in fitted.model or (fewer and value > thresholds.much_larger * fitted.model[name])
         )
         details = SecondExplanation(
             quantity=fitted.quantity,
@@ -168,10 +210,10 @@ def disturbed_findings(fitted: NoiseFit) -> list[Finding]:
     ]
 
 
-def _lines(fitted: NoiseFit) -> list[Finding]:
+def _lines(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[Finding]:
     if not fitted.sinusoid:
         return []
-    groups = grouped(fitted.sinusoid, rate=1 / fitted.tau0)
+    groups = grouped(fitted.sinusoid, rate=1 / fitted.tau0, thresholds=thresholds)
     return [
         Finding(
             details=SpectralLines(lines=groups),
@@ -183,24 +225,26 @@ def _lines(fitted: NoiseFit) -> list[Finding]:
     ]
 
 
-def grouped(lines: Sequence[Sinusoid], *, rate: float) -> tuple[Line, ...]:
+def grouped(lines: Sequence[Sinusoid], *, rate: float, thresholds: FitThresholds = THRESHOLDS) -> tuple[Line, ...]:
     """Lines with their harmonics, strongest first: others at whole multiples of the lowest, folded at half the rate."""
     left = sorted(lines, key=lambda line: line.frequency.value)
     groups = []
     while left:
         first = left.pop(0)
-        members = [other for other in left if _is_harmonic(other, first, rate)]
+        members = [other for other in left if _is_harmonic(other, first, rate, thresholds=thresholds)]
         left = [other for other in left if other not in members]
-        harmonics = tuple(_line(one, rate) for one in members)
-        groups.append(_line(first, rate, harmonics))
+        harmonics = tuple(_line(one, rate, thresholds=thresholds) for one in members)
+        groups.append(_line(first, rate, harmonics, thresholds=thresholds))
     return tuple(sorted(groups, key=lambda line: -line.amplitude))
 
 
-def _is_harmonic(other: Sinusoid, first: Sinusoid, rate: float) -> bool:
+def _is_harmonic(other: Sinusoid, first: Sinusoid, rate: float, *, thresholds: FitThresholds) -> bool:
     base, at = first.frequency.value, other.frequency.value
     order = max(round(at / base), 2)
     error = min((abs(_folded(k * base, rate) - at), k) for k in {order, 2, 3, 4, 5})
-    return error[1] <= _HIGHEST_MULTIPLE and error[0] <= min(error[1] * _half_width(first), 0.1 * base)
+    return error[1] <= thresholds.highest_multiple and error[0] <= min(
+        error[1] * _half_width(first), thresholds.part_of_base * base
+    )
 
 
 def _half_width(line: Sinusoid) -> float:
@@ -208,24 +252,28 @@ def _half_width(line: Sinusoid) -> float:
     return 0.0 if low is None or high is None else (high - low) / 4  # the foot of the line is left out with it
 
 
-def _line(line: Sinusoid, rate: float, harmonics: tuple[Line, ...] = ()) -> Line:
+def _line(line: Sinusoid, rate: float, harmonics: tuple[Line, ...] = (), *, thresholds: FitThresholds) -> Line:
     return Line(
         frequency=line.frequency.value,
         amplitude=line.amplitude.value,
         low=line.frequency.low or line.frequency.value,
         high=line.frequency.high or line.frequency.value,
         harmonics=harmonics,
-        mains=_mains(line.frequency.value, rate, _half_width(line)),
+        mains=_mains(line.frequency.value, rate, _half_width(line), thresholds=thresholds),
     )
 
 
-def _mains(frequency: float, rate: float, half: float) -> Mains | None:
-    if half > _MAINS_ERROR:
+def _mains(frequency: float, rate: float, half: float, *, thresholds: FitThresholds) -> Mains | None:
+    if half > thresholds.mains_error:
         return None
     for multiple in (1, 2, 3):
-        for mains in _MAINS:
+        for mains in thresholds.mains:
             seen = _folded(multiple * mains, rate)
-            if seen > 0.5 and abs(frequency - seen) <= 0.05 * multiple + 1e-4 * multiple * mains + half:
+            if (
+                seen > thresholds.mains_from
+                and abs(frequency - seen)
+                <= multiple * thresholds.mains_wander + thresholds.clock_error * multiple * mains + half
+            ):
                 return Mains(frequency=mains, multiple=multiple, folded=seen != multiple * mains)
     return None
 
@@ -287,10 +335,16 @@ def _drifts(fitted: NoiseFit, start: float) -> list[Finding]:
     return found
 
 
-def by_channel(fits: Mapping[str, NoiseFit], beside: Sequence[Finding], record: Record) -> list[Finding]:
+def by_channel(
+    fits: Mapping[str, NoiseFit], beside: Sequence[Finding], record: Record, *, thresholds: FitThresholds = THRESHOLDS
+) -> list[Finding]:
     """The findings of all fits of a record."""
     starts = {channel: stream.grid.lead for stream in record.streams for channel in stream.channels}
-    return [one for c, fitted in fits.items() for one in fit_findings(fitted, start=starts[c], beside=beside)]
+    return [
+        one
+        for c, fitted in fits.items()
+        for one in fit_findings(fitted, start=starts[c], beside=beside, thresholds=thresholds)
+    ]
 
 
 def without_consequences(found: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:

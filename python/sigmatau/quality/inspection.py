@@ -18,7 +18,7 @@ from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
 from sigmatau.options import keywords_of
 from sigmatau.quality import curve_checks
-from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
+from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, THRESHOLDS, check_fits, examine
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import by_channel, without_consequences
 from sigmatau.quality.inspect_options import InspectOptions
@@ -31,8 +31,6 @@ from sigmatau.record.streams import Stream
 
 FITTED = 8_000_000
 """Largest number of samples of all channels that are fitted for the checks, which takes some seconds on one core."""
-
-_LARGEST = 1e60
 
 
 @keywords_of(InspectOptions)
@@ -135,4 +133,5 @@ def _varies(stream: Stream, channel: str) -> bool:
     """Whether a channel changes by more than rounding, within the range that can be squared."""
     x = stream.column(channel)
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
-    return -_LARGEST < low < high < _LARGEST and high - low > max(curve_checks.rounding(stream, channel), 1 / _LARGEST)
+    largest = THRESHOLDS.largest
+    return -largest < low < high < largest and high - low > max(curve_checks.rounding(stream, channel), 1 / largest)

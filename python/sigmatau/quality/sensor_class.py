@@ -6,8 +6,20 @@ import math
 from collections.abc import Mapping
 
 from sigmatau.frozen import frozen
+from sigmatau.units import STANDARD_GRAVITY
 
 _DEGREE = math.pi / 180
+
+
+@frozen
+class ByQuantity:
+    """A limit of gyros [rad/s and its derived units] and another one of accelerometers [m/s² and its derived units]."""
+
+    angular_rate: float
+    acceleration: float
+
+    def __getitem__(self, quantity: str) -> float:
+        return self.angular_rate if quantity == "angular_rate" else self.acceleration
 
 
 @frozen
@@ -43,6 +55,6 @@ SENSOR_CLASSES: dict[str, SensorClass] = {
             "rate_random_walk": 0.002,
             "rate_ramp": 0.005,
         },
-        quietest=3e-9 * 9.80665 / math.sqrt(2),  # two-sided density
+        quietest=3e-9 * STANDARD_GRAVITY / math.sqrt(2),  # two-sided density
     ),
 }

@@ -6,10 +6,8 @@ from sigmatau.arrays import Floats
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
-_LEAST_SHARE = 0.5  # smallest share of its samples that a block must have for its mean to be used
-
 
 def block_means(stream: Stream, channel: str, *, length: int) -> Floats:
     """Means of a channel over blocks of `length` samples, NaN if half of one is missing; shape (n_blocks,)."""
     count = stream.grid.n // length
-    return row_means(stream.column(channel)[: count * length].reshape(count, length), least=_LEAST_SHARE)
+    return row_means(stream.column(channel)[: count * length].reshape(count, length))

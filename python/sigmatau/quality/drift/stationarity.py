@@ -36,17 +36,40 @@ from sigmatau.record.streams import Grid, Stream
 class StationarityThresholds:
     """Thresholds of `non_stationary`; docs/study/stability.md measures the false alarms."""
 
-    segments: int = 8  # segments of the record
-    least_segments: int = 4  # segments without missing samples, at least
-    least_samples: int = 64  # samples in a segment, and blocks of the cusum, at least
-    least_freedom: float = 10.0  # degrees of freedom of a variance in a segment, for its cube root to be normal
-    false_alarm: float = 2e-4  # probability of a false alarm of each of the two tests, for one channel
-    # Smallest ratio of deviations that is reported: a long record shows 0.3 %, which does not matter.
+    segments: int = 8
+    """Segments of the record. [1] Study: docs/study/stability.md."""
+
+    least_segments: int = 4
+    """Segments without missing samples, at least. [1] Judgement: half of them."""
+
+    least_samples: int = 64
+    """Samples in a segment, and blocks of the cusum, at least. [samples] Judgement: an Allan variance of neighbours
+    has then 40 degrees of freedom."""
+
+    least_freedom: float = 10.0
+    """Degrees of freedom of a variance in a segment, at least. [1] Derived: its cube root is then nearly normal
+    (Wilson and Hilferty)."""
+
+    false_alarm: float = 2e-4
+    """Probability of a false alarm of each of the two tests, for one channel. [1] Study: docs/study/stability.md
+    measures it."""
+
     min_ratio: float = 1.05
-    warning_ratio: float = 1.15  # smallest ratio of deviations that is a warning
-    max_misfit: float = 0.25  # relative misfit of the variance beyond which the law of the fitted model is not used
-    cusum_blocks: int = 1024  # blocks of the cusum, at most
-    least_in_block: int = 8  # samples of a block, at least. [samples]
+    """Ratio of deviations that is reported, at least. [1] Judgement: a long record shows 0.3 %, which does not
+    matter."""
+
+    warning_ratio: float = 1.15
+    """Ratio of deviations that is a warning, at least. [1] Judgement: three times the usual interval."""
+
+    max_misfit: float = 0.25
+    """Relative misfit of the variance beyond which the law of the fitted model is not used. [1] Judgement: the
+    covariance of the test is then wrong by half."""
+
+    cusum_blocks: int = 1024
+    """Blocks of the cusum, at most. [1] Judgement: the time of a change is known to a thousandth of the record."""
+
+    least_in_block: int = 8
+    """Samples of a block, at least. [samples] Judgement: neighbouring blocks are then nearly independent."""
 
 
 THRESHOLDS = StationarityThresholds()

@@ -13,13 +13,80 @@ from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.spans import longest_spans
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 
-_STRETCHES = 32
 
-# Samples in a block of `block_rms`: few, so that one bad sample spoils few of the values that the median is taken of.
-_BLOCK = 32
+@frozen
+class SharedThresholds:
+    """Thresholds of the functions that several checks share."""
+
+    stretches: int = 32
+    """Evenly spread stretches that a sample of a channel is taken from. [1] Judgement: a record that changes is seen
+    all over, in few reads."""
+
+    block: int = 32
+    """Length of the blocks whose powers `block_rms` sorts. [samples] Judgement: so few that a bad sample spoils few
+    of the blocks."""
+
+    started: float = 64.0
+    """How much further from zero an angle may have started than it went; an increment between two angles is wrong by
+    one unit in the last place of the angle. [1] Judgement: six bits of a double."""
+
+    dust: float = 1e-4
+    """Changes below this part of the usual one may be rounding errors. [1] Derived: noise makes dust·√(2/π) of its
+    changes so small."""
+
+    dusty: float = 0.01
+    """Share of such changes from which on they are rounding errors. [1] Derived: a hundred times what noise makes,
+    see `dust`."""
+
+    looked_at: int = 1 << 16
+    """Samples by which rounding errors are recognised. [samples] Derived: 650 changes are `dusty` of them."""
+
+    fine: float = 30.0
+    """Noise in steps beyond which neighbours are seldom equal by chance. [steps] Derived: 1/(2√π·30), 0.9 % of them."""
+
+    step_parts: int = 8
+    """Parts of a record whose steps are compared. [1] Judgement: a step that doubles with the angle shows in
+    eighths."""
+
+    least_in_part: int = 250
+    """Shortest part whose step is looked for; it needs a tenth as many changes. [samples] Judgement: the smallest of
+    25 changes shows a coarse step."""
+
+    step_growth: float = 1.5
+    """Ratio of the coarsest step to the finest from which on the step grows. [1] Derived: steps of floating-point
+    numbers differ by factors of 2."""
+
+    full: float = 5e-3
+    """Share of the samples at an end of the range from which on it is not the tail of fine noise. [1] Judgement: the
+    outermost value of noise in steps of 1 % of its deviation has far less."""
+
+    least_pairs: int = 200
+    """Pairs of clusters below which an Allan variance is no bound on white noise. [1] Derived: its relative error is
+    √(3/200), 12 %."""
+
+    pair_errors: float = 2.0
+    """Standard errors, √(3/pairs) of white noise, by which a variance is raised: the least of many is drawn to those
+    of few pairs. [1] Judgement: a 95 % interval."""
+
+    min_runs: int = 40
+    """Runs from which on their tail is judged. [1] Judgement: half of them are its `min_tail`."""
+
+    tail_part: int = 10
+    """One run of so many is in the tail. [1] Judgement: the tail of waiting times is exponential in its last tenth."""
+
+    min_tail: int = 20
+    """Runs in a tail, at least. [1] Derived: the median of 20 excesses has a relative error of 1/(ln 2·√20), 32 %."""
+
+    few_steps: float = 32.0
+    """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: pulses of up to 16
+    counts each."""
+
+
+THRESHOLDS = SharedThresholds()
 
 
 def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, Floats]]:
@@ -29,13 +96,13 @@ def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[
         yield start, stream.samples.read(c, start, min(start + CHUNK + overlap, n))
 
 
-def sample_of(stream: Stream, channel: str, *, most: int) -> Floats:
+def sample_of(stream: Stream, channel: str, *, most: int, thresholds: SharedThresholds = THRESHOLDS) -> Floats:
     """Some `most` samples of a channel, from evenly spread stretches; all of them if there are no more."""
     c, n = stream.channels.index(channel), stream.grid.n
     if n <= most:
         return stream.samples.read(c, 0, n)
-    length = most // _STRETCHES
-    starts = np.linspace(0, n - length, _STRETCHES).astype(int)
+    length = most // thresholds.stretches
+    starts = np.linspace(0, n - length, thresholds.stretches).astype(int)
     return np.concatenate(stream.samples.read_stretches(c, starts.tolist(), length))
 
 
@@ -45,7 +112,7 @@ def present(x: Floats) -> Floats:
     return x if there.all() else x[there]
 
 
-_SHORT_ROW = 32
+_SHORT_ROW = 32  # values in a row below which NumPy is slow, so that its columns are summed
 
 
 def row_means(rows: Floats, *, least: float = 0.5) -> Floats:
@@ -70,55 +137,45 @@ def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
     return by_octave
 
 
-def block_rms(x: Floats) -> float:
+def block_rms(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> float:
     """Root mean square by the middle half of blocks of 32: unlike a median it has no steps if x has them; 0 for nothing."""
-    if len(x) < 2 * _BLOCK:
+    block = thresholds.block
+    if len(x) < 2 * block:
         x = present(x)
         return float(np.sqrt(np.mean(x * x))) if len(x) else 0.0
-    blocks = x[: len(x) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
-    power = present(np.einsum("ij,ij->i", blocks, blocks)) / _BLOCK
+    blocks = x[: len(x) // block * block].reshape(-1, block)
+    power = present(np.einsum("ij,ij->i", blocks, blocks)) / block
     if len(power) == 0:
-        return block_rms(present(x))
+        return block_rms(present(x), thresholds=thresholds)
     power.sort()
     quarter = len(power) // 4
     return float(np.sqrt(np.mean(power[quarter : len(power) - quarter])))
 
 
-# An increment a program took between two angles is wrong by one unit in the last place of the angle, and the angle may have
-# started so many times further from zero than it went.
-_STARTED = 64.0
-
-
-def rounding_dust(x: Floats, n: int) -> float:
+def rounding_dust(x: Floats, n: int, *, thresholds: SharedThresholds = THRESHOLDS) -> float:
     """Below this, changes of n increments x may be the rounding of the angles that they were taken from: ε·64·n·rms(x).
 
     An angle goes no further in n samples than n times their root mean square; its rounding is ε of that.
     """
-    return _STARTED * float(np.finfo(float).eps) * n * block_rms(x)
-
-
-# Changes so much smaller than the usual one are rounding errors if there are more of them than noise makes, which is
-# _DUST·√(2/π); such a part of a change is then no difference.
-_DUST, _DUSTY = 1e-4, 0.01
-_LOOKED_AT = 1 << 16
+    return thresholds.started * float(np.finfo(float).eps) * n * block_rms(x, thresholds=thresholds)
 
 
 @stream_fact
-def without_dust(stream: Stream) -> Stream:
+def without_dust(stream: Stream, *, thresholds: SharedThresholds = THRESHOLDS) -> Stream:
     """The stream with values made equal that differ by rounding alone, as the differences of printed angles do."""
     columns, changed = [], False
     if stream.samples.transforms[0].kind != "increments":  # counts with a slow bias taken off are no rounding
         return stream
     for channel in stream.channels:
         x = stream.column(channel)
-        sample = sample_of(stream, channel, most=_LOOKED_AT)
+        sample = sample_of(stream, channel, most=thresholds.looked_at, thresholds=thresholds)
         some = np.abs(np.diff(sample))
         some = some[some > 0]
         scale = block_rms(
-            some[some > rounding_dust(sample, stream.grid.n)]
+            some[some > rounding_dust(sample, stream.grid.n, thresholds=thresholds)], thresholds=thresholds
         )  # of coarse counts most changes may be dust
-        if scale > 0 and np.count_nonzero(some < _DUST * scale) > _DUSTY * len(some):
-            x, changed = _joined(x, _DUST * scale), True
+        if scale > 0 and np.count_nonzero(some < thresholds.dust * scale) > thresholds.dusty * len(some):
+            x, changed = _joined(x, thresholds.dust * scale), True
         columns.append(x)
     return stream.with_rates(columns) if changed else stream
 
@@ -131,40 +188,33 @@ def _joined(x: Floats, apart: float) -> Floats:
     return np.asarray(values[first][group][which], dtype=np.float64)
 
 
-# From so many steps of noise on, neighbours are seldom equal by chance; and the stretches that are looked at.
-_FINE, _STEP_PARTS, _LEAST_IN_PART = 30.0, 8, 250
-
-
-def growing_step(x: Floats) -> float:
+def growing_step(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> float:
     """The coarsest step of the parts of a record, if it is not fine against the noise, and not that of all parts; else 0.
 
     The step of an angle or velocity in single precision doubles with it; the common step of all values is the first.
     """
-    if len(x) < _STEP_PARTS * _LEAST_IN_PART:
+    if len(x) < thresholds.step_parts * thresholds.least_in_part:
         return 0.0
     steps, coarse = [], 0.0
-    for part in np.array_split(x, _STEP_PARTS):
+    for part in np.array_split(x, thresholds.step_parts):
         changes = np.abs(np.diff(part))
         changes = changes[changes > 0]
-        if len(changes) < _LEAST_IN_PART // 10:
+        if len(changes) < thresholds.least_in_part // 10:
             continue
         nearest = float(changes.min())
         steps.append(nearest)
-        if block_rms(changes) < _FINE * nearest:
+        if block_rms(changes, thresholds=thresholds) < thresholds.fine * nearest:
             coarse = max(coarse, nearest)
-    return coarse if steps and coarse > 1.5 * min(steps) else 0.0
+    return coarse if steps and coarse > thresholds.step_growth * min(steps) else 0.0
 
 
-_FULL = 5e-3  # a tail that is so full is worth a look: none of noise that is seen in fine steps
-
-
-def full_ends(x: Floats) -> list[float]:
+def full_ends(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> list[float]:
     """The largest and the smallest value, where more samples have it than have the next one inwards: no tail has."""
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
     found = []
     for end, sign in ((low, 1.0), (high, -1.0)):
         at = int(np.count_nonzero(x == end))
-        if not low < high or at < max(_FULL * len(x), 2):
+        if not low < high or at < max(thresholds.full * len(x), 2):
             continue
         inside = x[sign * x > sign * end]
         beside = inside.min() if sign > 0 else inside.max()
@@ -173,40 +223,29 @@ def full_ends(x: Floats) -> list[float]:
     return found
 
 
-# A minimum over sizes is drawn to those of few pairs; so each is taken two standard errors (√(3/pairs), white noise) up.
-_LEAST_PAIRS, _UP = 200, 2.0
-
-
-def white_level(x: Floats, tau0: float) -> tuple[float, int]:
+def white_level(x: Floats, tau0: float, *, thresholds: SharedThresholds = THRESHOLDS) -> tuple[float, int]:
     """The least of τ·σ²(τ), and at how many samples: N² of a record that shows white noise, else a bound on it.
 
     Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
     """
     levels = [
-        (tau0 * m * avar * (1 + _UP * math.sqrt(3 / pairs)), tau0 * m * avar, m)
+        (tau0 * m * avar * (1 + thresholds.pair_errors * math.sqrt(3 / pairs)), tau0 * m * avar, m)
         for m, avar, pairs in octaves(x)
-        if pairs >= _LEAST_PAIRS or m == 1
+        if pairs >= thresholds.least_pairs or m == 1
     ]
     _, level, m = min(levels, default=(math.nan, math.nan, 1))
     return level, m
 
 
-# Runs from which on their tail is judged; the part that is the tail, and its least number of runs.
-_MIN_RUNS, _TAIL_PART, _MIN_TAIL = 40, 10, 20
-
-FEW_STEPS = 32.0
-"""Noise in steps up to which samples may rest on a value by themselves: pulses of up to 16 counts each."""
-
-
-def longest_of_tail(lengths: Ints, *, false_alarm: float) -> float:
+def longest_of_tail(lengths: Ints, *, false_alarm: float, thresholds: SharedThresholds = THRESHOLDS) -> float:
     """The length that the longest of these runs exceeds with probability `false_alarm`, by the others; 0 for too few runs.
 
     The tail of waiting times is exponential: of the m runs beyond a length u the excess has the median e·ln 2, and the
     longest is beyond u + e·ln(m/p) with probability p. A median, so that runs that are faults do not make others normal.
     """
-    if len(lengths) < _MIN_RUNS:
+    if len(lengths) < thresholds.min_runs:
         return 0.0
-    m = max(len(lengths) // _TAIL_PART, _MIN_TAIL)
+    m = max(len(lengths) // thresholds.tail_part, thresholds.min_tail)
     tail = np.sort(lengths)[-m - 1 :].astype(float)
     scale = max(median(tail[1:] - tail[0]), 1.0) / math.log(2)
     return float(tail[0]) + scale * math.log(m / false_alarm)

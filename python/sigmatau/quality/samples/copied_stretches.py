@@ -15,11 +15,7 @@ from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import equal_by_chance
 from sigmatau.record.streams import Stream
 
-_KEY = 8  # samples whose bits make a key
-_ONE_OF = 8  # keys that are looked at: those of a remainder, which are the same in a stretch and in its copy
-_LAGS = 8  # distances between equal keys that are looked at, the most frequent
 _CHUNK = 1 << 16  # samples whose keys are made at a time, so that they stay in cache
-_LOOKED_AT = 4096  # samples by which the axis with the most values is chosen
 _MIX = 0x9E3779B97F4A7C15  # odd, of the golden ratio: Fibonacci hashing
 _TURN, _HIGH = 7, 40  # bits by which the second sample of a pair is turned, and beyond which bits are mixed
 
@@ -28,8 +24,30 @@ _TURN, _HIGH = 7, 40  # bits by which the second sample of a pair is turned, and
 class StretchThresholds:
     """Thresholds of `copied_stretches`."""
 
-    least_rows: int = 64  # rows of a copy that is reported, at least. [samples]
-    false_alarm: float = 1e-6  # probability that a record of noise has equal stretches of that length
+    least_rows: int = 64
+    """Rows of a copy that is reported, at least. [samples] Judgement: shorter ones are copied rows or held samples."""
+
+    false_alarm: float = 1e-6
+    """Probability that a record of noise has equal stretches of that length. [1] Judgement: one false alarm in 10⁶
+    records."""
+
+    least_chance: float = 1e-3
+    """Chance of equal samples on an axis, at least. [1] Judgement: equal samples of noise are counted to no better
+    than that."""
+
+    key: int = 8
+    """Samples whose bits make a key. [samples] Judgement: eight samples of coarse noise are seldom equal elsewhere."""
+
+    part_of_keys: int = 8
+    """One key of so many is looked at, those of a remainder, which are the same in a stretch and in its copy. [1]
+    Derived: `least_rows` has seven of them on average."""
+
+    lags: int = 8
+    """Distances between equal keys that are looked at, the most frequent. [1] Judgement: bounds the time."""
+
+    looked_at: int = 4096
+    """Samples by which the axis with the most values is chosen. [samples] Judgement: the order of the axes is seen
+    in a few thousand."""
 
 
 THRESHOLDS = StretchThresholds()
@@ -44,16 +62,18 @@ def copied_stretches(stream: Stream, *, thresholds: StretchThresholds = THRESHOL
     n = stream.grid.n
     if n < 2 * thresholds.least_rows:
         return []
-    axis = max(stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[:_LOOKED_AT]))))
+    axis = max(
+        stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[: thresholds.looked_at])))
+    )
     best = (0, 0, 0)
-    for lag in _frequent_lags(stream.column(axis)):
+    for lag in _frequent_lags(stream.column(axis), thresholds=thresholds):
         first, length = _longest_equal(stream, lag)
         best = max(best, (length, first, lag)) if length <= lag else best
     length, first, lag = best
     if length < thresholds.least_rows:
         return []
     chances = [equal_by_chance(stream, channel) for channel in stream.channels]
-    by_chance = sum(math.log(min(max(chance, 1e-3), 1.0)) for chance in chances)
+    by_chance = sum(math.log(min(max(chance, thresholds.least_chance), 1.0)) for chance in chances)
     if 2 * math.log(n) + length * by_chance > math.log(thresholds.false_alarm):
         return []
     time = stream.grid.time
@@ -71,9 +91,12 @@ def copied_stretches(stream: Stream, *, thresholds: StretchThresholds = THRESHOL
     ]
 
 
-def _frequent_lags(x: Floats) -> list[int]:
+def _frequent_lags(x: Floats, *, thresholds: StretchThresholds) -> list[int]:
     """Distances between places with the same eight samples, the most frequent first."""
-    parts = [_keys_of(x[start : start + _CHUNK + _KEY - 1], start) for start in range(0, len(x) - _KEY + 1, _CHUNK)]
+    parts = [
+        _keys_of(x[start : start + _CHUNK + thresholds.key - 1], start, thresholds=thresholds)
+        for start in range(0, len(x) - thresholds.key + 1, _CHUNK)
+    ]
     at, keys = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     order = np.argsort(keys, kind="stable")
     at, keys = at[order], keys[order]
@@ -81,18 +104,20 @@ def _frequent_lags(x: Floats) -> list[int]:
     if not len(same):
         return []
     lags, counts = np.unique(at[same + 1] - at[same], return_counts=True)
-    return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[:_LAGS]]]
+    return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[: thresholds.lags]]]
 
 
-def _keys_of(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
+def _keys_of(x: Floats, start: int, *, thresholds: StretchThresholds) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
     """Places of the keys that are looked at, from the first sample of the stream, and these keys; `start`: place of x[0]."""
     mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
     fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)  # of coarse values pairs are too few
-    at = np.flatnonzero((fours[: len(x) - _KEY + 1] >> np.uint64(_HIGH)) & np.uint64(_ONE_OF - 1) == 0)
-    at = at[(x[at] != x[at + _KEY - 1]) & np.isfinite(x[at])]  # neither stuck nor missing
+    at = np.flatnonzero(
+        (fours[: len(x) - thresholds.key + 1] >> np.uint64(_HIGH)) & np.uint64(thresholds.part_of_keys - 1) == 0
+    )
+    at = at[(x[at] != x[at + thresholds.key - 1]) & np.isfinite(x[at])]  # neither stuck nor missing
     keys = fours[at]
-    for k in range(4, _KEY):
+    for k in range(4, thresholds.key):
         keys = (keys ^ mixed[at + k]) * np.uint64(_MIX)
     return at + start, keys
 

@@ -17,49 +17,106 @@ from sigmatau.record.streams import CHUNK
 
 _NORMAL = NormalDist()
 
-# Neighbours on either side whose median a sample is compared with: many are better for white noise, few for a walk.
-_SIDES = (16, 4)
-
-# Samples that the tail is taken from, in stretches; and the least number of residuals.
-_STRETCH, _STRETCHES, _LEAST = 1024, 24, 512
-
-
-# Samples of the blocks whose scale a spike is compared with, the noisiest of three.
-_BLOCK = 128
-
 
 @frozen
 class HumpThresholds:
     """Thresholds of `dense_spikes`; lengths are in standard deviations of the noise."""
 
-    tail: float = 4.0  # beginning of the tail: of 24 000 samples of Gaussian noise 1.4 are beyond it
-    beyond: float = 5.0  # beginning of the hump: 0.01 are beyond it
-    count: int = 12  # samples of a hump, at least: so many are not noise. [samples]
-    # Samples beyond 5 over those from 4 to 5, at least: Laplace's law has 0.4, Student's of 4 degrees 0.8, of 3
-    # degrees 1.2; spikes of 6 standard deviations have 5.
+    tail: float = 4.0
+    """Beginning of the tail. [standard deviations] Derived: of 24 000 samples of Gaussian noise 1.5 are beyond it."""
+
+    beyond: float = 5.0
+    """Beginning of the hump. [standard deviations] Derived: of 24 000 samples of Gaussian noise 0.01 are beyond it."""
+
+    count: int = 12
+    """Samples of a hump, at least. [samples] Derived: so many are not noise, see `beyond`."""
+
     hump: float = 2.0
-    false_share: float = 1e-5  # share of noise among the spikes found; 1e-4 where its scale is known to 7 % only
-    # The same where more than `near_share` of the spikes is above that threshold by less than `near_width`.
+    """Samples beyond 5 over those from 4 to 5, at least. [1] Derived: Laplace's law has 0.4, Student's of 4 degrees
+    0.8, of 3 degrees 1.2; spikes of 6 standard deviations have 5."""
+
+    false_share: float = 1e-5
+    """Share of noise among the spikes found. [1] Judgement: it is 1e-4 where the scale of the noise is known to 7 %
+    only."""
+
     near_false_share: float = 1e-2
-    near_width: float = 1.0  # distance above the threshold within which spikes are near it
-    near_share: float = 0.05  # part of the spikes that is near it
-    highest: float = 6.0  # largest threshold
-    remaining: float = 3.5  # spikes remain if more samples are beyond it than noise makes
-    times: float = 2.0  # samples there over those of noise, from which on spikes remain
-    sigmas: float = 6.0  # standard errors of that number that are added to it
-    spoiled: float = 0.05  # share of spikes beyond which half of the neighbours are often spikes
-    max_share: float = 0.25  # share of spikes beyond which the noise has no scale
-    apart: int = 3  # spikes are independent: those from here to `reach` from another are counted. [samples]
-    reach: int = 16  # the end of that range. [samples]
-    clustered: float = 2.0  # their number over that by chance beyond which the noise swells
-    scatter_factor: float = 3.0  # factor over the scatter of its neighbours that a spike must exceed
-    scatter_factor_many: float = 2.0  # the same where half of the neighbours may be spikes
-    # Part of the residual that a spike must have against either side: at a step of the mean a sample is far from one
-    # side only.
+    """The same where more than `near_share` of the spikes is above that threshold by less than `near_width`. [1]
+    Judgement: spikes below the threshold would be missed, which costs more."""
+
+    near_width: float = 1.0
+    """Distance above the threshold within which spikes are near it. [standard deviations] Judgement: see
+    `near_false_share`."""
+
+    near_share: float = 0.05
+    """Part of the spikes that is near it. [1] Judgement: see `near_false_share`."""
+
+    highest: float = 6.0
+    """Threshold, at most. [standard deviations] Derived: that of single spikes, see `SpikeThresholds`."""
+
+    remaining: float = 3.5
+    """Spikes remain if more samples are beyond it than noise makes. [standard deviations] Derived: of 24 000 samples
+    of Gaussian noise 11 are beyond it."""
+
+    times: float = 2.0
+    """Samples there over those of noise, from which on spikes remain. [1] Judgement: Gaussian noise has one times."""
+
+    sigmas: float = 6.0
+    """Standard errors of that number that are added to it. [1] Judgement: no record reaches six standard errors by
+    chance."""
+
+    spoiled: float = 0.05
+    """Share of spikes beyond which half of the neighbours are often spikes. [1] Derived: of four neighbours two are
+    in 1.4 % of the cases."""
+
+    max_share: float = 0.25
+    """Share of spikes beyond which the noise has no scale. [1] Judgement: the median of the residuals of such a
+    record is not that of its noise."""
+
+    apart: int = 3
+    """Spikes are independent: those from here to `reach` from another are counted. [samples] Judgement: a spike
+    behind a filter has two samples or three."""
+
+    reach: int = 16
+    """The end of that range. [samples] Judgement: noise that swells does so for longer."""
+
+    clustered: float = 2.0
+    """Their number over that by chance beyond which the noise swells. [1] Judgement: independent spikes have one
+    times."""
+
+    scatter_factor: float = 3.0
+    """Factor over the scatter of its neighbours that a spike must exceed. [1] Judgement: noise that swells for a
+    moment does not."""
+
+    scatter_factor_many: float = 2.0
+    """The same where half of the neighbours may be spikes. [1] Judgement: their scatter is then larger."""
+
     one_side: float = 0.5
-    # Samples below the threshold by less than this are examined again without the spikes beside them.
+    """Part of the residual that a spike must have against either side. [1] Derived: at a step of the mean a sample
+    is far from one side only."""
+
     almost: float = 1.5
-    rounds: int = 4  # how often they are
+    """Samples below the threshold by less than this are examined again without the spikes beside them. [standard
+    deviations] Judgement: a spike beside another moves the median by so much."""
+
+    rounds: int = 4
+    """How often they are. [1] Judgement: of spikes beside each other each round finds one on either side."""
+
+    sides: tuple[int, int] = (16, 4)
+    """Neighbours on either side whose median a sample is compared with. [samples] Derived: many are better for white
+    noise, few for a random walk; the one with the least residual counts."""
+
+    stretch: int = 1024
+    """Length of the stretches that the tail is taken from. [samples] Judgement: bounds the time of a long record."""
+
+    stretches: int = 24
+    """Their number. [1] Judgement: see `stretch`."""
+
+    least_residuals: int = 512
+    """Residuals that the tail is taken from, at least. [samples] Judgement: their scale is known to 4 %."""
+
+    block: int = 128
+    """Samples of the blocks whose scale a spike is compared with, the noisiest of three. [samples] Judgement: a
+    median of them is known to 7 %."""
 
 
 THRESHOLDS = HumpThresholds()
@@ -96,16 +153,18 @@ def dense_spikes(x: Floats, step: float, *, thresholds: HumpThresholds = THRESHO
     near = np.count_nonzero((tail.far > least) & (tail.far < least + thresholds.near_width))
     if near > thresholds.near_share * len(tail.far):
         least = _threshold(thresholds.near_false_share * share, thresholds=thresholds)
-    far = np.concatenate([_strength(x, start, tail, step) for start in range(0, len(x), CHUNK)])
+    far = np.concatenate([_strength(x, start, tail, step, thresholds=thresholds) for start in range(0, len(x), CHUNK)])
     found = np.zeros(len(x), dtype=bool)
     rest, part = x, 0.5 if share < thresholds.spoiled else 0.25
     candidates = np.flatnonzero(far > least)
-    residual = np.abs(_residual_at(x, candidates, tail.side))
+    residual = np.abs(_residual_at(x, candidates, tail.side, thresholds=thresholds))
     kept = candidates[
         _stands_alone(x, candidates, tail.side, residual, part, thresholds.scatter_factor_many, thresholds=thresholds)
     ]
     almost = np.flatnonzero(far > least - thresholds.almost)
-    size = np.abs(_residual_at(x, almost, tail.side)) / far[almost]  # of one standard deviation there
+    size = (
+        np.abs(_residual_at(x, almost, tail.side, thresholds=thresholds)) / far[almost]
+    )  # of one standard deviation there
     for _ in range(thresholds.rounds):
         if len(kept) == 0:
             break
@@ -114,7 +173,7 @@ def dense_spikes(x: Floats, step: float, *, thresholds: HumpThresholds = THRESHO
         found[kept], rest[kept] = True, np.nan
         left = ~found[almost]
         almost, size = almost[left], size[left]
-        away = np.abs(_residual_at(rest, almost, tail.side))
+        away = np.abs(_residual_at(rest, almost, tail.side, thresholds=thresholds))
         beyond_it = np.flatnonzero(away > least * size)
         kept = almost[beyond_it]
         kept = kept[
@@ -144,13 +203,17 @@ def _threshold(false: float, *, thresholds: HumpThresholds) -> float:
 def _tail(x: Floats, step: float, *, thresholds: HumpThresholds) -> _Tail | None:
     """The tail of a part of the record, for the number of neighbours that leaves the least residual."""
     n = len(x)
-    starts = [0] if n <= _STRETCH * _STRETCHES else np.linspace(0, n - _STRETCH, _STRETCHES).astype(int).tolist()
-    parts = [x[s : s + _STRETCH] if len(starts) > 1 else x for s in starts]
+    starts = (
+        [0]
+        if n <= thresholds.stretch * thresholds.stretches
+        else np.linspace(0, n - thresholds.stretch, thresholds.stretches).astype(int).tolist()
+    )
+    parts = [x[s : s + thresholds.stretch] if len(starts) > 1 else x for s in starts]
     best: tuple[float, int, list[Floats]] | None = None
-    for side in _SIDES:
+    for side in thresholds.sides:
         away = [np.abs(_residual(part, side, step)) for part in parts]
         known = present(np.concatenate(away))
-        if len(known) < _LEAST:
+        if len(known) < thresholds.least_residuals:
             return None
         usual = median(known)
         if best is None or usual < best[0]:
@@ -158,7 +221,7 @@ def _tail(x: Floats, step: float, *, thresholds: HumpThresholds) -> _Tail | None
     if best is None or not best[0] / _NORMAL.inv_cdf(0.75) > step:
         return None
     usual, side, away = best
-    relative = [each / _local(each, usual) for each in away]
+    relative = [each / _local(each, usual, thresholds=thresholds) for each in away]
     ordered = np.sort(present(np.concatenate(relative)))
     scale, share = _scale(ordered, thresholds=thresholds)
     far, spread = [], []
@@ -212,36 +275,36 @@ def _residual(x: Floats, side: int, step: float) -> Floats:
     return result
 
 
-def _local(away: Floats, usual: float) -> Floats:
+def _local(away: Floats, usual: float, *, thresholds: HumpThresholds) -> Floats:
     """The median residual of blocks, the largest of a block and those beside it, and the usual one at least."""
-    blocks = max(-(-len(away) // _BLOCK), 1)
-    padded = np.full(blocks * _BLOCK, np.nan)
+    blocks = max(-(-len(away) // thresholds.block), 1)
+    padded = np.full(blocks * thresholds.block, np.nan)
     padded[: len(away)] = away
-    rows = padded.reshape(blocks, _BLOCK)
-    known = np.isfinite(rows).sum(axis=1) >= _BLOCK // 2
+    rows = padded.reshape(blocks, thresholds.block)
+    known = np.isfinite(rows).sum(axis=1) >= thresholds.block // 2
     here = np.where(known, medians(rows), usual)
     wide = np.concatenate((here[:1], here, here[-1:]))
     largest = np.maximum(np.maximum(wide[:-2], wide[1:-1]), wide[2:])
-    return np.repeat(np.maximum(largest, usual), _BLOCK)[: len(away)]
+    return np.repeat(np.maximum(largest, usual), thresholds.block)[: len(away)]
 
 
-def _strength(x: Floats, start: int, tail: _Tail, step: float) -> Floats:
+def _strength(x: Floats, start: int, tail: _Tail, step: float, *, thresholds: HumpThresholds) -> Floats:
     """Residuals of a piece of the record in standard deviations; 0 where there is none."""
-    before = min(start, _BLOCK)
-    part = x[start - before : start + CHUNK + _BLOCK]
+    before = min(start, thresholds.block)
+    part = x[start - before : start + CHUNK + thresholds.block]
     away = np.abs(_residual(part, tail.side, step))
-    far = away / (_local(away, tail.usual) * tail.scale)
+    far = away / (_local(away, tail.usual, thresholds=thresholds) * tail.scale)
     return np.nan_to_num(far[before : before + CHUNK])
 
 
-def _residual_at(x: Floats, at: Ints, side: int) -> Floats:
+def _residual_at(x: Floats, at: Ints, side: int, *, thresholds: HumpThresholds) -> Floats:
     """Some samples less the median of those on both sides; 0 where these are all missing."""
     result = np.zeros(len(at))
     for start in range(0, len(at), CHUNK):
         some = at[start : start + CHUNK]
         near = neighbours(x, some, -side, side)
         near[:, side] = np.nan
-        known = np.isfinite(near).sum(axis=1) >= min(_SIDES)
+        known = np.isfinite(near).sum(axis=1) >= min(thresholds.sides)
         result[start : start + CHUNK][known] = x[some[known]] - medians(near[known])
     return result
 

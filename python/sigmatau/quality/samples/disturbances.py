@@ -10,6 +10,7 @@ import numpy as np
 from sigmatau.arrays import Bools
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.dropouts import dropouts
@@ -37,7 +38,17 @@ CAUSES: dict[str, Callable[[Stream], list[Found]]] = {
 
 _EQUAL = ("dropouts", "saturation", "stuck", "copies")  # these compare samples for equality
 
-_MOST_LEFT_OUT = 0.4  # share of a channel beyond which a cause is the record, and not a disturbance of it
+
+@frozen
+class DisturbanceThresholds:
+    """Thresholds of `disturbances`."""
+
+    most_left_out: float = 0.4
+    """Share of a channel beyond which a cause is the record, and not a disturbance of it. [1] Judgement: the rest
+    would be less than the disturbance."""
+
+
+THRESHOLDS = DisturbanceThresholds()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,14 +61,14 @@ class Disturbance:
 
 
 @stream_fact
-def disturbances(stream: Stream) -> tuple[Disturbance, ...]:
+def disturbances(stream: Stream, *, thresholds: DisturbanceThresholds = THRESHOLDS) -> tuple[Disturbance, ...]:
     """The disturbances of a stream, in the order of `CAUSES`."""
     found: list[Disturbance] = []
     even = without_dust(stream)
     for cause, looked_for in CAUSES.items():
         here = masked_by(even if cause in _EQUAL else stream, found)
         for finding, mask in looked_for(here):
-            usable = mask is not None and mask.mean(axis=0).max() <= _MOST_LEFT_OUT
+            usable = mask is not None and mask.mean(axis=0).max() <= thresholds.most_left_out
             found.append(Disturbance(cause, finding, mask if usable else None))
     return tuple(found)
 
@@ -70,9 +81,11 @@ def masked_by(stream: Stream, found: Iterable[Disturbance]) -> Stream:
     return stream
 
 
-def without(stream: Stream, *, keep: Iterable[str] = ()) -> tuple[Stream, list[Finding]]:
+def without(
+    stream: Stream, *, keep: Iterable[str] = (), thresholds: DisturbanceThresholds = THRESHOLDS
+) -> tuple[Stream, list[Finding]]:
     """The stream without its disturbances, except for the causes to `keep`, and the findings about all of them."""
-    kept, found = set(keep), disturbances(stream)
+    kept, found = set(keep), disturbances(stream, thresholds=thresholds)
     told = []
     for one in found:
         if one.mask is None or one.cause in kept:

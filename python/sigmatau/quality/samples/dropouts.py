@@ -15,24 +15,37 @@ from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
-_LOOKED_AT = 1 << 17
-
 
 @frozen
 class DropoutThresholds:
     """Thresholds of `dropouts`."""
 
-    # Distance of 0 from the level of a single channel beyond which noise does not reach it. [standard deviations]
     beyond_noise: float = 12.0
-    # Distance from which on zeros are lost samples if no tail leads to them: ten times as many as lie within one
-    # standard deviation of 0. The end of a range that noise touches there has 0.02 times as many. [standard
-    # deviations]
+    """Distance of 0 from the level of a single channel beyond which noise does not reach it. [standard deviations]
+    Judgement: no tail of a sensor's noise goes so far."""
+
     beyond_tail: float = 4.0
-    min_rows: int = 3  # rows in which all axes are 0; fewer only where chance makes less than `no_chance`. [samples]
-    # Such rows over those by chance, because axes whose numbers are coarse are 0 together without a fault.
+    """Distance from which on zeros are lost samples if no tail leads to them: ten times as many as lie within one
+    standard deviation of 0. [standard deviations] Derived: the end of a range that noise touches there has 0.02
+    times as many."""
+
+    min_rows: int = 3
+    """Rows in which all axes are 0, at least; fewer only where chance makes less than `no_chance`. [samples]
+    Judgement: one or two may be true zeros."""
+
     times_chance: float = 10.0
-    sigmas: float = 6.0  # standard errors of the number by chance that are added to it
-    no_chance: float = 1e-3  # rows of a record by chance, with which one or two rows are reported
+    """Such rows over those by chance. [1] Judgement: axes whose numbers are coarse are 0 together without a fault."""
+
+    sigmas: float = 6.0
+    """Standard errors of the number by chance that are added to it. [1] Judgement: no record reaches six standard
+    errors by chance."""
+
+    no_chance: float = 1e-3
+    """Rows of a record by chance, with which one or two rows are reported. [1] Judgement: one false alarm in 1000
+    such records."""
+
+    looked_at: int = 1 << 17
+    """Samples by which the chance of a zero is computed. [samples] Judgement: bounds the time."""
 
 
 THRESHOLDS = DropoutThresholds()
@@ -71,7 +84,7 @@ def zero_rows(stream: Stream, *, thresholds: DropoutThresholds = THRESHOLDS) -> 
 
 def _chance_of_zero(stream: Stream, channel: str, *, thresholds: DropoutThresholds) -> float:
     """The largest part of a channel's samples that can be 0 without a fault."""
-    x = present(sample_of(stream, channel, most=_LOOKED_AT))
+    x = present(sample_of(stream, channel, most=thresholds.looked_at))
     if len(x) < 2:
         return 1.0
     (middle, spread), zero = median_and_spread(x), zero_rate(stream, channel)

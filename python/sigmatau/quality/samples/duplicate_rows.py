@@ -20,11 +20,22 @@ from sigmatau.record.streams import Stream
 class CopyThresholds:
     """Thresholds of `copies`."""
 
-    min_rows: int = 3  # least number of rows that are equal on all axes. [samples]
-    times_chance: float = 10.0  # such rows over those by chance
-    sigmas: float = 6.0  # standard errors of the number by chance that are added to it
-    max_chance: float = 1e-3  # largest part of all rows in which neighbours on the finest axis are equal by chance
-    max_run: int = 3  # longest run of copies that is reported here; longer ones are stuck samples. [samples]
+    min_rows: int = 3
+    """Rows that are equal on all axes, at least. [samples] Judgement: one or two may be equal by chance."""
+
+    times_chance: float = 10.0
+    """Such rows over those by chance. [1] Judgement: see `DropoutThresholds`."""
+
+    sigmas: float = 6.0
+    """Standard errors of the number by chance that are added to it. [1] Judgement: no record reaches six standard
+    errors by chance."""
+
+    max_chance: float = 1e-3
+    """Part of all rows in which neighbours on the finest axis are equal by chance, at most. [1] Judgement: coarser
+    axes rest on a value together."""
+
+    max_run: int = 3
+    """Longest run of copies that is reported here. [samples] Judgement: longer ones are stuck samples."""
 
 
 THRESHOLDS = CopyThresholds()

@@ -10,38 +10,71 @@ import numpy as np
 from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
+from sigmatau.frozen import frozen
+from sigmatau.quality.samples import units
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.octave_means import OctaveMeans
-from sigmatau.quality.samples.units import GRAVITY, GRAVITY_TOLERANCE
-
-_BLOCK, _LEAST_BLOCKS = 5, 4  # seconds of the means whose directions are compared, and their number in a short record
-_APART = 12  # blocks, one minute, over which all directions are compared
-# Change of direction that no bias makes, in a minute or in a record: 0.087 g. A warm-up is up to 50 mg, see `sensor_class`;
-# consumer accelerometers change by 1.5 mg/K at most, and no sensor at rest warms by 50 K. [rad]
-_TILT = math.radians(5.0)
-# Least length of a mean vector that must be gravity: no bias is half of it. Gravity in g, read as m/s², has a length of 1.
-_LEAST_GRAVITY, _IN_G = 0.5 * GRAVITY, 1.0
-_OVER_NOISE = 5.0  # least length of a mean vector over the noise of its axes: that of noise alone has no direction
+from sigmatau.units import STANDARD_GRAVITY
 
 
-def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
+@frozen
+class TiltThresholds:
+    """Thresholds of `measures_gravity` and `gravity_tilts`."""
+
+    block: int = 5
+    """Seconds of the means whose directions are compared. [s] Judgement: the noise of a mean of 5 s is far below 5°
+    of gravity."""
+
+    least_blocks: int = 4
+    """Number of means in a short record, which are then shorter. [1] Judgement: a record of 4 s is judged."""
+
+    apart: int = 12
+    """Number of means, one minute, over which all directions are compared. [means] Judgement: a hand tilts a sensor
+    within a minute."""
+
+    tilt: float = math.radians(5.0)
+    """Change of direction that no bias makes, 0.087 g. [rad] Datasheets: a warm-up is up to 50 mg, see
+    `sensor_class`; consumer accelerometers change by 1.5 mg/K, and no sensor at rest warms by 50 K."""
+
+    least_gravity: float = 0.5 * STANDARD_GRAVITY
+    """Length of a mean vector from which on it is gravity. [m/s^2] Judgement: no bias is half of gravity."""
+
+    in_g: float = 1.0
+    """Length of gravity in g that is read as m/s². [m/s^2] Standard: definition of the unit g."""
+
+    tolerance: float = units.THRESHOLDS.gravity_tolerance
+    """Relative difference from gravity that bias and scale errors explain. [1] Datasheets: see `UnitThresholds`."""
+
+    over_noise: float = 5.0
+    """Length of a mean vector over the noise of its axes from which on it has a direction. [1] Judgement: noise
+    turns it by 11° at most."""
+
+
+THRESHOLDS = TiltThresholds()
+
+
+def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool, thresholds: TiltThresholds = THRESHOLDS) -> bool:
     """Whether three axes measure gravity: in m/s², or in any unit."""
     if len(means) != 3 or means[0].quantity != "acceleration":
         return False
     second = [one.by_octave[one.second] for one in means]
     length = median(present(np.asarray(np.sqrt(sum(x * x for x in second)))))
     if in_si:
-        return abs(length / GRAVITY - 1) < GRAVITY_TOLERANCE
+        return abs(length / STANDARD_GRAVITY - 1) < thresholds.tolerance
     noise = max(one.floor for one in means) / math.sqrt(means[0].tau(means[0].second))
-    return length > _OVER_NOISE * noise and (length > _LEAST_GRAVITY or abs(length / _IN_G - 1) < GRAVITY_TOLERANCE)
+    return length > thresholds.over_noise * noise and (
+        length > thresholds.least_gravity or abs(length / thresholds.in_g - 1) < thresholds.tolerance
+    )
 
 
-def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
+def gravity_tilts(
+    means: Sequence[OctaveMeans], *, thresholds: TiltThresholds = THRESHOLDS
+) -> list[tuple[Span, Motion]]:
     """Stretches in which the direction of gravity changes, within a minute or from one end to another, with its motion."""
-    if not measures_gravity(means, in_si=False):
+    if not measures_gravity(means, in_si=False, thresholds=thresholds):
         return []
     x = np.stack([one.by_octave[one.second] for one in means])
-    size = max(min(x.shape[1] // _LEAST_BLOCKS, _BLOCK), 1)
+    size = max(min(x.shape[1] // thresholds.least_blocks, thresholds.block), 1)
     blocks = np.stack([row_means(axis[: len(axis) // size * size].reshape(-1, size)) for axis in x])
     with np.errstate(invalid="ignore"):
         unit = blocks / np.sqrt((blocks * blocks).sum(axis=0))
@@ -50,21 +83,21 @@ def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
     edges = np.flatnonzero(np.diff(np.isfinite(unit[0]), prepend=False, append=False)).reshape(-1, 2)
     for a, b in edges.tolist():
         run = unit[:, a:b]
-        apart = min(_APART, b - a - 1)
+        apart = min(thresholds.apart, b - a - 1)
         if apart < 1:
             continue
         cosines = [(run[:, k:] * run[:, : b - a - k]).sum(axis=0) for k in range(1, apart + 1)]
         angles = [math.acos(min(float(c.min()), 1.0)) for c in cosines]
         lag = 1 + angles.index(max(angles))
         at = int(cosines[lag - 1].argmin())
-        if angles[lag - 1] <= _TILT:
+        if angles[lag - 1] <= thresholds.tilt:
             at, lag = _farthest(run)
             angles = [_angle(run[:, at], run[:, at + lag])]
-        if max(angles) <= _TILT:
+        if max(angles) <= thresholds.tilt:
             continue
         change = np.abs(run[:, at + lag] - run[:, at])
         axis = means[int(change.argmax())]
-        motion = axis.motion("tilts", max(angles), max(angles) / _TILT, lag * length)
+        motion = axis.motion("tilts", max(angles), max(angles) / thresholds.tilt, lag * length)
         tilts.append((axis.span(a * length, b * length), motion))
     return tilts
 

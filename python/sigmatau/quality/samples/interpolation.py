@@ -11,25 +11,44 @@ from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import FilledOutages, FilledSamples, Interpolated, Upsampled
 from sigmatau.frozen import frozen
+from sigmatau.quality.samples import straight_lines
 from sigmatau.quality.samples.common import mask_of_runs, sample_of, spans_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places
-from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
+from sigmatau.quality.samples.straight_lines import Filled, filled, tolerance
 from sigmatau.record.streams import Stream
-
-_LOOKED_AT = 1 << 15
 
 
 @frozen
 class InterpolationThresholds:
     """Thresholds of `interpolated`."""
 
-    # Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning.
     warn_factor: float = 1.02
-    min_share: float = 0.05  # least part of second differences that are zero, beyond three times chance
-    sigmas: float = 6.0  # standard errors of that part that are added to it
-    max_share: float = 0.995  # part from which on a channel is one line and not interpolated
-    right_from: int = 8  # the sensor's samples from which on σ is right. [samples]
+    """Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning. [1] Judgement:
+    the usual interval is 5 %."""
+
+    min_share: float = 0.05
+    """Part of second differences that are zero beyond three times chance, at least. [1] Judgement: a record that was
+    resampled has half or more."""
+
+    sigmas: float = 6.0
+    """Standard errors of that part that are added to it. [1] Judgement: no record reaches six standard errors by
+    chance."""
+
+    max_share: float = 0.995
+    """Part from which on a channel is one line and not interpolated. [1] Judgement: a sensor at 1/200 of the rate of
+    its log is not read."""
+
+    right_from: int = 8
+    """Averaging time from which on σ is right. [samples of the sensor] Derived: of a line between two samples the
+    error of σ² is below 1 % by then."""
+
+    too_coarse: float = straight_lines.THRESHOLDS.too_coarse
+    """Part of all second differences that are 0 by chance, beyond which lines are not told. [1] Judgement: see
+    `LineThresholds`."""
+
+    looked_at: int = 1 << 15
+    """Samples by which a channel is judged. [samples] Judgement: a share of 5 % is known to 0.1 %."""
 
 
 THRESHOLDS = InterpolationThresholds()
@@ -60,7 +79,7 @@ def upsampling(stream: Stream, channel: str, *, thresholds: InterpolationThresho
 
     None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
     """
-    x = sample_of(stream, channel, most=_LOOKED_AT)
+    x = sample_of(stream, channel, most=thresholds.looked_at)
     zero = tolerance(stream, channel, x)
     if zero is None:
         return None
@@ -69,7 +88,7 @@ def upsampling(stream: Stream, channel: str, *, thresholds: InterpolationThresho
     count = int(np.count_nonzero(known))
     # Counts to which a slow bias was added have no common step, but changes of zero as often as lines.
     chance = max(zero.chance, float(np.count_nonzero(np.abs(first) <= zero.largest)) / count)
-    if chance > TOO_COARSE:
+    if chance > thresholds.too_coarse:
         return None
     straight = (np.abs(second) <= zero.largest) & (np.abs(first[1:]) > zero.largest / 2)
     share = float(np.count_nonzero(straight)) / count

@@ -18,14 +18,27 @@ from sigmatau.record.streams import Stream
 class LightShockThresholds:
     """Thresholds of `light_shocks`."""
 
-    group_gap: float = 0.25  # spikes no further apart form a group. [s]
-    # Spikes of a group that is a shock. Single spikes, k a second on each axis, form such groups (k/2)² as often.
+    group_gap: float = 0.25
+    """Distance of the spikes of a group, at most. [s] Judgement: a knock on a table rings for a quarter of a second."""
+
     least_spikes: int = 3
-    least_axes: int = 2  # axes on which they are
-    least_times: int = 2  # rows in which they are: a corrupt row makes spikes in one row only. [samples]
-    most_single: float = 0.5  # share of the spikes outside groups beyond which groups form by chance
-    before: float = 0.1  # part of the shock before its first spike. [s]
-    after: float = 0.5  # part of the shock after its last spike. [s]
+    """Spikes of a group that is a shock. [samples] Derived: single spikes, k a second on each axis, form such groups
+    (k/2)² as often."""
+
+    least_axes: int = 2
+    """Axes on which they are. [1] Judgement: a shock has a direction, but no axis of a sensor."""
+
+    least_times: int = 2
+    """Rows in which they are. [samples] Judgement: a corrupt row makes spikes in one row only."""
+
+    most_single: float = 0.5
+    """Share of the spikes outside groups beyond which groups form by chance. [1] Judgement: half of them."""
+
+    before: float = 0.1
+    """Part of the shock before its first spike. [s] Judgement: what rises below the threshold of spikes."""
+
+    after: float = 0.5
+    """Part of the shock after its last spike. [s] Judgement: what rings below the threshold of spikes."""
 
 
 THRESHOLDS = LightShockThresholds()

@@ -9,10 +9,31 @@ import numpy as np
 
 from sigmatau.arrays import Bools, runs
 from sigmatau.findings.finding import Finding, Span
+from sigmatau.frozen import frozen
 from sigmatau.record.streams import Stream
 
 Found = tuple[Finding, Bools | None]
 """A finding and the samples that it is about, shape (n, n_channels); None if leaving them out would not help."""
+
+
+@frozen
+class MaskingThresholds:
+    """Thresholds of `bridged` and `without_steps`."""
+
+    short: int = 4
+    """Longest gap that is bridged. [samples] Judgement: spikes and lost rows; a longer gap would be a part of the
+    spectrum."""
+
+    apart: int = 7
+    """Distance of the good sample that takes the place of a missing one. [samples] Judgement: no neighbour, so that
+    noise stays as rough as it is."""
+
+    cancels: float = 0.3
+    """Sum of two steps over the larger one, below which they are a change of the mean that ends. [1] Judgement: the
+    sizes of steps are known to a tenth or two."""
+
+
+THRESHOLDS = MaskingThresholds()
 
 
 def masked(stream: Stream, mask: Bools) -> Stream:
@@ -25,10 +46,7 @@ def masked(stream: Stream, mask: Bools) -> Stream:
     return replace(stream, samples=replace(stream.samples, missing=missing), mask=missing)
 
 
-_SHORT, _APART = 4, 7  # longest gap that is bridged, and how far from it a good sample is taken [samples]
-
-
-def bridged(stream: Stream) -> Stream:
+def bridged(stream: Stream, *, thresholds: MaskingThresholds = THRESHOLDS) -> Stream:
     """The stream with good samples nearby in place of up to four missing ones, because spectra cannot use such gaps.
 
     The seventh good sample before: no neighbour, so that noise stays as rough as it is.
@@ -40,11 +58,11 @@ def bridged(stream: Stream) -> Stream:
         x = stream.column(channel)
         absent = ~np.isfinite(x)
         good = np.flatnonzero(~absent)
-        short = [(start, stop) for start, stop in runs(absent) if stop - start <= _SHORT]
-        if short and len(good) > 2 * _APART:
+        short = [(start, stop) for start, stop in runs(absent) if stop - start <= thresholds.short]
+        if short and len(good) > 2 * thresholds.apart:
             at, x = np.concatenate([np.arange(start, stop) for start, stop in short]), x.copy()
             which = np.searchsorted(good, at)
-            x[at] = x[good[np.where(which >= _APART, which - _APART, which + _APART)]]
+            x[at] = x[good[np.where(which >= thresholds.apart, which - thresholds.apart, which + thresholds.apart)]]
         columns.append(x)
     filled = stream.with_rates(columns)
     mask = np.stack([~np.isfinite(x) for x in columns], axis=1)
@@ -64,11 +82,8 @@ def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]]) -> tuple[Span, 
     return tuple((stream.grid.time(start), stream.grid.time(stop)) for start, stop in spans)
 
 
-_CANCELS = 0.3  # two steps whose sum is less than this part of the larger one are a change of the mean that ends
-
-
 def without_steps(
-    stream: Stream, steps: Sequence[tuple[int, int, float]]
+    stream: Stream, steps: Sequence[tuple[int, int, float]], *, thresholds: MaskingThresholds = THRESHOLDS
 ) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
     """What to leave out, or else what to keep, of a record with steps: sample, uncertainty in samples, and size of each.
 
@@ -78,7 +93,7 @@ def without_steps(
     n = stream.grid.n
     if len(steps) == 2:
         (first, near, up), (second, wide, down) = steps
-        if abs(up + down) < _CANCELS * max(abs(up), abs(down)):
+        if abs(up + down) < thresholds.cancels * max(abs(up), abs(down)):
             return in_seconds(stream, [(max(first - near, 0), min(second + wide, n))]), None
     edges = [(0, 0), *((at, about) for at, about, _ in steps), (n, 0)]
     k = max(range(len(edges) - 1), key=lambda i: edges[i + 1][0] - edges[i][0])

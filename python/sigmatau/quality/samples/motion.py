@@ -9,42 +9,90 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints, median, median_and_spread
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.record.streams import CHUNK, Stream
 
-_WINDOW_S, _WINDOW = 1.0, 16  # least length of a window, in seconds and in samples
-_LEAST_WINDOWS = 24  # windows that a distribution can be taken from
 
-# The cube root of the power of a window is Gaussian to some percent of its spread (Wilson and Hilferty, PNAS 17, 1931). Its
-# centre and spread are the median and the MAD of all windows. A burst is 8 spreads away and has four times the usual power:
-# noise reaches 4.5 spreads in 10^4 windows, and 16 samples or more do not reach four times their usual power by chance (χ²
-# with 10 degrees: 3.5 in 10^4 windows, spread of the MAD included).
-_BURST_SPREADS, _BURST_POWER = 8.0, 4.0
+@frozen
+class MotionThresholds:
+    """Thresholds of `bursts`, `level_changes` and `excursions`."""
 
-_PEAKS = 4  # changes that two spikes in one window make
+    window_length: float = 1.0
+    """Length of a window. [s] Judgement: people and vehicles move a sensor for longer."""
 
-# Differences of neighbouring windows' means are Gaussian for each of the five terms, whatever the window; a term only
-# chooses their variance. Robust z of n of them passes this a·(1 + b/n) in less than 1e-5 of records (measured, n ≥ 24).
-_STEP_SPREADS, _FEW_WINDOWS = 7.0, 12.0
-# The same across a gap, which is one difference and not the largest of n: 4500 records of white and flicker noise and of
-# rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9 at any window.
-_GAP_SPREADS = 5.0
+    window: int = 16
+    """Samples in a window, at least. [samples] Derived: its power has 10 degrees of freedom, see `burst_power`."""
 
-# Lengths of excursions, in doublings of the window; longer ones show as two steps. Windows count as part of an excursion
-# from this part of the farthest on.
-_EXCURSION_LENGTHS, _PART_OF_FARTHEST = 4, 0.6
+    least_windows: int = 24
+    """Windows that a distribution can be taken from, at least. [1] Measured: false steps were counted from 24
+    windows on, see `step_spreads`."""
 
-_LEAST_BESIDE = 4  # windows on either side of a step, to tell it from a line
-_LONGER = 6  # times the longest lag that has a distribution, up to which a gap is judged by it
-_MOST_GAPS = 16  # longest runs of missing windows whose sides are compared
-_MOST_STEPS = 256  # candidates examined for each length of windows
-_ROUNDING = 1.5  # steps of the numbers by which rounding can move the difference of two means
-_BURST_GAP = 5.0  # windows no further apart are one burst [s]
+    burst_spreads: float = 8.0
+    """Distance of a burst from the usual cube root of the power of a window, in robust standard deviations; the root
+    is Gaussian to some percent. [1] Literature: E. B. Wilson, M. M. Hilferty, PNAS 17 (1931); noise reaches 4.5 in
+    10⁴ windows."""
 
-# A step lasts if the medians of this many half windows before and after it differ by this part of the step.
-_LASTS, _HALF_WINDOWS = 0.6, 6
+    burst_power: float = 4.0
+    """Power of a burst over the usual one. [1] Derived: χ² with 10 degrees of freedom reaches 3.5 times its mean in
+    10⁴ windows, the spread of the MAD included."""
+
+    peaks: int = 4
+    """Largest changes of a window that are left out of its power. [samples] Derived: two spikes make four changes."""
+
+    step_spreads: float = 7.0
+    """Distance of a step from the usual difference of windows, in robust standard deviations; differences are
+    Gaussian for each of the five terms. [1] Measured: of n ≥ 24 differences one passes 7·(1 + 12/n) in less than
+    10⁻⁵ of the records."""
+
+    few_windows: float = 12.0
+    """Windows in the factor 1 + few_windows/n on the distance. [1] Measured: see `step_spreads`."""
+
+    gap_spreads: float = 5.0
+    """The same distance across a gap, which is one difference and not the largest of n. [1] Measured: 4500 records
+    of white noise, flicker noise and rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9."""
+
+    excursion_lengths: int = 4
+    """Lengths of windows at which excursions are looked for, each twice the one before. [1] Judgement: longer ones
+    show as two steps."""
+
+    part_of_farthest: float = 0.6
+    """Part of the largest distance from which on a window is in an excursion. [1] Derived: beside an excursion half
+    of it shows with the opposite sign."""
+
+    least_on_side: int = 4
+    """Windows on either side of a step by which it is told from a line. [1] Judgement: two parameters are fitted to
+    eight windows."""
+
+    longer: int = 6
+    """Ratio of the length of a gap to the longest lag with a distribution, up to which it is judged. [1] Judgement:
+    the spread is extrapolated by √6 at most."""
+
+    most_gaps: int = 16
+    """Longest runs of missing windows whose two sides are compared. [1] Judgement: bounds the time of a record with
+    many gaps."""
+
+    most_steps: int = 256
+    """Candidates examined at each length of windows. [1] Judgement: bounds the time of a record with many steps."""
+
+    rounding: float = 1.5
+    """Change of the difference of two means that rounding can make. [steps] Derived: each mean is moved by half a
+    step at most, and their step is not sure to half of one."""
+
+    burst_gap: float = 5.0
+    """Longest pause within a burst. [s] Judgement: a sensor that is handled is not at rest between two pushes."""
+
+    lasts: float = 0.6
+    """Part of a step that the medians before and after it must differ by. [1] Judgement: more than the half that
+    shows beside an excursion."""
+
+    half_windows: int = 6
+    """Half windows of these medians. [1] Judgement: a median of six tolerates two that are disturbed."""
+
+
+THRESHOLDS = MotionThresholds()
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +133,9 @@ class Summary:
 
 
 @channel_fact
-def summary(stream: Stream, channel: str) -> Summary:
+def summary(stream: Stream, channel: str, *, thresholds: MotionThresholds = THRESHOLDS) -> Summary:
     """A channel by windows of 1 s, or of 16 samples if that is longer."""
-    w = max(round(_WINDOW_S / stream.grid.tau0), _WINDOW)
+    w = max(round(thresholds.window_length / stream.grid.tau0), thresholds.window)
     c, n = stream.channels.index(channel), stream.grid.n // w * w
     many = max(CHUNK // w, 1) * w
     means, powers = [np.zeros(0)], [np.zeros(0)]
@@ -118,44 +166,42 @@ def _mean_of_present(x: Floats) -> tuple[Floats, Ints]:
     return np.where(there, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
 
 
-def bursts(
-    stream: Stream, found: Summary, *, spreads: float = _BURST_SPREADS, power_ratio: float = _BURST_POWER
-) -> list[Burst]:
+def bursts(stream: Stream, found: Summary, *, thresholds: MotionThresholds = THRESHOLDS) -> list[Burst]:
     """Stretches in which the samples of a channel change far more than usual, in order of time; none for few windows.
 
     The mean square of the changes from sample to sample in each window is compared with its distribution over the record:
     its cube root in robust standard deviations, and itself over the usual one. One or two spikes are not a burst.
     """
     channel, power, w = found.channel, found.power, found.window
-    if np.count_nonzero(np.isfinite(power)) < _LEAST_WINDOWS:
+    if np.count_nonzero(np.isfinite(power)) < thresholds.least_windows:
         return []
     root = np.cbrt(power)
     centre, spread = median_and_spread(present(root))
     usual = centre**3
-    limit = max(centre + spreads * spread, np.cbrt(power_ratio * usual))
+    limit = max(centre + thresholds.burst_spreads * spread, np.cbrt(thresholds.burst_power * usual))
     if not np.any(root > limit):
         return []
     step = step_of(stream, channel)
     # Values that alternate between two steps change by one step at each sample.
-    at = np.flatnonzero(power > max(limit**3, power_ratio * step**2))
-    at = at[[_without_peaks(stream, channel, int(i), w) > limit**3 for i in at]]
+    at = np.flatnonzero(power > max(limit**3, thresholds.burst_power * step**2))
+    at = at[[_without_peaks(stream, channel, int(i), w, thresholds=thresholds) > limit**3 for i in at]]
     if len(at) == 0:
         return []
-    apart = max(round(_BURST_GAP / (w * stream.grid.tau0)), 1)
+    apart = max(round(thresholds.burst_gap / (w * stream.grid.tau0)), 1)
     groups = np.split(at, np.flatnonzero(np.diff(at) > apart) + 1)
     floor = max(usual, step**2 / 12)
     ratios = [math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf for g in groups]
     return [Burst(channel, int(g[0]) * w, (int(g[-1]) + 1) * w, r) for g, r in zip(groups, ratios, strict=True)]
 
 
-def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
+def _without_peaks(stream: Stream, channel: str, window: int, w: int, *, thresholds: MotionThresholds) -> float:
     """Mean square of the changes in a window but for the largest four, which one or two spikes make."""
     x = stream.samples.read(stream.channels.index(channel), window * w, (window + 1) * w)
-    squares = np.sort(present(np.diff(x)) ** 2)[:-_PEAKS]
+    squares = np.sort(present(np.diff(x)) ** 2)[: -thresholds.peaks]
     return float(squares.mean()) if len(squares) else 0.0
 
 
-def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPREADS) -> list[LevelChange]:
+def level_changes(stream: Stream, found: Summary, *, thresholds: MotionThresholds = THRESHOLDS) -> list[LevelChange]:
     """Lasting steps of a channel's mean that its noise does not make, in order of time; none for fewer than 48 windows.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
@@ -166,27 +212,27 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
     channel, mean, w = found.channel, found.mean, found.window
     seen: list[LevelChange] = []
     half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
-    while len(half) >= 2 * _LEAST_WINDOWS:
+    while len(half) >= 2 * thresholds.least_windows:
         window = (half[:-1] + half[1:]) / 2
         differences = window[2:] - window[:-2]
-        judged = _departures(stream, channel, differences, spreads)
+        judged = _departures(stream, channel, differences, thresholds.step_spreads, thresholds=thresholds)
         if judged is None:
             break
         far, spread, limit = judged
-        farthest = np.argsort(-far)[:_MOST_STEPS]  # NaN last
+        farthest = np.argsort(-far)[: thresholds.most_steps]  # NaN last
         for i in farthest[far[farthest] > limit].tolist():
-            before = present(half[max(i + 2 - _HALF_WINDOWS, 0) : i + 2])
-            after = present(half[i + 2 : i + 2 + _HALF_WINDOWS])
+            before = present(half[max(i + 2 - thresholds.half_windows, 0) : i + 2])
+            after = present(half[i + 2 : i + 2 + thresholds.half_windows])
             if len(before) < 2 or len(after) < 2:
                 continue
             size = median(after) - median(before)
-            if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
+            if size * differences[i] > 0 and abs(size) > thresholds.lasts * abs(differences[i]):
                 times = float(far[i]) / spread if spread > 0 else math.inf
                 at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
-                gradual = _gradual(mean, at // shortest, 2 * w // shortest)
+                gradual = _gradual(mean, at // shortest, 2 * w // shortest, thresholds=thresholds)
                 around = 2 * w if gradual else max(2 * shortest, w // 8)
                 seen.append(LevelChange(channel, at, size, 2 * w, times, around, gradual))
-        seen += _across_gaps(stream, channel, half, w)
+        seen += _across_gaps(stream, channel, half, w, thresholds=thresholds)
         even = len(half) // 2 * 2
         half = (half[0:even:2] + half[1:even:2]) / 2
         w *= 2
@@ -198,7 +244,7 @@ def level_changes(stream: Stream, found: Summary, *, spreads: float = _STEP_SPRE
 
 
 def _across_gaps(
-    stream: Stream, channel: str, half: Floats, w: int, *, spreads: float = _GAP_SPREADS
+    stream: Stream, channel: str, half: Floats, w: int, *, thresholds: MotionThresholds
 ) -> Iterator[LevelChange]:
     """Steps of the mean between the two sides of missing half windows of w samples.
 
@@ -208,62 +254,69 @@ def _across_gaps(
     missing = np.flatnonzero(np.diff(np.concatenate([[0], np.isnan(half).astype(np.int8), [0]])))
     runs = sorted(zip(missing[::2].tolist(), missing[1::2].tolist(), strict=True), key=lambda run: run[0] - run[1])
     window = (half[:-1] + half[1:]) / 2
-    for a, b in runs[:_MOST_GAPS]:
+    for a, b in runs[: thresholds.most_gaps]:
         lag = b - a + 2
         if a < 2 or b + 2 > len(half):
             continue
-        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (_LEAST_WINDOWS + 2))
-        if judged_lag < 2 or lag > _LONGER * judged_lag:
+        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (thresholds.least_windows + 2))
+        if judged_lag < 2 or lag > thresholds.longer * judged_lag:
             continue  # too long for a distribution of others
         others = window[judged_lag:] - window[:-judged_lag]
-        judged = _departures(stream, channel, others, spreads, apart=judged_lag)
+        judged = _departures(stream, channel, others, thresholds.gap_spreads, apart=judged_lag, thresholds=thresholds)
         if judged is None:
             continue
         _, spread, limit = judged
         growth = lag / judged_lag
         centre = median(present(others)) * growth
         far = abs(float(window[b]) - float(window[a - 2]) - centre)
-        before, after = present(half[max(a - _HALF_WINDOWS, 0) : a]), present(half[b : b + _HALF_WINDOWS])
+        before, after = (
+            present(half[max(a - thresholds.half_windows, 0) : a]),
+            present(half[b : b + thresholds.half_windows]),
+        )
         if far > limit * math.sqrt(growth) and len(before) > 1 and len(after) > 1:
             size = float(np.median(after) - np.median(before))
-            if abs(size) > _LASTS * far:
+            if abs(size) > thresholds.lasts * far:
                 times = far / spread / math.sqrt(growth) if spread > 0 else math.inf
-                gradual = _gradual(half, (a + b) // 2, (b - a) // 2 + 2 * _HALF_WINDOWS)
+                gradual = _gradual(
+                    half, (a + b) // 2, (b - a) // 2 + 2 * thresholds.half_windows, thresholds=thresholds
+                )
                 yield LevelChange(channel, (a + b) * w // 2, size, 2 * w, times, (b - a) * w // 2 + w, gradual)
 
 
 def _departures(
-    stream: Stream, channel: str, x: Floats, spreads: float, *, apart: int = 1
+    stream: Stream, channel: str, x: Floats, spreads: float, *, apart: int = 1, thresholds: MotionThresholds
 ) -> tuple[Floats, float, float] | None:
     """Distances of differences from their median, their spread, and the distance that noise and rounding may reach; one
     difference of `apart` is independent.
     """
     finite = np.isfinite(x)
     independent = int(np.count_nonzero(finite)) // apart
-    if independent < _LEAST_WINDOWS:
+    if independent < thresholds.least_windows:
         return None
     centre, spread = median_and_spread(x[finite])
     far = np.abs(x - centre)
-    limit = spreads * (1 + _FEW_WINDOWS / independent) * spread
+    limit = spreads * (1 + thresholds.few_windows / independent) * spread
     if np.any(far > limit):
-        limit = max(limit, _ROUNDING * step_of(stream, channel))
+        limit = max(limit, thresholds.rounding * step_of(stream, channel))
     return far, spread, limit
 
 
-def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
+def _not_of_peaks(
+    stream: Stream, channel: str, start: int, w: int, base: float, *, thresholds: MotionThresholds
+) -> float:
     """Distance of the mean of a window from `base` without its four farthest samples, which spikes may be."""
     x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
-    kept = x[np.argsort(np.abs(x))][:-_PEAKS]
+    kept = x[np.argsort(np.abs(x))][: -thresholds.peaks]
     return abs(float(kept.mean())) if len(kept) else 0.0
 
 
-def _gradual(mean: Floats, at: int, around: int) -> bool:
+def _gradual(mean: Floats, at: int, around: int, *, thresholds: MotionThresholds) -> bool:
     """Whether a line fits better about a place than two constant parts."""
     start = max(at - around, 0)
     x = mean[start : at + around]
     there = np.isfinite(x)
     k = at - start
-    if np.count_nonzero(there[:k]) < _LEAST_BESIDE or np.count_nonzero(there[k:]) < _LEAST_BESIDE:
+    if np.count_nonzero(there[:k]) < thresholds.least_on_side or np.count_nonzero(there[k:]) < thresholds.least_on_side:
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
     t, y = np.flatnonzero(there).astype(float), x[there]
@@ -272,7 +325,9 @@ def _gradual(mean: Floats, at: int, around: int) -> bool:
     return float(np.sum((y - line) ** 2)) < float(np.sum((x - levels)[there] ** 2))
 
 
-def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = ()) -> list[Burst]:
+def excursions(
+    stream: Stream, found: Summary, changes: Sequence[LevelChange] = (), *, thresholds: MotionThresholds = THRESHOLDS
+) -> list[Burst]:
     """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
 
     A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
@@ -281,22 +336,26 @@ def excursions(stream: Stream, found: Summary, changes: Sequence[LevelChange] = 
     """
     mean, w = found.mean, found.window
     seen: list[Burst] = []
-    for _ in range(_EXCURSION_LENGTHS):
-        if len(mean) < 2 * _LEAST_WINDOWS:
+    for _ in range(thresholds.excursion_lengths):
+        if len(mean) < 2 * thresholds.least_windows:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
-        judged = _departures(stream, found.channel, away, _STEP_SPREADS)
+        judged = _departures(stream, found.channel, away, thresholds.step_spreads, thresholds=thresholds)
         if judged is None:
             break
         far, spread, limit = judged
         # Beside what goes away half of it shows with the other sign.
-        at = np.flatnonzero(far > max(limit, _PART_OF_FARTHEST * float(np.nanmax(far))))
+        at = np.flatnonzero(far > max(limit, thresholds.part_of_farthest * float(np.nanmax(far))))
         for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
             k = int(group[np.argmax(far[group])])
             farthest = float(far[k])
             near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
             base = found.first + float((mean[k] + mean[k + 4]) / 2)
-            if not any(near) and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base) > _LASTS * farthest:
+            if (
+                not any(near)
+                and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base, thresholds=thresholds)
+                > thresholds.lasts * farthest
+            ):
                 times = farthest / spread if spread > 0 else math.inf
                 seen.append(Burst(found.channel, (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w, times, farthest))
         even = len(mean) // 2 * 2

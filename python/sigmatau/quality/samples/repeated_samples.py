@@ -13,7 +13,8 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.samples.common import FEW_STEPS, block_rms, full_ends, growing_step
+from sigmatau.quality.samples import common
+from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import equal_by_chance, resolution, step_of
 from sigmatau.record.streams import Stream
 
@@ -22,22 +23,58 @@ from sigmatau.record.streams import Stream
 class RepeatThresholds:
     """Thresholds of `repeated_samples`."""
 
-    min_share: float = 0.02  # least part of the record that is repeated, beyond chance
-    sigmas: float = 6.0  # standard errors of that part that are added to it
-    min_equal: int = 20  # least number of equal neighbours. [samples]
-    # Part of equal neighbours by the step of a channel from which on it is not judged: chance and repetition cannot
-    # be told apart.
+    min_share: float = 0.02
+    """Part of the record that is repeated beyond chance, at least. [1] Judgement: less changes no coefficient by
+    more than 1 %."""
+
+    sigmas: float = 6.0
+    """Standard errors of that part that are added to it. [1] Judgement: no record reaches six standard errors by
+    chance."""
+
+    min_equal: int = 20
+    """Equal neighbours, at least. [samples] Judgement: their number is known to a quarter."""
+
     max_chance: float = 0.5
-    min_steps: float = 3.0  # changes, in steps, below which a channel is not judged. [steps]
-    copies_in_stretch: int = 20  # copies in the stretches in which they are counted. [samples]
-    min_stretches: int = 20  # with fewer stretches copies count as regular
-    max_spread: float = 0.5  # largest spread of regular copies, over that of chance
-    alike: float = 0.9  # least part of the share of copies that values other than the most frequent one have
-    parts: int = 8  # parts of the record, of which more than half must have copies
-    whole: float = 0.01  # largest relative distance of the mean number of copies from a whole number that it is
-    min_factor: float = 1.01  # factor of the random walk from which on it is reported
-    right_from: int = 8  # samples from which on σ is right, at least. [samples]
-    right_from_times: int = 4  # the same, per repetition. [samples]
+    """Part of equal neighbours by the step of a channel from which on it is not judged. [1] Judgement: chance and
+    repetition cannot be told apart."""
+
+    min_steps: float = 3.0
+    """Size of the changes below which a channel is not judged. [steps] Judgement: coarser numbers repeat by
+    themselves."""
+
+    few_steps: float = common.THRESHOLDS.few_steps
+    """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: see `SharedThresholds`."""
+
+    copies_in_stretch: int = 20
+    """Copies in the stretches in which they are counted. [samples] Judgement: their number by chance is known to a
+    quarter."""
+
+    min_stretches: int = 20
+    """Stretches with fewer of which copies count as regular. [1] Judgement: a spread of 20 is known to a sixth."""
+
+    max_spread: float = 0.5
+    """Spread of regular copies over that of chance, at most. [1] Judgement: half way between a clock and chance."""
+
+    alike: float = 0.9
+    """Part of the share of copies that values other than the most frequent one have, at least. [1] Judgement: a
+    sensor that is slower than its log repeats all values alike."""
+
+    parts: int = 8
+    """Parts of the record, of which more than half must have copies. [1] Judgement: a sensor that is slower than its
+    log is slow all the time."""
+
+    whole: float = 0.01
+    """Relative distance of the mean number of copies from a whole number, up to which it is whole. [1] Judgement:
+    two clocks differ by less than 1 %."""
+
+    min_factor: float = 1.01
+    """Factor of the random walk from which on it is reported. [1] Judgement: the usual interval is 5 %."""
+
+    right_from: int = 8
+    """Averaging time from which on σ is right, at least. [samples] Judgement: the error of σ is below 1 % by then."""
+
+    right_from_times: int = 4
+    """The same, per repetition. [samples] Judgement: see `right_from`."""
 
 
 THRESHOLDS = RepeatThresholds()
@@ -234,7 +271,7 @@ def _repeats_beside_mode(
 ) -> bool:
     """Whether values other than the most frequent one repeat as often: a counter rests on one value between its pulses."""
     found = resolution(stream, channel)
-    if found is None or found.ratio >= FEW_STEPS:
+    if found is None or found.ratio >= thresholds.few_steps:
         return True
     values, counts = np.unique(x[: 1 << 16], return_counts=True)
     moving = x[:-1] != values[np.argmax(counts)]

@@ -16,36 +16,85 @@ from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
 from sigmatau.record.streams import Stream
 
-# Samples that the step is looked for in: enough for each step of a channel with 1e5 of them to the standard deviation.
-_LOOKED_AT = 16384
-
-LEAST_SUMS = 256
-"""Sums of coarse increments from which their likelihood is used: of 170 simulated records (docs/study/disturbed.md), the
-interval of the random walk held the truth in 167."""
-
 
 @frozen
 class ResolutionThresholds:
-    """Thresholds of `resolution` and `coarse_resolution`."""
+    """Thresholds of `resolution`, `step_of_changes`, `equal_by_chance` and `coarse_resolution`."""
 
-    # Largest distance of a value from a multiple of the common step. Chance gives 0.3 of that range to every value,
-    # so that 30 values all within it are worth 0.3^30. [steps]
+    looked_at: int = 16384
+    """Samples that the step is looked for in. [samples] Judgement: enough for each step of a channel with 10⁵ of
+    them to the standard deviation."""
+
     max_off: float = 0.15
-    min_values: int = 30  # values that a common step needs
-    report_factor: float = 1.005  # factor of the random walk from which on rounding is reported
-    warn_factor: float = 1.05  # factor of the random walk from which on it is a warning: the usual interval is 5 %
-    # Noise seen below which rounding errors are no longer white nor independent of the signal. How much they add then
-    # depends on where between two steps the mean lies: at 0.3, the standard deviation of the excess is as large as
-    # its mean. Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps show anything up to 0.5. [steps]
+    """Distance of a value from a multiple of the common step, at most. [steps] Derived: chance gives 0.3 of that
+    range to every value, so that 30 values all within it are worth 0.3³⁰."""
+
+    min_values: int = 30
+    """Values that a common step needs. [1] Derived: see `max_off`."""
+
+    report_factor: float = 1.005
+    """Factor of the random walk from which on rounding is reported. [1] Judgement: a tenth of the usual interval."""
+
+    warn_factor: float = 1.05
+    """Factor of the random walk from which on it is a warning. [1] Judgement: the usual interval is 5 %."""
+
     min_noise_steps: float = 0.54
-    # Noise above which nothing is reported: rounding then makes 0.5 % of N at most. [steps]
+    """Noise seen below which rounding errors are no longer white nor independent of the signal. [steps] Study:
+    docs/study/coarse.md; how much they add depends on where between two steps the mean lies: at 0.3 the standard
+    deviation of the excess is as large as its mean. Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2
+    steps show anything up to 0.5."""
+
     max_noise_steps: float = 3.0
-    max_factor: float = 2.0  # factor of the random walk beyond which what rounding adds is not known
-    # Least variance of sums of increments, in squared steps, from which the rounding of the angle is white from sum
-    # to sum: the rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its
-    # correlation.
+    """Noise above which nothing is reported. [steps] Derived: rounding makes 0.5 % of N at most."""
+
+    max_factor: float = 2.0
+    """Factor of the random walk beyond which what rounding adds is not known. [1] Judgement: three quarters of the
+    power would be taken off."""
+
     white_from: float = 0.5
-    min_sums: int = 32  # sums from which their variance is known to a quarter
+    """Variance of sums of increments from which on the rounding of the angle is white from sum to sum. [steps²]
+    Derived: the rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its
+    correlation; docs/study/disturbed.md."""
+
+    min_sums: int = 32
+    """Sums from which their variance is known to a quarter. [1] Derived: √(2/32)."""
+
+    least_sums: int = 256
+    """Sums of coarse increments from which their likelihood is used. [1] Study: docs/study/disturbed.md; of 170
+    simulated records the interval of the random walk held the truth in 167."""
+
+    smallest_step: float = 1 / 6
+    """Smallest step that is tried against the usual change. [1] Judgement: smaller ones are printed decimals."""
+
+    largest_step: float = 2.0
+    """Largest step that is tried against the usual change. [1] Judgement: of a larger one most changes are zero."""
+
+    steps_tried: int = 400
+    """Number of steps that are tried. [1] Derived: neighbours differ by 0.6 %, a tenth of a step after sixteen of
+    them."""
+
+    changes: int = 4096
+    """Changes that are tried against a step. [samples] Judgement: bounds the time."""
+
+    stages: tuple[tuple[int, float], ...] = ((64, 0.4), (256, 0.6), (4096, 0.8))
+    """Numbers of changes, and mean cosine from which on a step is tried with more of them. [1] Derived: of changes
+    that are whole steps but for a tenth the mean cosine is 0.8; most steps are refused by few changes, with 0.8 less
+    four standard errors."""
+
+    same_step: float = 0.8
+    """Steps no smaller than this part of the largest are about the same step. [1] Judgement: the next one, half as
+    large, is not."""
+
+    lag: int = 251
+    """Samples between two that are compared, beyond any hold. [samples] Judgement: a prime, so that no period of a
+    counter divides it."""
+
+    blocks: int = 32
+    """Blocks that the median is taken of. [1] Judgement: fewer than half of them are stuck or lost."""
+
+    level_from: int = 1 << 18
+    """Samples that the white level is taken from. [samples] Judgement: it is known to 0.3 %, which decides
+    `report_factor`."""
 
 
 THRESHOLDS = ResolutionThresholds()
@@ -118,7 +167,7 @@ def white_sum(increments: Floats, *, thresholds: ResolutionThresholds = THRESHOL
 @channel_fact
 def resolution(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> Resolution | None:
     """Step and noise of a channel; None if its values have no common step that can be told from none."""
-    x = sample_of(stream, channel, most=_LOOKED_AT)
+    x = sample_of(stream, channel, most=thresholds.looked_at)
     # Rates may have been made outside of differences of angles: no step is so small beside the noise.
     rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
     step = common_step(x, rounding=rounding, thresholds=thresholds) or step_of_changes(
@@ -134,56 +183,44 @@ def resolution(stream: Stream, channel: str, *, thresholds: ResolutionThresholds
     return Resolution(channel=channel, step=step, noise=noise / math.sqrt(2), unit=stream.unit)
 
 
-# Of changes that are whole steps but for this part of one the mean cosine is 0.8; and the steps that are tried, against the
-# usual change.
-_LATTICE, _LEAST_STEP, _LARGEST_STEP, _STEPS_TRIED = 0.8, 1 / 6, 2.0, 400
-_CHANGES = 4096
-# Most steps are refused by few changes: the limit is 0.8 less four standard errors.
-_STAGES = ((64, 0.4), (256, 0.6), (_CHANGES, _LATTICE))
-_SAME_STEP = 0.8  # steps no smaller than this part of the largest are about the same one
-
-
 def step_of_changes(changes: Floats, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
     """The step of numbers whose common step is hidden by a slow compensation or by printed decimals; 0 if there is none.
 
     The largest q of which the changes from sample to sample are whole multiples to about a tenth: Σ cos(2π·d/q) over the
     changes d is nearly their number.
     """
-    size = np.abs(present(changes))[:_CHANGES]
+    size = np.abs(present(changes))[: thresholds.changes]
     size = size[size > 0]
     if len(size) < thresholds.min_values:
         return 0.0
     usual = median(size)
     size = size[size > usual / 4] / usual  # less is the compensation
-    steps = np.geomspace(_LARGEST_STEP, _LEAST_STEP, _STEPS_TRIED)
+    steps = np.geomspace(thresholds.largest_step, thresholds.smallest_step, thresholds.steps_tried)
     whole = steps
-    for count, least in _STAGES:
+    for count, least in thresholds.stages:
         whole = np.cos(np.multiply.outer(2 * np.pi / steps, size[:count])).mean(axis=1)
         steps, whole = steps[whole > least], whole[whole > least]
         if len(steps) == 0:
             return 0.0
-    near = steps > steps[0] * _SAME_STEP
+    near = steps > steps[0] * thresholds.same_step
     return usual * float(steps[near][np.argmax(whole[near])])
 
 
-_FAR, _BLOCKS = 251, 32  # samples between two that are compared, beyond any hold; blocks that the median is taken of
-
-
 @channel_fact
-def equal_by_chance(stream: Stream, channel: str) -> float:
+def equal_by_chance(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
     """Part of the samples that equal another one far away: what coarse noise makes equal without a fault.
 
     A median of blocks, so that a stuck or lost part of the record does not count.
     """
     x = stream.column(channel)
-    lag = min(_FAR, len(x) // 4)
+    lag = min(thresholds.lag, len(x) // 4)
     same = x[lag:] == x[:-lag]
-    return median(np.array([block.mean() for block in np.array_split(same, min(_BLOCKS, len(same)))]))
+    return median(np.array([block.mean() for block in np.array_split(same, min(thresholds.blocks, len(same)))]))
 
 
-def usual_value(stream: Stream, channel: str) -> float:
+def usual_value(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
     """The largest part of the samples that one value has, from the equal ones: Σp² of normal noise is p/√2."""
-    equal = equal_by_chance(stream, channel)
+    equal = equal_by_chance(stream, channel, thresholds=thresholds)
     return min(math.sqrt(2) * equal, math.sqrt(equal))
 
 
@@ -218,7 +255,7 @@ def _coarse(stream: Stream, channel: str, *, thresholds: ResolutionThresholds) -
     found = resolution(stream, channel, thresholds=thresholds)
     if found is None or found.ratio > thresholds.max_noise_steps:
         return None
-    sample = present(sample_of(stream, channel, most=_LOOKED_AT))
+    sample = present(sample_of(stream, channel, most=thresholds.looked_at))
     if 2 * len(np.unique(np.rint((sample - sample[0]) / found.step))) > len(sample):
         return None  # a line without noise has a step too, but no value twice
     tau0 = stream.grid.tau0
@@ -231,11 +268,11 @@ def _coarse(stream: Stream, channel: str, *, thresholds: ResolutionThresholds) -
     if stream.samples.transforms[stream.channels.index(channel)].kind != "rate":
         rounding, severity, added = "quantization", "info", found.step * tau0 / math.sqrt(12)
         summed = white_sum(stream.column(channel) / found.step, thresholds=thresholds)
-        if summed is None or stream.grid.n < LEAST_SUMS * summed:
-            severity, needed = "warning", None if summed is None else LEAST_SUMS * summed * tau0
+        if summed is None or stream.grid.n < thresholds.least_sums * summed:
+            severity, needed = "warning", None if summed is None else thresholds.least_sums * summed * tau0
     else:
         square = found.step**2 * tau0 / 12
-        level, _ = white_level(sample_of(stream, channel, most=1 << 18), tau0)
+        level, _ = white_level(sample_of(stream, channel, most=thresholds.level_from), tau0)
         factor = math.sqrt(level / (level - square)) if level > square else math.inf
         if found.ratio < thresholds.min_noise_steps or factor > thresholds.max_factor:
             rounding, severity, added = "unknown", "warning", None

@@ -26,21 +26,36 @@ _NORMAL = NormalDist()
 class SaturationThresholds:
     """Thresholds of `saturation`."""
 
-    # Outermost values that are compared. In the tail of any noise about a slowly moving level an outer value is rarer
-    # than the next one inwards, so that of T visits to them at most T/levels are to the outermost.
     levels: int = 4
-    # Probability that noise visits an end so often: P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff.
+    """Outermost values that are compared. [1] Derived: in the tail of any noise about a slowly moving level an outer
+    value is rarer than the next one inwards, so that of T visits to them at most T/levels are to the outermost."""
+
     false_alarm: float = 1e-8
-    min_noise_steps: float = 0.5  # least noise. Coarser channels have no tail: all their values are extremes. [steps]
-    # Distance of the ends from which on no pulse of a counter is spread over neighbours. [steps]
+    """Probability that noise visits an end so often. [1] Derived: P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff; the
+    level is a judgement."""
+
+    min_noise_steps: float = 0.5
+    """Noise from which on a channel has a tail. [steps] Derived: all values of coarser channels are extremes."""
+
     pulse_steps: float = 40.0
-    summed: int = 8  # increments in the sums by which a rounded angle is recognised. [samples]
-    # Power of such sums, over that of independent increments, below which the samples are the changes of a rounded
-    # angle; white noise has 1.
+    """Distance of the ends from which on no pulse of a counter is spread over neighbours. [steps] Derived: pulses of
+    up to 16 counts each way, see `SharedThresholds`, and their noise."""
+
+    summed: int = 8
+    """Increments in the sums by which a rounded angle is recognised. [samples] Judgement: the rounding of an angle
+    is in one of eight of them."""
+
     least_of_sums: float = 0.5
-    # Least number of clipped samples in each tenth of the record, over the mean, for them to be spread over it.
+    """Power of such sums, over that of independent increments, below which the samples are the changes of a rounded
+    angle. [1] Derived: white noise has 1, rounding alone 1/8."""
+
     min_part_of_mean: float = 0.3
-    max_share: float = 0.9  # largest share of clipped samples that are spread over the record
+    """Number of clipped samples in each tenth of the record over the mean, at least, for them to be spread over it.
+    [1] Judgement: slow noise moves the level."""
+
+    max_share: float = 0.9
+    """Share of clipped samples that are spread over the record, at most. [1] Judgement: beyond it there is no noise
+    to judge."""
 
 
 THRESHOLDS = SaturationThresholds()

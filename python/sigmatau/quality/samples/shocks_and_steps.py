@@ -11,6 +11,7 @@ import numpy as np
 from sigmatau.arrays import median
 from sigmatau.findings.disturbances import LevelStep, MotionBurst, NotStatic
 from sigmatau.findings.finding import Finding, Span
+from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.light_shocks import light_shocks
@@ -19,12 +20,28 @@ from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts,
 from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.record.streams import Stream
 
-_SHOCK_WINDOWS = 3  # a burst of no more windows, of 1 s each, is a shock
-_BESIDE = 3  # windows of a step whose means before and after it are compared
-_RETURNED = 0.5  # a mean that changes by less than this part of an excursion has returned
+
+@frozen
+class ShockThresholds:
+    """Thresholds of `shocks` and `not_static`."""
+
+    shock_windows: int = 3
+    """Windows of 1 s in a burst, up to which it is a shock. [windows] Judgement: a knock rings for less than a
+    second, and may lie across two windows."""
+
+    windows_beside: int = 3
+    """Windows of a step whose means before and after it are compared. [windows] Judgement: a median of three
+    tolerates one that is disturbed."""
+
+    returned: float = 0.5
+    """Change of the mean over the size of an excursion, below which the mean has returned. [1] Judgement: half way
+    between a step and none."""
 
 
-def shocks(stream: Stream) -> list[Found]:
+THRESHOLDS = ShockThresholds()
+
+
+def shocks(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> list[Found]:
     """Shocks and other motion after which the mean is what it was before: at most one finding, of all axes.
 
     Their samples are those of all axes, with a margin: a shock of one axis reaches the others. They are looked for beside
@@ -33,16 +50,23 @@ def shocks(stream: Stream) -> list[Found]:
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
     light, alone = light_shocks(stream), spikes_missing(stream)
-    seen = movements(alone)
+    seen = movements(alone, thresholds=thresholds)
     moved = [*seen.moved, *_not_in(light, seen.moved)]
     if not moved:
         return []
     margins = ((b, max(seen.window, b.stop - b.start) if b.away else seen.window) for b in moved)
     bad = mask_of(stream.grid.n, [(b.start - margin, b.stop + margin) for b, margin in margins])
-    return [(_motion(stream, moved, seen.window), np.repeat(bad[:, None], len(stream.channels), axis=1))]
+    return [
+        (
+            _motion(stream, moved, seen.window, thresholds=thresholds),
+            np.repeat(bad[:, None], len(stream.channels), axis=1),
+        )
+    ]
 
 
-def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
+def not_static(
+    stream: Stream, *, still: Stream | None = None, thresholds: ShockThresholds = THRESHOLDS
+) -> list[Finding]:
     """Motion of a sensor that should rest and that is not left out: steps of the mean (tilt), by channel.
 
     Parameters
@@ -55,21 +79,23 @@ def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    seen = movements(spikes_missing(stream))
+    seen = movements(spikes_missing(stream), thresholds=thresholds)
     found = []
     for channel, changes in seen.changed.items():
-        if left := [one for one in changes if still is None or _is_left(summary(still, channel), one)]:
+        if left := [
+            one for one in changes if still is None or _is_left(summary(still, channel), one, thresholds=thresholds)
+        ]:
             found.append(level_finding(stream, channel, left))
     return found
 
 
-def _is_left(seen: Summary, change: LevelChange) -> bool:
+def _is_left(seen: Summary, change: LevelChange, *, thresholds: ShockThresholds) -> bool:
     """Whether the mean before a step and after it differ without the shocks beside it."""
-    at, size = change.sample // seen.window, _BESIDE * change.window // seen.window
+    at, size = change.sample // seen.window, thresholds.windows_beside * change.window // seen.window
     before, after = present(seen.mean[:at])[-size:], present(seen.mean[at:])[:size]
     if not (len(before) and len(after)):
         return True
-    return abs(median(after) - median(before)) > _RETURNED * abs(change.size)
+    return abs(median(after) - median(before)) > thresholds.returned * abs(change.size)
 
 
 def between_steps(stream: Stream, found: Sequence[Finding]) -> Stream:
@@ -102,7 +128,7 @@ def _not_in(shocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
 
 
 @stream_fact
-def movements(stream: Stream) -> Movements:
+def movements(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> Movements:
     """Bursts, excursions and steps of the mean of each channel."""
     moved: list[Burst] = []
     changed: dict[str, list[LevelChange]] = {}
@@ -116,7 +142,7 @@ def movements(stream: Stream) -> Movements:
             mean = seen.mean.copy()
             for burst in here:
                 first, last = burst.start // window, burst.stop // window
-                short = last - first <= _SHOCK_WINDOWS and first > 0 and last < len(mean)
+                short = last - first <= thresholds.shock_windows and first > 0 and last < len(mean)
                 middle = (first + last) // 2
                 mean[first:middle] = mean[first - 1] if short else np.nan
                 mean[middle:last] = mean[last] if short else np.nan
@@ -124,14 +150,18 @@ def movements(stream: Stream) -> Movements:
         changes = level_changes(stream, seen)
         if changes:  # the two edges of an excursion of some seconds are not steps
             gone = excursions(stream, seen)
-            changes = [change for change in changes if not any(_comes_back(seen, change, one) for one in gone)]
+            changes = [
+                change
+                for change in changes
+                if not any(_comes_back(seen, change, one, thresholds=thresholds) for one in gone)
+            ]
         if changes:
             changed[channel] = changes
         moved += excursions(stream, seen, changes)
     return Movements(moved=moved, changed=changed, window=window)
 
 
-def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
+def _comes_back(seen: Summary, change: LevelChange, one: Burst, *, thresholds: ShockThresholds) -> bool:
     """Whether a step is an edge of an excursion after which the mean is what it was before."""
     size = one.stop - one.start
     if not one.start - 2 * size <= change.sample <= one.stop + 2 * size:
@@ -141,10 +171,10 @@ def _comes_back(seen: Summary, change: LevelChange, one: Burst) -> bool:
     after = present(seen.mean[(one.stop + 2 * size) // w : (one.stop + 6 * size) // w])
     if not (len(before) and len(after)):
         return False
-    return abs(median(after) - median(before)) < _RETURNED * abs(change.size)
+    return abs(median(after) - median(before)) < thresholds.returned * abs(change.size)
 
 
-def _motion(stream: Stream, moved: Sequence[Burst], window: int) -> Finding:
+def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, thresholds: ShockThresholds) -> Finding:
     """All bursts of a stream in one finding."""
     groups: list[list[Burst]] = []
     for burst in sorted(moved, key=lambda b: b.start):
@@ -155,7 +185,12 @@ def _motion(stream: Stream, moved: Sequence[Burst], window: int) -> Finding:
     spans = [(min(b.start for b in group), max(b.stop for b in group)) for group in groups]
     times = in_seconds(stream, spans)
     told = tuple(
-        _burst(stream, group, span, shock=stop - start <= _SHOCK_WINDOWS * window and not all(b.away for b in group))
+        _burst(
+            stream,
+            group,
+            span,
+            shock=stop - start <= thresholds.shock_windows * window and not all(b.away for b in group),
+        )
         for group, span, (start, stop) in zip(groups, times, spans, strict=True)
     )
     axes = tuple(c for c in stream.channels if any(b.channel == c for b in moved))

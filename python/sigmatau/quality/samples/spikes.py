@@ -23,42 +23,73 @@ from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.quality.samples.tails import TailReading, read_small_spikes, read_tail
 from sigmatau.record.streams import Stream
 
-_SIDE = 4  # neighbours on either side; their median tolerates one other spike among them
-_WIDE = 16  # the same where two of four are often spikes
-
 _BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
-_STRETCH, _STRETCHES = 1024, 24  # samples that the scale is taken from
 
-_AROUND = 32  # neighbours on either side whose scatter a spike must exceed too: in a shock all samples are large
 
-# Behind a low-pass filter far below the sampling rate, medians of neighbours follow slopes, but no extremes: all residuals
-# are small but those, which are not spikes. A fourth difference is Gaussian whatever the spectrum; of white noise it is
-# √70 = 8.4 standard deviations, of a single spike in its middle 6 heights. Divided by 6, it has 0.8 of the scale of the
-# residual for white noise and 0.53 for a random walk; noise is smooth below this part. A spike beyond the threshold then
-# has 15 standard deviations of it.
-_SMOOTH, _MIDDLE = 0.4, 6.0
+_MIDDLE = 6.0  # heights of a single spike in the middle of its fourth difference, 6 of (1, 4, 6, 4, 1)
 
 
 @frozen
 class SpikeThresholds:
     """Thresholds of `find_spikes`."""
 
-    # Spikes that noise alone makes in a record, on average. The residual (a sample less a median of its neighbours)
-    # of Gaussian noise no smoother than a random walk is Gaussian in its tail, and a spike must be one on both sides.
     false_spikes: float = 1e-4
-    steps: float = 1.0  # steps of the numbers that are added: a step q moves a sample and a median by q/2 each. [steps]
-    unseen: float = 0.3  # noise below it leaves no trace in the scatter of numbers with this step. [steps]
-    # Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike: from some 2 %
-    # on.
+    """Spikes that noise alone makes in a record, on average. [samples] Judgement: one false alarm in 10⁴ channels.
+    The residual (a sample less a median of its neighbours) of Gaussian noise no smoother than a random walk is
+    Gaussian in its tail, and a spike must be one on both sides."""
+
+    least: float = 6.0
+    """Height of a spike, at least. [standard deviations] Judgement: a smaller one in a short record would be a guess
+    at its tail."""
+
+    steps: float = 1.0
+    """Height that is added for rounding. [steps] Derived: a step q moves a sample and a median by q/2 each."""
+
+    unseen: float = 0.3
+    """Noise below it leaves no trace in the scatter of numbers with this step. [steps] Study: docs/study/coarse.md;
+    noise of 0.2 steps may show none."""
+
     spoiled: float = 2.0
-    # Beginning of the tail: beyond it noise has 1.6 of the residuals that the scale is taken from. [standard
-    # deviations]
+    """Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike. [1] Derived:
+    from some 2 % of spikes on."""
+
     tail_from: float = 4.0
-    tail_count: int = 12  # residuals there from which on the tail is examined. [samples]
-    rounds: int = 8  # how often the rest is searched again, because spikes beside each other hide each other
-    # With fewer samples that have all four neighbours before them, samples with two of these count too. [samples]
+    """Beginning of the tail. [standard deviations] Derived: beyond it noise has 1.6 of the residuals that the scale
+    is taken from."""
+
+    tail_count: int = 12
+    """Residuals there from which on the tail is examined. [samples] Derived: so many are not noise, see `tail_from`."""
+
+    rounds: int = 8
+    """How often the rest is searched again. [1] Judgement: spikes beside each other hide each other."""
+
     min_residuals: int = 1024
-    min_samples: int = 32  # samples from which a scale can be taken. [samples]
+    """Samples that have all four neighbours before them, below which samples with two of these count too. [samples]
+    Judgement: their scale is known to 2 %."""
+
+    min_samples: int = 32
+    """Samples from which a scale can be taken. [samples] Judgement: one block of `block_rms`."""
+
+    side: int = 4
+    """Neighbours on either side. [samples] Derived: their median tolerates one other spike among them."""
+
+    wide: int = 16
+    """The same where two of four are often spikes. [samples] Judgement: 20 % of spikes are seldom half of 16."""
+
+    stretch: int = 1024
+    """Length of the stretches that the scale is taken from. [samples] Judgement: bounds the time of a long record."""
+
+    stretches: int = 24
+    """Their number. [1] Judgement: see `stretch`."""
+
+    scatter_side: int = 32
+    """Neighbours on either side whose scatter a spike must exceed too. [samples] Judgement: in a shock all samples
+    are large."""
+
+    smooth: float = 0.4
+    """Fourth differences, over 6, in units of the residual, below which noise is smooth: medians of neighbours then
+    follow slopes, but no extremes, which are not spikes. [1] Derived: 0.8 for white noise and 0.53 for a random
+    walk; a spike beyond the threshold then has 15 standard deviations of it."""
 
 
 THRESHOLDS = SpikeThresholds()
@@ -105,7 +136,7 @@ def find_spikes(x: Floats, *, thresholds: SpikeThresholds = THRESHOLDS) -> Bools
         if rest is x:
             rest = x.copy()
         rest[more] = np.nan
-        part = 0.25 if seen.side == _WIDE else 0.5  # where half of the changes about a spike may be to others
+        part = 0.25 if seen.side == thresholds.wide else 0.5  # where half of the changes about a spike may be to others
     return found
 
 
@@ -147,7 +178,7 @@ def spikes_missing(stream: Stream, *, thresholds: SpikeThresholds = THRESHOLDS) 
 def _finding(stream: Stream, channel: str, found: Bools, *, thresholds: SpikeThresholds) -> Finding:
     x, at = stream.column(channel), np.flatnonzero(found)
     clean = np.where(found, np.nan, x)
-    heights = _heights(x, clean, at)
+    heights = _heights(x, clean, at, thresholds=thresholds)
     largest = int(np.argmax(np.abs(heights)))
     times = stream.grid.lead + at * stream.grid.tau0
     spans, more_spans = longest_spans(times, times)
@@ -178,15 +209,17 @@ def _finding(stream: Stream, channel: str, found: Bools, *, thresholds: SpikeThr
 def _multiple(n: int, *, thresholds: SpikeThresholds = THRESHOLDS) -> float:
     """Threshold in standard deviations: six, more for long records, and for short ones, whose scale is uncertain."""
     needed = -NormalDist().inv_cdf(thresholds.false_spikes / (2 * n))
-    return max(6.0, needed) * (1 + 2 / math.sqrt(min(n, _STRETCH * _STRETCHES) / _AROUND))
+    return max(thresholds.least, needed) * (
+        1 + 2 / math.sqrt(min(n, thresholds.stretch * thresholds.stretches) / thresholds.scatter_side)
+    )
 
 
-def _heights(x: Floats, clean: Floats, at: Ints) -> Floats:
+def _heights(x: Floats, clean: Floats, at: Ints, *, thresholds: SpikeThresholds) -> Floats:
     """Distance of spikes from the median of the good samples beside them, or of all good samples where there are none."""
     heights = np.empty(len(at))
     for start in range(0, len(at), _BATCH):
         some = at[start : start + _BATCH]
-        near = neighbours(clean, some, -_WIDE, _WIDE)
+        near = neighbours(clean, some, -thresholds.wide, thresholds.wide)
         lonely = ~np.isfinite(near).any(axis=1)
         if lonely.any():
             near[lonely] = np.nanmedian(clean)
@@ -203,10 +236,7 @@ class _Scale:
     side: int  # neighbours on either side
     far: int  # residuals in the tail
     fourth: float  # standard deviation of the fourth differences, over 6
-
-    @property
-    def smooth(self) -> bool:
-        return self.fourth < _SMOOTH * self.noise
+    smooth: bool  # whether that is small: a low-pass filter is far below the sampling rate
 
 
 def _beyond_smooth(x: Floats, at: Ints, seen: _Scale, multiple: float, *, thresholds: SpikeThresholds) -> Ints:
@@ -224,42 +254,47 @@ def _beyond_smooth(x: Floats, at: Ints, seen: _Scale, multiple: float, *, thresh
 def _scale(x: Floats, *, thresholds: SpikeThresholds) -> _Scale:
     """The noise of a part of the record."""
     n = len(x)
-    if n <= _STRETCH * _STRETCHES:
+    if n <= thresholds.stretch * thresholds.stretches:
         parts = [x]
     else:
-        parts = [x[s : s + _STRETCH] for s in np.linspace(0, n - _STRETCH, _STRETCHES).astype(int)]
+        parts = [
+            x[s : s + thresholds.stretch]
+            for s in np.linspace(0, n - thresholds.stretch, thresholds.stretches).astype(int)
+        ]
     rows = np.stack(parts)
     dust = rounding_dust(rows.ravel(), n)
-    residual = (rows[:, _SIDE:] - _median(*(rows[:, k : k - _SIDE] for k in range(_SIDE)))).ravel()
+    residual = (
+        rows[:, thresholds.side :] - _median(*(rows[:, k : k - thresholds.side] for k in range(thresholds.side)))
+    ).ravel()
     if np.isnan(rows).any():
         differences = np.abs(np.concatenate([np.diff(part[~np.isnan(part)]) for part in parts]))
     else:
         differences = np.abs(np.diff(rows)).ravel()
     changes = differences[differences > dust]
     if np.count_nonzero(np.isfinite(residual)) < thresholds.min_residuals:
-        residual = _where_two_are(x)
+        residual = _where_two_are(x, thresholds=thresholds)
         if len(residual) < thresholds.min_samples:
-            return _Scale(math.nan, 0.0, _SIDE, 0, math.inf)
+            return _Scale(math.nan, 0.0, thresholds.side, 0, math.inf, smooth=False)
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
-    scale = block_rms(residual)
+    scale, side = block_rms(residual), thresholds.side
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = median(np.abs(present(residual))) / NormalDist().inv_cdf(0.75)
     far = int(np.count_nonzero(np.abs(residual) > thresholds.tail_from * min(scale, usual + step / 2)))
     fourth = present(np.abs(np.diff(rows, n=4, axis=1)).ravel())
-    smooth = (
+    fourth_scale = (
         median(fourth) / NormalDist().inv_cdf(0.75) / _MIDDLE if len(fourth) >= thresholds.min_samples else math.inf
     )
     if scale > thresholds.spoiled * (usual + step):
-        return _Scale(usual + step / 2, step, _WIDE, far, smooth)
-    return _Scale(scale, step, _SIDE, far, smooth)
+        scale, side = usual + step / 2, thresholds.wide
+    return _Scale(scale, step, side, far, fourth_scale, smooth=fourth_scale < thresholds.smooth * scale)
 
 
-def _where_two_are(x: Floats) -> Floats:
+def _where_two_are(x: Floats, *, thresholds: SpikeThresholds) -> Floats:
     """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
     there = np.flatnonzero(np.isfinite(x))
-    before = there[2:] - there[:-2] <= _SIDE
-    at = there[2:][before][: _STRETCH * _STRETCHES]
-    near = neighbours(x, at, -_SIDE, -1)
+    before = there[2:] - there[:-2] <= thresholds.side
+    at = there[2:][before][: thresholds.stretch * thresholds.stretches]
+    near = neighbours(x, at, -thresholds.side, -1)
     return np.asarray(x[at] - np.nanmedian(near, axis=1)) if len(at) else at.astype(float)
 
 

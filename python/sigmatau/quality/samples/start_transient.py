@@ -17,17 +17,37 @@ from sigmatau.record.streams import Stream
 class TransientThresholds:
     """Thresholds of `start_transient`."""
 
-    longest: float = 10.0  # A record that settles later warms up. [s]
-    window: float = 1.0  # length of the means that the first sample is compared with. [s]
-    least_windows: int = 24  # windows of the record, at least
-    # Distance of the first sample from the mean of a window that begins 1 s later, over the robust standard deviation
-    # of the same all over the record: it is Gaussian for each of the five terms.
+    longest: float = 10.0
+    """Time within which a filter settles. [s] Judgement: a record that settles later warms up."""
+
+    window: float = 1.0
+    """Length of the means that the first sample is compared with. [s] Derived: as in `MotionThresholds`."""
+
+    least_window: int = 16
+    """The same in samples, at least. [samples] Derived: as in `MotionThresholds`."""
+
+    least_windows: int = 24
+    """Windows of the record, at least. [1] Measured: see `MotionThresholds`."""
+
     sigmas: float = 9.0
-    # With n windows the distance is larger by the factor 1 + few_windows/n, see `sigmatau.quality.samples.motion`.
+    """Distance of the first sample from the mean of a window that begins 1 s later, over the robust standard
+    deviation of the same all over the record. [1] Derived: the 7 of `MotionThresholds` for a difference that is
+    Gaussian for each of the five terms; the rest is a margin."""
+
     few_windows: float = 12.0
-    near_zero: float = 0.5  # largest first sample over the mean
-    rising: int = 3  # samples after the first that must be between zero and the mean. [samples]
-    settled: float = 4.0  # standard deviations of the noise about the mean within which a sample has settled
+    """With n windows the distance is larger by the factor 1 + few_windows/n. [1] Measured: see `MotionThresholds`."""
+
+    near_zero: float = 0.5
+    """First sample over the mean, at most. [1] Judgement: a filter that starts from zero has settled by less than
+    half after a sample."""
+
+    rising: int = 3
+    """Samples after the first that must be between zero and the mean. [samples] Judgement: a single zero is a lost
+    row."""
+
+    settled: float = 4.0
+    """Standard deviations of the noise about the mean within which a sample has settled. [1] Derived: noise is
+    beyond it once in 16 000 samples."""
 
 
 THRESHOLDS = TransientThresholds()
@@ -36,7 +56,7 @@ THRESHOLDS = TransientThresholds()
 def settled_from(stream: Stream, channel: str, *, thresholds: TransientThresholds = THRESHOLDS) -> int:
     """First sample of a channel at its mean, if it begins near zero and settles; 0 for any other beginning."""
     tau0 = stream.grid.tau0
-    w = max(round(thresholds.window / tau0), 16)
+    w = max(round(thresholds.window / tau0), thresholds.least_window)
     count = stream.grid.n // w - 2
     if count < thresholds.least_windows:
         return 0

@@ -10,33 +10,66 @@ import numpy as np
 from sigmatau.arrays import Floats, Ints, Runs
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import FEW_STEPS, block_rms, longest_of_tail, pieces, sample_of
+from sigmatau.quality.samples import common
+from sigmatau.quality.samples.common import block_rms, longest_of_tail, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import resolution, step_of
 from sigmatau.record.streams import Stream
 
-# Rounding of a second difference by double precision, as a part of the samples; and the part of the usual second difference
-# that counts as 0: single precision and printed decimals leave as much, noise is below it in one of 1250 cases.
-_EPS = 16 * float(np.finfo(float).eps)
-_NOTHING = 1e-3
-
-MIN_STRETCH = 16  # samples of a line from which on it is an outage, and not single samples that were filled in
-_MIN_DIFFERENCES, _LOOKED_AT = 64, 1 << 16
-
-TOO_COARSE = 0.15
-"""Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart."""
-
 
 @frozen
 class LineThresholds:
-    """Thresholds of `filled`."""
+    """Thresholds of `filled` and `tolerance`."""
 
-    false_alarm: float = 1e-4  # probability that a record of noise alone has an outage that is reported
-    min_share: float = 0.004  # part of the record from which on single samples are reported, beyond chance
-    times_chance: float = 3.0  # times the part by chance that is added to it
-    sigmas: float = 6.0  # standard errors of the part by chance that are added to it
-    in_tail: int = 4  # shortest line by which the tail of the others is judged. [samples]
-    max_share: float = 0.9  # part on lines beyond which too little noise is left to compare lines with
+    false_alarm: float = 1e-4
+    """Probability that a record of noise alone has an outage that is reported. [1] Judgement: one false alarm in 10⁴
+    channels."""
+
+    min_share: float = 0.004
+    """Part of the record from which on single samples are reported, beyond chance. [1] Judgement: fewer change no
+    coefficient."""
+
+    times_chance: float = 3.0
+    """Part by chance that is added to it, in times. [1] Judgement: noise that comes and goes has more near zero than
+    its mean shows."""
+
+    sigmas: float = 6.0
+    """Standard errors of the part by chance that are added to it. [1] Judgement: no record reaches six standard
+    errors by chance."""
+
+    in_tail: int = 4
+    """Shortest line by which the tail of the others is judged. [samples] Judgement: three samples are on a line by
+    chance more often than an exponential tail has them."""
+
+    max_share: float = 0.9
+    """Part on lines beyond which too little noise is left to compare lines with. [1] Judgement: a tenth of the
+    record is noise."""
+
+    min_stretch: int = 16
+    """Length of a line from which on it is an outage, and not single samples that were filled in. [samples]
+    Judgement: a radio link loses a few samples at a time."""
+
+    too_coarse: float = 0.15
+    """Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart. [1]
+    Judgement: a line of 5 samples is then one in 10⁴."""
+
+    rounding: float = 16 * float(np.finfo(float).eps)
+    """Rounding of a second difference, as a part of the samples. [1] Derived: four samples of half a unit in the
+    last place each, and their unit conversion."""
+
+    nothing: float = 1e-3
+    """Part of the usual second difference that counts as 0: single precision and printed decimals leave as much. [1]
+    Derived: noise is below it in one of 1250 cases."""
+
+    min_differences: int = 64
+    """Differences that a share is taken from, at least. [1] Judgement: a share is then known to 0.06."""
+
+    looked_at: int = 1 << 16
+    """Samples by which it is decided which differences are 0. [samples] Derived: 52 are below `nothing` by chance, a
+    share that is known to a seventh."""
+
+    few_steps: float = common.THRESHOLDS.few_steps
+    """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: see `SharedThresholds`."""
 
 
 THRESHOLDS = LineThresholds()
@@ -52,15 +85,17 @@ class Tolerance:
     chance: float  # part of all that noise makes 0; 1 if there is no noise
 
 
-def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
+def tolerance(
+    stream: Stream, channel: str, some: Floats, *, thresholds: LineThresholds = THRESHOLDS
+) -> Tolerance | None:
     """The second differences that are 0 in some samples of a channel; None if there are too few."""
     second = np.diff(some, n=2)
-    if np.count_nonzero(np.isfinite(second)) < _MIN_DIFFERENCES:
+    if np.count_nonzero(np.isfinite(second)) < thresholds.min_differences:
         return None
-    rounding = _EPS * float(np.abs(some[np.isfinite(some)]).max())
+    rounding = thresholds.rounding * float(np.abs(some[np.isfinite(some)]).max())
     scale = block_rms(second[np.abs(second) > rounding])
     # Four numbers rounded by up to q/2 each leave 2q.
-    largest = rounding + _NOTHING * scale + 2.01 * step_of(stream, channel)
+    largest = rounding + thresholds.nothing * scale + 2.01 * step_of(stream, channel)
     chance = 2 * largest / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
     return Tolerance(rounding, largest, scale, chance)
 
@@ -81,6 +116,7 @@ class Filled:
 
     first: Ints  # first sample and length of each run of them
     lengths: Ints
+    min_stretch: int  # length of a run from which on it is an outage
     singles: float  # part of the samples that is in shorter runs, less what chance puts on lines
     # N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted
     random_walk: float
@@ -89,15 +125,15 @@ class Filled:
     @property
     def outages(self) -> Runs:
         """First samples and lengths of the runs that are outages and not single samples."""
-        long = self.lengths >= MIN_STRETCH
+        long = self.lengths >= self.min_stretch
         return self.first[long], self.lengths[long]
 
 
-def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
+def straight_parts(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHOLDS) -> StraightParts | None:
     """Samples on the line through their neighbours, to rounding; None if steps so coarse, or too few samples, hide lines."""
-    some = sample_of(stream, channel, most=_LOOKED_AT)
-    zero = tolerance(stream, channel, some)
-    if zero is None or zero.chance > TOO_COARSE:
+    some = sample_of(stream, channel, most=thresholds.looked_at)
+    zero = tolerance(stream, channel, some, thresholds=thresholds)
+    if zero is None or zero.chance > thresholds.too_coarse:
         return None
     places = [np.empty(0, dtype=np.int64)]
     beyond = 0
@@ -128,7 +164,7 @@ def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHO
     % are on lines beyond three times what chance makes, and the samples between them change as noise does: in a record
     interpolated from another rate all samples are on lines.
     """
-    parts = straight_parts(stream, channel)
+    parts = straight_parts(stream, channel, thresholds=thresholds)
     if parts is None or not len(parts.at):
         return None
     first, lengths = runs_of_places(parts.at)
@@ -142,12 +178,12 @@ def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHO
         * max(1.0, 1 / max(parts.smooth, 1e-3))
     )
     steps = resolution(stream, channel)
-    if steps is not None and steps.ratio < FEW_STEPS:
+    if steps is not None and steps.ratio < thresholds.few_steps:
         longest = max(
             longest, longest_of_tail(lengths[lengths >= thresholds.in_tail], false_alarm=thresholds.false_alarm)
         )
-    long = lengths >= max(MIN_STRETCH, longest)
-    single = lengths < MIN_STRETCH
+    long = lengths >= max(thresholds.min_stretch, longest)
+    single = lengths < thresholds.min_stretch
     chance = parts.chance
     needed = thresholds.min_share + thresholds.times_chance * chance + thresholds.sigmas * math.sqrt(chance / n)
     if float(lengths[single].sum()) < needed * n:
@@ -160,7 +196,7 @@ def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHO
     level = moves[first + lengths] == moves[first]
     long &= ~level
     single &= ~level
-    if float(lengths[single].sum()) < needed * n or not _noise_between(x, parts.at):
+    if float(lengths[single].sum()) < needed * n or not _noise_between(x, parts.at, thresholds=thresholds):
         single[:] = False
     kept = long | single
     if not kept.any():
@@ -168,10 +204,17 @@ def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHO
     random_walk, short = _of_singles(first[single], lengths[single], n)
     part = float(lengths[single].sum()) / n
     true = max(1 - chance / part, 0.0) if part else 0.0
-    return Filled(first[kept], lengths[kept], part * true, 1 + (random_walk - 1) * true, 1 + (short - 1) * true)
+    return Filled(
+        first[kept],
+        lengths[kept],
+        thresholds.min_stretch,
+        part * true,
+        1 + (random_walk - 1) * true,
+        1 + (short - 1) * true,
+    )
 
 
-def _noise_between(x: Floats, straight: Ints) -> bool:
+def _noise_between(x: Floats, straight: Ints, *, thresholds: LineThresholds) -> bool:
     """Whether neighbouring changes away from the lines are not parts of one line.
 
     Interpolation to less than 2.5 times the rate makes a correlation of +0.2; white noise of −1/2, noise behind a filter up
@@ -185,7 +228,7 @@ def _noise_between(x: Floats, straight: Ints) -> bool:
     a, b = change[:-1][far], change[1:][far]
     known = np.isfinite(a) & np.isfinite(b)
     a, b = a[known], b[known]
-    if len(a) < _MIN_DIFFERENCES:
+    if len(a) < thresholds.min_differences:
         return False
     if float(a @ b) < -0.1 * float(a @ a):
         return True

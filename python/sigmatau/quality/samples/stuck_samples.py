@@ -12,8 +12,8 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Dropout, StuckSamples
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
+from sigmatau.quality.samples import common
 from sigmatau.quality.samples.common import (
-    FEW_STEPS,
     block_rms,
     growing_step,
     longest_of_tail,
@@ -26,25 +26,42 @@ from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, ru
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
 
-_LOOKED_AT = 1 << 14
-
 
 @frozen
 class StuckThresholds:
     """Thresholds of `stuck_samples`."""
 
-    false_alarm: float = 1e-4  # probability that a record of noise alone has a run that is reported
-    min_run: int = 5  # shortest run that is reported: logs of real sensors have triples without a fault. [samples]
-    # Least noise seen for which runs are judged. Rounded noise of 0.15 steps, which may rest on one value, shows 0 to
-    # 0.5 steps, depending on where its mean lies between two steps. [steps]
+    false_alarm: float = 1e-4
+    """Probability that a record of noise alone has a run that is reported. [1] Judgement: one false alarm in 10⁴
+    channels."""
+
+    min_run: int = 5
+    """Shortest run that is reported. [samples] Measured: logs of real sensors have triples without a fault."""
+
     min_noise_steps: float = 0.6
-    # Power of the second differences over that of the first, 2 of a random walk, below which noise is smooth.
+    """Noise seen from which on runs are judged. [steps] Derived: rounded noise of 0.15 steps, which may rest on one
+    value, shows 0 to 0.5 steps, depending on where its mean lies between two steps."""
+
+    few_steps: float = common.THRESHOLDS.few_steps
+    """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: see `SharedThresholds`."""
+
     smooth: float = 1.0
-    jump: float = 2.5  # change beside a run of smooth noise from which on the run is a fault. [steps]
-    times_noise: float = 1.0  # the same, over the white part of the noise
-    # Least part of the visits to zero that are runs. Single samples of a sensor whose range ends at zero, or whose
-    # numbers are coarse, are zero too.
+    """Power of the second differences over that of the first below which noise is smooth. [1] Derived: a random walk
+    has 2."""
+
+    jump: float = 2.5
+    """Change beside a run of smooth noise from which on the run is a fault. [steps] Judgement: noise that rests on a
+    value leaves it by a step or two."""
+
+    times_noise: float = 1.0
+    """The same over the white part of the noise. [1] Judgement: see `jump`."""
+
     min_share_in_runs: float = 0.95
+    """Part of the visits to zero that are in runs, at least. [1] Judgement: single samples of a sensor whose range
+    ends at zero, or whose numbers are coarse, are zero too."""
+
+    looked_at: int = 1 << 14
+    """Samples by which it is decided whether the noise is smooth. [samples] Judgement: a power is then known to 1 %."""
 
 
 THRESHOLDS = StuckThresholds()
@@ -85,7 +102,7 @@ def stuck_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = TH
         held = repeats(stream)
         if held is not None and channel in held.channels:
             kept = lengths > limit(max(held.times, held.longest / 2))
-    if kept.any() and found is not None and found.ratio < FEW_STEPS:
+    if kept.any() and found is not None and found.ratio < thresholds.few_steps:
         for value in np.unique(x[first[kept]]):  # on which a counter rests between its pulses
             runs, (_, visits) = x[first] == value, runs_of_places(np.flatnonzero(x == value))
             usual = int(visits.sum() - lengths[runs & kept].sum()) / len(x)
@@ -101,7 +118,7 @@ def stuck_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = TH
 
 def _is_smooth(x: Floats, *, thresholds: StuckThresholds) -> bool:
     """Whether noise is smoother than a random walk."""
-    changes = np.diff(present(x[:_LOOKED_AT]))
+    changes = np.diff(present(x[: thresholds.looked_at]))
     return 0 < block_rms(np.diff(changes)) ** 2 < thresholds.smooth * block_rms(changes) ** 2
 
 

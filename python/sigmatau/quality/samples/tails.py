@@ -11,24 +11,39 @@ from sigmatau.arrays import Floats, median
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import present
 
-_BLOCK = 32  # samples whose mean is taken off: slower noise is not part of the white level [samples]
-_MIN_PRESENT = 2  # samples of a block that have a scatter. [samples]
-
 
 @frozen
 class TailThresholds:
-    """Thresholds of `read_tail`."""
+    """Thresholds of `read_tail` and `read_small_spikes`."""
 
-    # The heaviest tail that ends without a gap is that of Student's t with 3 degrees of freedom. Of the k largest samples
-    # of a tail with the exponent α, the ratio of the smallest to the next smaller sample exceeds r with probability r^-kα.
     exponent: float = 3.0
-    false_gap: float = 1e-4  # probability that a tail without a gap has one, as of a false spike
-    # Small spikes stand alone: beyond `small` standard deviations, where the other samples of the block and of its
-    # neighbours have at most `quiet` times the usual variance.
+    """Exponent α of the heaviest tail that ends without a gap. [1] Derived: Student's t with 3 degrees of freedom.
+    Of the k largest samples the ratio of the smallest to the next smaller one exceeds r with probability r^-kα."""
+
+    false_gap: float = 1e-4
+    """Probability that a tail without a gap has one. [1] Judgement: as of a false spike, see `SpikeThresholds`."""
+
     small: float = 4.5
+    """Height of small spikes, which stand alone. [standard deviations] Derived: noise is beyond it once in 150 000
+    samples."""
+
     quiet: float = 2.0
-    times: float = 2.0  # number of them over that of noise, from which on spikes remain
-    sigmas: float = 6.0  # standard errors of that number that are added to it
+    """Variance of the other samples of the block and of its neighbours over the usual one, at most. [1] Derived: χ²
+    with 31 degrees of freedom reaches 2 times its mean once in 1000 blocks."""
+
+    times: float = 2.0
+    """Number of small spikes over that of noise, from which on spikes remain. [1] Judgement: Gaussian noise has one
+    times."""
+
+    sigmas: float = 6.0
+    """Standard errors of that number that are added to it. [1] Judgement: no record reaches six standard errors by
+    chance."""
+
+    block: int = 32
+    """Samples whose mean is taken off. [samples] Judgement: slower noise is not part of the white level."""
+
+    min_present: int = 2
+    """Samples of a block that have a scatter. [samples] Derived: the variance of one is not defined."""
 
 
 THRESHOLDS = TailThresholds()
@@ -67,7 +82,7 @@ def read_tail(clean: Floats, heights: Floats, *, thresholds: TailThresholds = TH
         Spikes less the median of their neighbours. [unit of `clean`]
     thresholds : TailThresholds
     """
-    squares = present(_squares(clean).ravel())
+    squares = present(_squares(clean, thresholds=thresholds).ravel())
     if len(squares) == 0:
         return TailReading(factor=1.0, error=0.0)
     tail = _without_gap(np.sort(np.abs(heights)), math.sqrt(float(squares.max())), thresholds=thresholds) ** 2
@@ -107,7 +122,7 @@ def read_small_spikes(clean: Floats, *, thresholds: TailThresholds = THRESHOLDS)
         Samples without the spikes, which are NaN. [any unit]
     thresholds : TailThresholds
     """
-    squares = _squares(clean)
+    squares = _squares(clean, thresholds=thresholds)
     count, total = int(np.isfinite(squares).sum()), float(np.nansum(squares))
     if not total > 0:
         return 1.0
@@ -122,11 +137,11 @@ def read_small_spikes(clean: Floats, *, thresholds: TailThresholds = THRESHOLDS)
     return math.sqrt(usual / ((total - float(small.sum())) / (count - len(small))))
 
 
-def _squares(x: Floats) -> Floats:
+def _squares(x: Floats, *, thresholds: TailThresholds) -> Floats:
     """Squares of the samples less the mean of their block, with the variance of the samples, a row a block."""
-    blocks = x[: len(x) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
+    blocks = x[: len(x) // thresholds.block * thresholds.block].reshape(-1, thresholds.block)
     finite = np.isfinite(blocks)
     count = finite.sum(axis=1)
-    blocks, finite, count = (a[count >= _MIN_PRESENT] for a in (blocks, finite, count))
+    blocks, finite, count = (a[count >= thresholds.min_present] for a in (blocks, finite, count))
     means = np.where(finite, blocks, 0.0).sum(axis=1) / count
     return np.asarray((blocks - means[:, None]) ** 2 * (count / (count - 1))[:, None])

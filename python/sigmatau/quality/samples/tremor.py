@@ -11,111 +11,12 @@ import numpy as np
 
 from sigmatau.arrays import median
 from sigmatau.findings.rest import Motion
+from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import sample_of
-from sigmatau.quality.samples.octave_means import NOISIEST, SECOND, OctaveMeans
+from sigmatau.quality.samples.octave_means import NOISIEST, OctaveMeans
+from sigmatau.quality.sensor_class import ByQuantity
 
-# Means of 1/4 s and 1/2 s: fast vibration has averaged out, and a short record has enough of them.
-_OCTAVES = (SECOND - 2, SECOND - 1)
 _AXES = 3  # of a sensor that shows gravity
-_LEAST_SHARE = 0.5  # share of the noise of the noisiest sensor that each axis has
-
-# Bands of a density of noise [Hz]: below the tremor of a hand, of the tremor, and above it. The tremor of hands is at 8 to
-# 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins University Press, 1990.
-_BELOW, _TREMOR, _ABOVE = (2.5, 6.5), (7.5, 12.5), (15.0, 40.0)
-_SEGMENT, _LEAST_SEGMENTS = 2.0, 4  # length of the periodograms [s], and their number
-# Band below the vibration of engines [Hz], length of its periodograms [s], and the factor over the noise of the noisiest
-# accelerometer from which on no sensor makes it.
-_BELOW_VIBRATION, _LONG_SEGMENT, _BEYOND = (0.75, 2.0), 4.0, 1.25
-_LEAST_NYQUIST = 18.0  # so that there are frequencies above the tremor [Hz]
-# A slower motion may hide all but the valley before the peak [Hz]. The lobes of a moving average stand out from its zeros
-# too; they fall with the frequency, to less than this share of those below, and exceed those above by 20 at most.
-_VALLEY, _LOBES_BELOW, _LOBES_OVER_ABOVE = (5.0, 6.5), 0.8, 40.0
-# Root mean square in that band from which on it may be a hand: half of the steadiest of the simulated ones. [SI unit]
-_LEAST_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
-# Noise of the loudest axis over that of the noisiest sensor, from which on it is not that of a sensor: twice the power, for
-# those that are worse than their datasheet.
-_LOUD_WITHOUT_TREMOR = 1.5
-_LOOKED_AT = 1 << 17
-# Parts of a record, and ratio of their levels that white noise does not reach: a level by the median of 35 differences
-# scatters by 15 %.
-_PARTS, _LEAST_IN_PART, _UNSTEADY = 4, 35, 2.0
-
-
-def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
-    """The motion of a sensor with a tremor, or whose axes all have noise beyond that of any sensor, not by a wrong unit.
-
-    Accelerometers that measure gravity in the stated unit and are as noisy exclude a wrong unit; so does a tremor, and noise
-    that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there,
-    and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit in doubt.
-    """
-    axes = [axis for axis in means if not axis.slow]
-    gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
-    loud = _loud_motion(gyros)
-    if (tremor := _tremor(axes, is_loud=loud is not None)) is not None:
-        return tremor
-    if not gyros and len(means) < _AXES:
-        return _loud_without_tremor(_loud_motion(axes))
-    accelerometers = [axis for axis in axes if axis.unit_is_sure]
-    if (slow_shaking := _loud_below_vibration(accelerometers)) is not None:
-        return slow_shaking
-    if loud is None:
-        return None
-    if _loud_motion(accelerometers) is not None or all(map(_is_unsteady, gyros)):
-        return loud
-    return _loud_without_tremor(loud) if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST else None
-
-
-def _loud_without_tremor(motion: Motion | None) -> Motion | None:
-    if motion is None or motion.times <= _LOUD_WITHOUT_TREMOR:
-        return None
-    return replace(motion, kind="loud", size=motion.size * math.sqrt(motion.tau))
-
-
-def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
-    """The noise of the loudest axis, if all axes are beyond the noise of any sensor."""
-    if not means:
-        return None
-    levels = [_level(axis) for axis in means]
-    noisiest = NOISIEST[means[0].quantity]
-    if not (min(levels) > _LEAST_SHARE * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))):
-        return None
-    loudest, level = max(zip(means, levels, strict=True), key=lambda pair: pair[1])
-    tau = loudest.tau(max(_OCTAVES[-1], loudest.first))
-    return loudest.motion("varies", level / math.sqrt(tau), level / noisiest, tau)
-
-
-def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | None:
-    """The loudest axis whose density below vibration is beyond that of any sensor, if the unit is sure."""
-    motions: list[Motion] = []
-    limit = _BEYOND * NOISIEST["acceleration"]
-    for axis in accelerometers:
-        if not _level(axis) > NOISIEST["acceleration"]:
-            continue  # its means have more noise than this band
-        density = _densities(axis, (_BELOW_VIBRATION,), segment=_LONG_SEGMENT)
-        if density is not None and (level := math.sqrt(density[0])) > limit:
-            tau = axis.tau(_OCTAVES[-1])
-            motions.append(axis.motion("varies", level / math.sqrt(tau), level / NOISIEST["acceleration"], tau))
-    return max(motions, key=lambda motion: motion.times, default=None)
-
-
-def _level(means: OctaveMeans) -> float:
-    """Root mean square of √τ times the deviation of means; NaN for too few, or where rounding makes it. [unit/√Hz]"""
-    power = 0.0
-    for octave in (max(octave, means.first) for octave in _OCTAVES):
-        level = means.median_level(octave)
-        if level <= means.rounding_level(octave):
-            return math.nan
-        power += level * level / len(_OCTAVES)
-    return math.sqrt(power)
-
-
-def _is_unsteady(means: OctaveMeans) -> bool:
-    """Whether the noise of the shortest means differs between parts of the record by more than that of a sensor."""
-    if len(means.by_octave[means.first]) < _PARTS * _LEAST_IN_PART:
-        return False
-    edges = np.linspace(0.0, means.stream.grid.duration, _PARTS + 1)
-    levels = [means.median_level(means.first, a, b) for a, b in itertools.pairwise(edges.tolist())]
-    return max(levels) > _UNSTEADY * min(levels)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,12 +30,182 @@ class _LeastRatios:
     above: float
 
 
-# Of medians of the density, which vibration in lines does not raise: real and simulated records at rest have up to 1.8
-# below; the lobes of filters and the angle noise of optical gyros up to 3.3 above. Hands have six and more.
-_FAINT = _LeastRatios(2.5, 1.5, 3.0)
-# Of means of the density, which scatter less, of gyros that are loud: a low-pass filter makes the ratio above, and not the
-# one below. In a record of 10 s the mean of three axes scatters by 13 %.
-_LOUD = _LeastRatios(1.5, 0.9, 1.2)
+@frozen
+class TremorThresholds:
+    """Thresholds of `shaken`."""
+
+    octaves: tuple[int, int] = (2, 3)
+    """Octaves of the means whose noise is judged, 1/4 s and 1/2 s. [octaves] Judgement: fast vibration has averaged
+    out, and a short record has enough of them."""
+
+    least_share: float = 0.5
+    """Noise of each axis over that of the noisiest sensor, for all axes to be loud. [1] Judgement: shaking has a
+    direction, but reaches all axes."""
+
+    below: tuple[float, float] = (2.5, 6.5)
+    """Band of the density below the tremor of a hand. [Hz] Derived: between slower motion and the tremor, see
+    `tremor`."""
+
+    tremor: tuple[float, float] = (7.5, 12.5)
+    """Band of the tremor of a hand. [Hz] Literature: 8 to 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins
+    University Press, 1990."""
+
+    above: tuple[float, float] = (15.0, 40.0)
+    """Band of the density above the tremor. [Hz] Derived: beyond the tremor, see `tremor`, below the corner of most
+    filters."""
+
+    valley: tuple[float, float] = (5.0, 6.5)
+    """Band just below the tremor: a slower motion may hide all else. [Hz] Derived: the upper part of `below`."""
+
+    segment: float = 2.0
+    """Length of the periodograms. [s] Judgement: four of them are in the shortest record, with ten frequencies in
+    the band of tremor."""
+
+    least_segments: int = 4
+    """Number of periodograms, at least. [1] Judgement: their mean scatters by 50 % at one frequency, by 16 % in the
+    band of tremor."""
+
+    below_vibration: tuple[float, float] = (0.75, 2.0)
+    """Band below the vibration of engines. [Hz] Study: docs/study/rest.md compares the noise below 2 Hz."""
+
+    long_segment: float = 4.0
+    """Length of the periodograms of that band. [s] Derived: five frequencies in it."""
+
+    beyond: float = 1.25
+    """Density there over that of the noisiest accelerometer from which on it is motion. [1] Measured: the factor of
+    `ClassThresholds`, which fits of 240 axes at the limits of their class do not exceed."""
+
+    least_nyquist: float = 18.0
+    """Half the sampling rate from which on a tremor shows. [Hz] Derived: there are frequencies above 15 Hz, see
+    `above`."""
+
+    lobes_below: float = 0.8
+    """Density in the band of tremor over that below, up to which the peaks may be lobes of a moving average. [1]
+    Study: docs/study/rest.md, of 400 sensors behind moving averages none is called moving."""
+
+    lobes_over_above: float = 40.0
+    """Density in the band of tremor over that above, up to which the same holds. [1] Derived: lobes exceed those
+    above by 20 at most; twice that."""
+
+    least_tremor: ByQuantity = ByQuantity(angular_rate=math.radians(0.04), acceleration=0.005)
+    """Root mean square in the band of tremor from which on it may be a hand. [rad/s, m/s^2] Study:
+    docs/study/rest.md; half of the steadiest of the simulated hands."""
+
+    faint: _LeastRatios = _LeastRatios(2.5, 1.5, 3.0)
+    """Ratios of medians of the density, which lines do not raise, of all axes. [1] Measured: real and simulated
+    records at rest have up to 1.8 below; lobes of filters and the angle noise of optical gyros up to 3.3 above.
+    Hands have six and more."""
+
+    loud: _LeastRatios = _LeastRatios(1.5, 0.9, 1.2)
+    """Ratios of means of the density, which scatter less, of gyros that are loud. [1] Derived: a low-pass filter
+    makes the ratio above, and not the one below; in a record of 10 s the mean of three axes scatters by 13 %."""
+
+    loud_without_tremor: float = 1.5
+    """Noise of the loudest axis over that of the noisiest sensor from which on it is not that of a sensor, where a
+    tremor cannot show. [1] Judgement: twice the power, for sensors that are worse than their datasheet."""
+
+    looked_at: int = 1 << 17
+    """Samples whose density is computed. [samples] Judgement: bounds the time; 65 periodograms at 1 kHz."""
+
+    parts: int = 4
+    """Parts of a record whose noise is compared. [1] Judgement: a hand that comes or goes changes a quarter."""
+
+    least_in_part: int = 35
+    """Means in a part, at least. [means] Derived: a level by the median of 35 differences scatters by 15 %."""
+
+    unsteady: float = 2.0
+    """Ratio of the levels of the parts that white noise does not reach. [1] Derived: more than four standard errors
+    of 15 %, see `least_in_part`."""
+
+
+THRESHOLDS = TremorThresholds()
+
+
+def shaken(means: Sequence[OctaveMeans], *, thresholds: TremorThresholds = THRESHOLDS) -> Motion | None:
+    """The motion of a sensor with a tremor, or whose axes all have noise beyond that of any sensor, not by a wrong unit.
+
+    Accelerometers that measure gravity in the stated unit and are as noisy exclude a wrong unit; so does a tremor, and noise
+    that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there,
+    and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit in doubt.
+    """
+    axes = [axis for axis in means if not axis.slow]
+    gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
+    loud = _loud_motion(gyros, thresholds=thresholds)
+    if (tremor := _tremor(axes, is_loud=loud is not None, thresholds=thresholds)) is not None:
+        return tremor
+    if not gyros and len(means) < _AXES:
+        return _loud_without_tremor(_loud_motion(axes, thresholds=thresholds), thresholds=thresholds)
+    accelerometers = [axis for axis in axes if axis.unit_is_sure]
+    if (slow_shaking := _loud_below_vibration(accelerometers, thresholds=thresholds)) is not None:
+        return slow_shaking
+    if loud is None:
+        return None
+    if _loud_motion(accelerometers, thresholds=thresholds) is not None or all(
+        _is_unsteady(axis, thresholds=thresholds) for axis in gyros
+    ):
+        return loud
+    return (
+        _loud_without_tremor(loud, thresholds=thresholds)
+        if gyros[0].stream.grid.rate < 2 * thresholds.least_nyquist
+        else None
+    )
+
+
+def _loud_without_tremor(motion: Motion | None, *, thresholds: TremorThresholds) -> Motion | None:
+    if motion is None or motion.times <= thresholds.loud_without_tremor:
+        return None
+    return replace(motion, kind="loud", size=motion.size * math.sqrt(motion.tau))
+
+
+def _loud_motion(means: Sequence[OctaveMeans], *, thresholds: TremorThresholds) -> Motion | None:
+    """The noise of the loudest axis, if all axes are beyond the noise of any sensor."""
+    if not means:
+        return None
+    levels = [_level(axis, thresholds=thresholds) for axis in means]
+    noisiest = NOISIEST[means[0].quantity]
+    if not (
+        min(levels) > thresholds.least_share * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))
+    ):
+        return None
+    loudest, level = max(zip(means, levels, strict=True), key=lambda pair: pair[1])
+    tau = loudest.tau(max(thresholds.octaves[-1], loudest.first))
+    return loudest.motion("varies", level / math.sqrt(tau), level / noisiest, tau)
+
+
+def _loud_below_vibration(accelerometers: Sequence[OctaveMeans], *, thresholds: TremorThresholds) -> Motion | None:
+    """The loudest axis whose density below vibration is beyond that of any sensor, if the unit is sure."""
+    motions: list[Motion] = []
+    limit = thresholds.beyond * NOISIEST["acceleration"]
+    for axis in accelerometers:
+        if not _level(axis, thresholds=thresholds) > NOISIEST["acceleration"]:
+            continue  # its means have more noise than this band
+        density = _densities(
+            axis, (thresholds.below_vibration,), segment=thresholds.long_segment, thresholds=thresholds
+        )
+        if density is not None and (level := math.sqrt(density[0])) > limit:
+            tau = axis.tau(thresholds.octaves[-1])
+            motions.append(axis.motion("varies", level / math.sqrt(tau), level / NOISIEST["acceleration"], tau))
+    return max(motions, key=lambda motion: motion.times, default=None)
+
+
+def _level(means: OctaveMeans, *, thresholds: TremorThresholds) -> float:
+    """Root mean square of √τ times the deviation of means; NaN for too few, or where rounding makes it. [unit/√Hz]"""
+    power = 0.0
+    for octave in (max(octave, means.first) for octave in thresholds.octaves):
+        level = means.median_level(octave)
+        if level <= means.rounding_level(octave):
+            return math.nan
+        power += level * level / len(thresholds.octaves)
+    return math.sqrt(power)
+
+
+def _is_unsteady(means: OctaveMeans, *, thresholds: TremorThresholds) -> bool:
+    """Whether the noise of the shortest means differs between parts of the record by more than that of a sensor."""
+    if len(means.by_octave[means.first]) < thresholds.parts * thresholds.least_in_part:
+        return False
+    edges = np.linspace(0.0, means.stream.grid.duration, thresholds.parts + 1)
+    levels = [means.median_level(means.first, a, b) for a, b in itertools.pairwise(edges.tolist())]
+    return max(levels) > thresholds.unsteady * min(levels)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,38 +219,40 @@ class _Peak:
     over_above: float
 
 
-def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
+def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool, thresholds: TremorThresholds) -> Motion | None:
     """The tremor of a hand: a band of noise at 8 to 12 Hz, where neither a low-pass filter nor a drift has a peak.
 
     On all axes of gyros and accelerometers; gyros that are loud show it alone, and on one axis too.
     """
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
-    peaks = _peaks(axes, _FAINT, by_median=True) if len(gyros) >= _AXES else ()
+    peaks = _peaks(axes, thresholds.faint, by_median=True, thresholds=thresholds) if len(gyros) >= _AXES else ()
     if not peaks and is_loud:
-        peaks = _peaks(gyros, _LOUD, by_median=False)
+        peaks = _peaks(gyros, thresholds.loud, by_median=False, thresholds=thresholds)
     of_gyros = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
     if not of_gyros:
         return None
     largest = max(of_gyros, key=lambda peak: peak.rms)
-    return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(_TREMOR))
+    return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(thresholds.tremor))
 
 
-def _peaks(axes: Sequence[OctaveMeans], least: _LeastRatios, *, by_median: bool) -> Sequence[_Peak]:
+def _peaks(
+    axes: Sequence[OctaveMeans], least: _LeastRatios, *, by_median: bool, thresholds: TremorThresholds
+) -> Sequence[_Peak]:
     """The peaks of all axes, if each stands out from what is above it, and those of each sensor from what is below."""
     peaks: list[_Peak] = []
     for axis in axes:
-        peak = _peak(axis, by_median=by_median)
-        if peak is None or peak.rms < _LEAST_TREMOR[axis.quantity] or peak.over_above < least.above:
+        peak = _peak(axis, by_median=by_median, thresholds=thresholds)
+        if peak is None or peak.rms < thresholds.least_tremor[axis.quantity] or peak.over_above < least.above:
             return ()
         peaks.append(peak)
     quantities = dict.fromkeys(axis.quantity for axis in axes)
     by_sensor = [[peak for peak in peaks if peak.axis.quantity == quantity] for quantity in quantities]
     if all(_stand_out([peak.over_below for peak in alike], least) for alike in by_sensor):
         return peaks
-    are_lobes = min(peak.over_above for peak in peaks) <= _LOBES_OVER_ABOVE and any(
-        _geometric_mean([peak.over_below for peak in alike]) <= _LOBES_BELOW for alike in by_sensor
+    are_lobes = min(peak.over_above for peak in peaks) <= thresholds.lobes_over_above and any(
+        _geometric_mean([peak.over_below for peak in alike]) <= thresholds.lobes_below for alike in by_sensor
     )
-    stand_out = all(_stand_out([peak.over_valley for peak in alike], _FAINT) for alike in by_sensor)
+    stand_out = all(_stand_out([peak.over_valley for peak in alike], thresholds.faint) for alike in by_sensor)
     return peaks if stand_out and not are_lobes else ()
 
 
@@ -191,19 +264,30 @@ def _geometric_mean(x: Sequence[float]) -> float:
     return math.exp(sum(map(math.log, x)) / len(x))
 
 
-def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:
-    if axis.stream.grid.rate / 2 < _LEAST_NYQUIST:
+def _peak(axis: OctaveMeans, *, by_median: bool, thresholds: TremorThresholds) -> _Peak | None:
+    if axis.stream.grid.rate / 2 < thresholds.least_nyquist:
         return None
-    densities = _densities(axis, (_BELOW, _VALLEY, _TREMOR, _ABOVE), segment=_SEGMENT, by_median=by_median)
+    densities = _densities(
+        axis,
+        (thresholds.below, thresholds.valley, thresholds.tremor, thresholds.above),
+        segment=thresholds.segment,
+        by_median=by_median,
+        thresholds=thresholds,
+    )
     if densities is None:
         return None
     below, valley, tremor, above = densities
-    rms = math.sqrt(2 * tremor * (_TREMOR[1] - _TREMOR[0]))
+    rms = math.sqrt(2 * tremor * (thresholds.tremor[1] - thresholds.tremor[0]))
     return _Peak(axis, rms, tremor / below, tremor / valley, tremor / above)
 
 
 def _densities(
-    means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segment: float, by_median: bool = False
+    means: OctaveMeans,
+    bands: Sequence[tuple[float, float]],
+    *,
+    segment: float,
+    by_median: bool = False,
+    thresholds: TremorThresholds,
 ) -> list[float] | None:
     """Two-sided densities in some bands [Hz], by periodograms of a length [s]; None if there are too few, or one is 0.
 
@@ -211,10 +295,10 @@ def _densities(
     """
     rate = means.stream.grid.rate
     size = round(segment * rate)
-    x = sample_of(means.stream, means.channel, most=_LOOKED_AT)
+    x = sample_of(means.stream, means.channel, most=thresholds.looked_at)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < _LEAST_SEGMENTS:
+    if len(rows) < thresholds.least_segments:
         return None
     taper = np.hanning(size)
     power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2

@@ -16,7 +16,7 @@ from sigmatau.quality.samples.common import sample_of, white_level
 from sigmatau.quality.samples.resolution import hides_noise, step_of
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
-from sigmatau.units import find, to_si
+from sigmatau.units import STANDARD_GRAVITY, find, to_si
 
 DEGREE = math.pi / 180
 
@@ -24,24 +24,19 @@ Evidence = Literal["noise", "bias", "quiet", "earth"]
 
 _AXES = 3  # of a sensor that shows gravity or the Earth's rotation
 
-GRAVITY = 9.80665  # standard gravity [m/s^2]
-
-GRAVITY_TOLERANCE = 0.12
-"""What bias (100 mg) and scale errors (some percent) of consumer accelerometers change of gravity, as a part of it."""
-
 # What |mean| is if the numbers are in one unit and another was stated: value where gravity would be 9.80665, the stated
 # unit, and the likely one.
 _MISTAKEN: tuple[tuple[float, str, str], ...] = (
     (1.0, "m/s^2", "g"),
-    (GRAVITY**2, "g", "m/s^2"),
+    (STANDARD_GRAVITY**2, "g", "m/s^2"),
     (1000.0, "m/s^2", "mg"),
-    (100 * GRAVITY, "m/s^2", "cm/s^2"),
-    (1000 * GRAVITY, "g", "mg"),
-    (GRAVITY / 0.3048, "m/s^2", "ft/s^2"),
-    (GRAVITY**2 * 1e-3, "mg", "m/s^2"),
-    (GRAVITY * 1e-3, "mg", "g"),
-    (GRAVITY**2 * 1e-6, "ug", "m/s^2"),
-    (GRAVITY * 1e-6, "ug", "g"),
+    (100 * STANDARD_GRAVITY, "m/s^2", "cm/s^2"),
+    (1000 * STANDARD_GRAVITY, "g", "mg"),
+    (STANDARD_GRAVITY / 0.3048, "m/s^2", "ft/s^2"),
+    (STANDARD_GRAVITY**2 * 1e-3, "mg", "m/s^2"),
+    (STANDARD_GRAVITY * 1e-3, "mg", "g"),
+    (STANDARD_GRAVITY**2 * 1e-6, "ug", "m/s^2"),
+    (STANDARD_GRAVITY * 1e-6, "ug", "g"),
 )
 _SMALL_UNITS = ("mg", "ug")  # stated ones of `_MISTAKEN` whose means are small: counted only if they are stated
 
@@ -61,50 +56,78 @@ _MISTAKES: dict[str, tuple[str, ...]] = {
     "um/s^2": ("m/s^2", "g", "mg"),
     "mGal": ("m/s^2", "g", "mg"),
 }
-_SAME_FACTOR = 1e-6
 
 _NOISIEST_GYRO = SENSOR_CLASSES["angular_rate"].noisiest["random_walk"]
 _EARTH_RATE = 7.292115e-5  # IERS [rad/s]
-
-_LOOKED_AT = 1 << 17
-
-# Steps that sensors are known for, in deg/s, from datasheets: InvenSense MPU and ICM (131 to 16.4 LSB per deg/s), Bosch BMI
-# (262.144 to 16.384), ST LSM and L3G (4.375 to 70 mdps). Steps that a rounded decimal could be too are left out.
-_STEPS_DPS = (
-    *(1 / 131 * k for k in (1, 131 / 65.5, 131 / 32.8, 131 / 16.4)),
-    *(2.0**k / 262.144 for k in range(5)),
-    4.375e-3,
-    8.75e-3,
-    17.5e-3,
-)
 
 
 @frozen
 class UnitThresholds:
     """Thresholds of `implausible_unit`, `gravity` and `mean_rate`."""
 
-    gravity_tolerance: float = GRAVITY_TOLERANCE  # relative difference from gravity that bias and scale errors explain
-    # Gravity on the ground: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL 40 (2013). [m/s^2]
+    gravity_tolerance: float = 0.12
+    """Relative difference from gravity that bias and scale errors explain. [1] Datasheets: consumer accelerometers
+    have a bias of 100 mg and scale errors of some percent."""
+
     on_ground: tuple[float, float] = (9.75, 9.85)
-    # Mean below which gravity has been removed: less than any single-axis bias of a sensor worth an Allan variance.
-    # [m/s^2]
+    """Gravity on the ground. [m/s^2] Literature: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL
+    40 (2013)."""
+
     without_gravity: float = 0.5
-    same_step: float = 1e-4  # relative difference of a step from a known one
-    # Largest zero-rate offset of usual MEMS gyros: 1 to 10 deg/s in datasheets of LSM6, BMI and ICM parts. Older ones
-    # have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at full range): beyond it a gyro may
-    # rest. [rad/s]
+    """Mean below which gravity has been removed. [m/s^2] Judgement: less than any single-axis bias of a sensor worth
+    an Allan variance."""
+
+    known_steps: tuple[float, ...] = (
+        *(1 / 131 * k for k in (1, 131 / 65.5, 131 / 32.8, 131 / 16.4)),
+        *(2.0**k / 262.144 for k in range(5)),
+        4.375e-3,
+        8.75e-3,
+        17.5e-3,
+    )
+    """Steps that gyros are known for. [deg/s] Datasheets: InvenSense MPU and ICM (131 to 16.4 LSB per deg/s), Bosch
+    BMI (262.144 to 16.384), ST LSM and L3G (4.375 to 70 mdps); steps that a rounded decimal could be too are left
+    out."""
+
+    same_step: float = 1e-4
+    """Relative difference of a step from a known one. [1] Judgement: the step of a log is known to about that."""
+
+    same_factor: float = 1e-6
+    """Relative difference of the factor of a channel from that of a unit. [1] Judgement: factors that are typed have
+    seven digits."""
+
     usual_offset: float = 10 * DEGREE
-    times_noisiest: float = 2.0  # white noise over that of the noisiest gyro, from which on the unit is wrong
-    # White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h, of strategic gyros, whose bias is
-    # below 0.01 deg/h (H. C. Lefèvre, C. R. Physique 15, 2014, doi:10.1016/j.crhy.2014.10.007). [rad/s/√Hz]
+    """Zero-rate offset of usual MEMS gyros, at most: beyond it a gyro may rest. [rad/s] Datasheets: 1 to 10 deg/s of
+    LSM6, BMI and ICM parts. Older ones have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at
+    full range)."""
+
+    times_noisiest: float = 2.0
+    """White noise over that of the noisiest gyro, from which on the unit is wrong. [1] Judgement: a sensor that is
+    worse than its datasheet."""
+
     earth_noise: float = 5e-4 * DEGREE / 60
-    # Relative difference of the mean from the Earth's rate, for axes that are not orthogonal.
+    """White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h. [rad/s/√Hz] Literature: strategic
+    gyros, whose bias is below 0.01 deg/h (H. C. Lefèvre, C. R. Physique 15, 2014, doi:10.1016/j.crhy.2014.10.007)."""
+
     earth_tolerance: float = 0.3
-    # White noise that only optical gyros are below, whose bias is some deg/h at most: 0.01 deg/√h. [rad/s/√Hz]
+    """Relative difference of the mean from the Earth's rate. [1] Judgement: axes that are not orthogonal."""
+
     optical_noise: float = 0.01 * DEGREE / 60
-    # Least mean rate that is not a bias of gyros so quiet: three times the Earth's. MEMS have 100 to 10^5 deg/h.
-    # [rad/s]
+    """White noise that only optical gyros are below, whose bias is some deg/h at most: 0.01 deg/√h. [rad/s/√Hz]
+    Judgement: MEMS gyros have more."""
+
     min_mems_bias: float = 45 * DEGREE / 3600
+    """Mean rate that is not a bias of gyros so quiet, at least. [rad/s] Derived: three times the Earth's rate; MEMS
+    have 100 to 10⁵ deg/h."""
+
+    looked_at: int = 1 << 17
+    """Samples that the noise is taken from. [samples] Judgement: it is compared with factors of two and more."""
+
+    short: int = 64
+    """Averaging time below which an Allan variance of few pairs counts too. [samples] Judgement: a short record has
+    few pairs beyond."""
+
+    least_pairs: int = 200
+    """Pairs of clusters of the others, at least. [1] Derived: a relative error of √(3/200), 12 %."""
 
 
 THRESHOLDS = UnitThresholds()
@@ -153,7 +176,7 @@ def gravity(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[
         return []
     if _by_gravity(stream, thresholds=thresholds):
         return []  # `implausible_unit` reports it
-    deviation = level / GRAVITY - 1
+    deviation = level / STANDARD_GRAVITY - 1
     near = abs(deviation) < thresholds.gravity_tolerance
     cause: Literal["bias_or_scale", "removed", "unknown"]
     cause = "bias_or_scale" if near else "removed" if level < thresholds.without_gravity else "unknown"
@@ -179,7 +202,7 @@ def mean_rate(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> lis
 
 def _by_gravity(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
     level = _mean_vector(stream)
-    stated_unit = _stated(stream)
+    stated_unit = _stated(stream, thresholds=thresholds)
     possible = [row for row in _MISTAKEN if row[1] not in _SMALL_UNITS or row[1] == stated_unit]
     value, stated, likely = min(possible, key=lambda row: abs(level / row[0] - 1))
     if not abs(level / value - 1) < thresholds.gravity_tolerance:
@@ -192,18 +215,20 @@ def _by_gravity(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
         option=as_options([Hint("unit", stream.name, likely)]),
         mean=level,
     )
-    return _finding(stream, details, factor=value / GRAVITY, size=level)
+    return _finding(stream, details, factor=value / STANDARD_GRAVITY, size=level)
 
 
 def _by_step(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
     steps = [step for channel in stream.channels if (step := step_of(stream, channel))]
-    stated = _stated(stream)
+    stated = _stated(stream, thresholds=thresholds)
     if not steps or stream.quantity != "angular_rate":
         return []
     for likely in _MISTAKES.get(stated, ()):
         factor = to_si(1.0, stated) / to_si(1.0, likely)
         known = [
-            s for s in _STEPS_DPS if all(abs(step / (s * DEGREE * factor) - 1) < thresholds.same_step for step in steps)
+            s
+            for s in thresholds.known_steps
+            if all(abs(step / (s * DEGREE * factor) - 1) < thresholds.same_step for step in steps)
         ]
         if known:
             details = ImplausibleUnit(
@@ -222,21 +247,27 @@ def _by_step(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
 def _by_noise(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
     """Whether the noise is beyond that of any sensor, or below, or that of gyros with another mean."""
     # White noise is no more than the least of τσ²(τ), and no less than the largest where a slow term hides it.
-    bounds = [_levels(stream, channel) for channel in stream.channels]
+    bounds = [_levels(stream, channel, thresholds=thresholds) for channel in stream.channels]
     bounds = [pair for pair in bounds if not math.isnan(pair[0])]
     lowest = sorted(low for low, _ in bounds)
     if not (lowest and lowest[0] > 0):
         return []
     middle, highest = lowest[len(lowest) // 2], max(high for _, high in bounds)
     if stream.quantity == "angular_rate" and lowest[0] > thresholds.times_noisiest * _NOISIEST_GYRO:
-        stated = _stated(stream)
+        stated = _stated(stream, thresholds=thresholds)
         likely = "deg/s" if stated == "rad/s" else ""
-        return _by_density(stream, "noise", likely, middle, times=middle / _NOISIEST_GYRO)
-    is_in_degrees = stream.quantity == "angular_rate" and _stated(stream) == "deg/s"
+        return _by_density(stream, "noise", likely, middle, times=middle / _NOISIEST_GYRO, thresholds=thresholds)
+    is_in_degrees = stream.quantity == "angular_rate" and _stated(stream, thresholds=thresholds) == "deg/s"
     if is_in_degrees and highest < thresholds.optical_noise and _mean_vector(stream) > thresholds.min_mems_bias:
-        return _by_density(stream, "bias", "rad/s", middle)
+        return _by_density(stream, "bias", "rad/s", middle, thresholds=thresholds)
     evidence = _quiet_evidence(stream, highest, thresholds=thresholds)
-    return _by_density(stream, evidence, _louder_unit(stream, middle), middle) if evidence else []
+    return (
+        _by_density(
+            stream, evidence, _louder_unit(stream, middle, thresholds=thresholds), middle, thresholds=thresholds
+        )
+        if evidence
+        else []
+    )
 
 
 def _quiet_evidence(stream: Stream, highest: float, *, thresholds: UnitThresholds) -> Evidence | None:
@@ -249,10 +280,10 @@ def _quiet_evidence(stream: Stream, highest: float, *, thresholds: UnitThreshold
     return "earth" if is_gyro_triad and highest < thresholds.earth_noise else None
 
 
-def _louder_unit(stream: Stream, noise: float) -> str:
+def _louder_unit(stream: Stream, noise: float, *, thresholds: UnitThresholds) -> str:
     """The likeliest larger unit in which the noise is that of a sensor for sale; empty if there is none."""
     limits = SENSOR_CLASSES[stream.quantity]
-    stated = _stated(stream)
+    stated = _stated(stream, thresholds=thresholds)
     for likely in _MISTAKES.get(stated, ()):
         density = noise * to_si(1.0, likely) / to_si(1.0, stated)
         if limits.quietest < density <= limits.noisiest["random_walk"] and likely != stated:
@@ -261,9 +292,15 @@ def _louder_unit(stream: Stream, noise: float) -> str:
 
 
 def _by_density(
-    stream: Stream, evidence: Evidence, likely: str, noise: float, *, times: float | None = None
+    stream: Stream,
+    evidence: Evidence,
+    likely: str,
+    noise: float,
+    *,
+    times: float | None = None,
+    thresholds: UnitThresholds,
 ) -> list[Finding]:
-    stated = _stated(stream) if likely else ""
+    stated = _stated(stream, thresholds=thresholds) if likely else ""
     details = ImplausibleUnit(
         evidence=evidence,
         quantity=stream.quantity,
@@ -285,11 +322,11 @@ def _finding(stream: Stream, details: ImplausibleUnit, *, factor: float, size: f
     return [Finding(details=details, severity="warning", channels=channels, size=size, unit=unit, factors=factors)]
 
 
-def _stated(stream: Stream) -> str:
+def _stated(stream: Stream, *, thresholds: UnitThresholds) -> str:
     """The unit that all channels were read in, of those that are mistaken; empty for another, or several."""
     factors = [transform.factor for transform in stream.samples.transforms]
     units = (unit for unit in _MISTAKES if find(unit).si == stream.unit)
-    alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < _SAME_FACTOR for f in factors))
+    alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < thresholds.same_factor for f in factors))
     return next(alike, "")
 
 
@@ -298,11 +335,13 @@ def _mean_vector(stream: Stream) -> float:
     return math.hypot(*(mean_of(stream, channel) for channel in stream.channels))
 
 
-def _levels(stream: Stream, channel: str, *, least_pairs: int = 200) -> tuple[float, float]:
+def _levels(stream: Stream, channel: str, *, thresholds: UnitThresholds) -> tuple[float, float]:
     """A lower and an upper bound of the white noise: the least and the largest of √τ·σ(τ); NaN if no two samples follow
     each other. [unit of the stream/√Hz]
     """
-    x, tau0 = sample_of(stream, channel, most=_LOOKED_AT), stream.grid.tau0
+    x, tau0 = sample_of(stream, channel, most=thresholds.looked_at), stream.grid.tau0
     level, _ = white_level(x, tau0)
-    levels = [m * tau0 * avar for m, avar, pairs in octaves(x) if m < 64 or pairs > least_pairs]
+    levels = [
+        m * tau0 * avar for m, avar, pairs in octaves(x) if m < thresholds.short or pairs > thresholds.least_pairs
+    ]
     return math.sqrt(max(level, 0.0)), math.sqrt(max(levels, default=0.0))

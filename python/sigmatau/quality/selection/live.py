@@ -11,13 +11,32 @@ from sigmatau.arrays import Floats
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
-from sigmatau.quality.selection.rest import LITTLE, Rest, partly, rest
+from sigmatau.frozen import frozen
+from sigmatau.quality.selection.rest import THRESHOLDS as REST_THRESHOLDS
+from sigmatau.quality.selection.rest import Rest, partly, rest
 from sigmatau.quality.selection.shortest import is_too_short, shortest_of
 from sigmatau.record.record import MIN_SAMPLES, Record, stream_name
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
-_BLOCK, _LEAST_BLOCK, _MOST_BLOCK = 30.0, 64, 1 << 18  # judged at a time, beside one before and one behind [s], samples
 _SENSORS = {"gyro": "angular_rate", "accel": "acceleration"}
+
+
+@frozen
+class LiveThresholds:
+    """Lengths of the blocks of `LiveStretches`, which are judged beside the ones before and behind."""
+
+    block: float = 30.0
+    """Length of a block. [s] Judgement: three of them are longer than a block of `StillnessThresholds`."""
+
+    least_block: int = 64
+    """The same in samples, at least. [samples] Judgement: three of them are longer than the shortest record, see
+    `LengthThresholds`."""
+
+    most_block: int = 1 << 18
+    """The same in samples, at most. [samples] Judgement: bounds the memory."""
+
+
+THRESHOLDS = LiveThresholds()
 
 
 class LiveStretches:
@@ -35,6 +54,7 @@ class LiveStretches:
     input : {"rate", "increments"}
     assumed : bool
         Whether all samples are taken as at rest.
+    thresholds : LiveThresholds
     """
 
     def __init__(
@@ -45,6 +65,7 @@ class LiveStretches:
         unit: Mapping[str, str],
         input: Literal["rate", "increments"],  # noqa: A002  as in `Accumulator`
         assumed: bool,
+        thresholds: LiveThresholds = THRESHOLDS,
     ) -> None:
         self.channels: tuple[str, ...] = tuple(channels)
         self.rate = rate
@@ -54,7 +75,7 @@ class LiveStretches:
         self.judged: bool = PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
         self.n: int = 0  # samples that came
         self.motion: Motion | None = None  # the strongest
-        self._block = min(max(round(_BLOCK * rate), _LEAST_BLOCK), _MOST_BLOCK)
+        self._block = min(max(round(thresholds.block * rate), thresholds.least_block), thresholds.most_block)
         self._before: Floats = np.empty((0, len(self.channels)))  # the last block that was summed
         self._waiting: list[Floats] = []
         self._number = 0  # samples that wait
@@ -140,7 +161,12 @@ class LiveStretches:
         moved = tuple((a, b) for a, b, moves in spans if moves)
         details = PartlyAtRest(motion=found.motion, moved=moved, kept=kept)
         return [
-            Finding(details=details, severity="info" if 1 - share < LITTLE else "warning", spans=moved, size=1 - share)
+            Finding(
+                details=details,
+                severity="info" if 1 - share < REST_THRESHOLDS.little else "warning",
+                spans=moved,
+                size=1 - share,
+            )
         ]
 
     def _spans(self) -> list[tuple[float, float, bool]]:

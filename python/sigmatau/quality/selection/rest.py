@@ -16,6 +16,7 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Span, plain
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
+from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.disturbances import without
@@ -39,15 +40,44 @@ _NO_COEFFICIENTS = {
 }
 _REASONS = {"not_at_rest": "not at rest", "too_short_to_tell": "too short to tell rest from motion"}
 
-_LEAST_STILL = 20.0  # shortest stretch at rest worth an analysis [s]
-_LEAST_SHARE = 0.25  # part of the record that the longest stretch has, for the record to be partly at rest
-_TOLD = 3  # stretches at rest that a finding lists
-LITTLE = 0.1  # a part of the record whose loss is an info
 
-# Levels beside a motion are compared as means of this length, or of a tenth of the stretches beside; a difference is that of
-# another position beyond so many times the root mean square of those elsewhere, of which there are so many at least.
-_MEAN, _PART_OF_STRETCH = 60.0, 0.1
-_OTHER_POSITION, _LEAST_DIFFERENCES = 3.0, 8
+@frozen
+class RestThresholds:
+    """Thresholds of `rest` and `at_rest_only`."""
+
+    least_still: float = 20.0
+    """Stretch at rest that is worth an analysis, at least. [s] Study: docs/study/rest.md; the shortest record with
+    accelerometers alone."""
+
+    least_share: float = 0.25
+    """Part of the record that the longest stretch has, for the record to be partly at rest. [1] Judgement: less is
+    what a moving sensor does by chance."""
+
+    least_sum: float = 0.5
+    """Part of the record that all stretches have, for the same. [1] Judgement: a record of several positions."""
+
+    listed: int = 3
+    """Stretches at rest that a finding of a record in motion lists, at most. [1] Judgement: the longest are enough
+    to choose from."""
+
+    little: float = 0.1
+    """Part of the record whose loss is an info. [1] Judgement: intervals widen by 5 %."""
+
+    mean: float = 60.0
+    """Length of the means beside a motion, at most. [s] Judgement: a drift over a minute is small."""
+
+    part_of_stretch: float = 0.1
+    """The same over the longer of the stretches beside. [1] Judgement: each stretch then has several differences."""
+
+    other_position: float = 3.0
+    """Difference of the levels beside a motion over the root mean square of those elsewhere, from which on the
+    position is another. [1] Derived: noise has more in 0.3 % of the cases."""
+
+    least_differences: int = 8
+    """Differences elsewhere, at least. [1] Judgement: their root mean square is known to a quarter."""
+
+
+THRESHOLDS = RestThresholds()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +138,7 @@ def reason_without_fits(rest: Rest | None, *, has_read_off: bool = False) -> str
     return reason
 
 
-def rest(record: Record, *, threads: int | None = None) -> Rest:
+def rest(record: Record, *, threads: int | None = None, thresholds: RestThresholds = THRESHOLDS) -> Rest:
     """The verdict on a record, by its angular rates and accelerations.
 
     Parameters
@@ -131,17 +161,25 @@ def rest(record: Record, *, threads: int | None = None) -> Rest:
         return Rest(verdict="at_rest", still=((begins, ends),))
     edges = [begins, *(edge for span in spans for edge in span), ends]
     between = zip(edges[::2], edges[1::2], strict=True)
-    still = tuple((start, stop) for start, stop in between if stop - start >= _LEAST_STILL)
-    return Rest(verdict="partly_at_rest" if partly(still, ends - begins) else "not_at_rest", still=still, motion=motion)
+    still = tuple((start, stop) for start, stop in between if stop - start >= thresholds.least_still)
+    return Rest(
+        verdict="partly_at_rest" if partly(still, ends - begins, thresholds=thresholds) else "not_at_rest",
+        still=still,
+        motion=motion,
+    )
 
 
-def partly(still: Sequence[Span], duration: float) -> bool:
+def partly(still: Sequence[Span], duration: float, *, thresholds: RestThresholds = THRESHOLDS) -> bool:
     """Whether a record of some length [s] that moves is at rest for long enough to be analysed in part."""
-    lengths = [stop - start for start, stop in still if stop - start >= _LEAST_STILL]
-    return bool(lengths) and (max(lengths) >= _LEAST_SHARE * duration or sum(lengths) >= duration / 2)
+    lengths = [stop - start for start, stop in still if stop - start >= thresholds.least_still]
+    return bool(lengths) and (
+        max(lengths) >= thresholds.least_share * duration or sum(lengths) >= thresholds.least_sum * duration
+    )
 
 
-def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
+def at_rest_only(
+    record: Record, found: Rest, *, assumed: bool, thresholds: RestThresholds = THRESHOLDS
+) -> tuple[Record, list[Finding]]:
     """The part of a record that is analysed, and the finding about it: none at rest.
 
     Parameters
@@ -164,14 +202,14 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
     if found.verdict == "not_at_rest":
         ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
         length = ends - min(stream.grid.lead for stream in record.streams)
-        details = NotAtRest(motion=found.motion, duration=length, still=tuple(by_length[:_TOLD]))
+        details = NotAtRest(motion=found.motion, duration=length, still=tuple(by_length[: thresholds.listed]))
         return record, [Finding(details=details, severity="error")]
     streams, kept = [], list[KeptOfStream]()
     for stream in record.streams:
         if stream.quantity not in ("angular_rate", "acceleration"):
             streams.append(stream)
             continue
-        part = _still_part(stream, found.still, by_length[0])
+        part = _still_part(stream, found.still, by_length[0], thresholds=thresholds)
         streams.append(part)
         gone = 0.0 if part.mask is None else part.grid.duration * float(part.mask.all(axis=1).mean())
         start, stop = part.grid.lead, part.grid.lead + part.grid.duration
@@ -185,7 +223,7 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
     lost = 1 - min(one.share for one in kept)
     finding = Finding(
         details=details_of,
-        severity="info" if lost < LITTLE else "warning",
+        severity="info" if lost < thresholds.little else "warning",
         spans=gone_spans,
         size=lost,
     )
@@ -199,15 +237,15 @@ def _without_faults(stream: Stream) -> Stream:
     return without(stream, keep=("start", "shocks", "copies"))[0]
 
 
-def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
+def _still_part(stream: Stream, still: Sequence[Span], longest: Span, *, thresholds: RestThresholds) -> Stream:
     """The longest stretch at rest, with those on either side of it in which the stream has the same level."""
     stretches = [(_at(stream, start), _at(stream, stop)) for start, stop in still]
     stretches = [(a, b) for a, b in stretches if b - a >= MIN_SAMPLES]
     k = min(range(len(stretches)), key=lambda i: abs(stretches[i][0] - _at(stream, longest[0])))
     first = last = k
-    while first > 0 and _same_level(stream, stretches, first - 1):
+    while first > 0 and _same_level(stream, stretches, first - 1, thresholds=thresholds):
         first -= 1
-    while last + 1 < len(stretches) and _same_level(stream, stretches, last):
+    while last + 1 < len(stretches) and _same_level(stream, stretches, last, thresholds=thresholds):
         last += 1
     start, stop = stretches[first][0], stretches[last][1]
     gaps = [
@@ -222,18 +260,18 @@ def _at(stream: Stream, time: float) -> int:
     return min(max(stream.grid.sample(time), 0), stream.grid.n)
 
 
-def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int) -> bool:
+def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int, *, thresholds: RestThresholds) -> bool:
     """Whether every channel has the same level after the motion between stretches k and k + 1 as before it."""
     (a, b), (c, d) = stretches[k], stretches[k + 1]
-    length = min(_MEAN / stream.grid.tau0, _PART_OF_STRETCH * max(b - a, d - c), b - a, d - c)
+    length = min(thresholds.mean / stream.grid.tau0, thresholds.part_of_stretch * max(b - a, d - c), b - a, d - c)
     w = max(int(length), 1)
     lag = w + c - b
     for channel in range(len(stream.channels)):
         change = _mean(stream, channel, c, c + w) - _mean(stream, channel, b - w, b)
         usual = np.concatenate([_differences(stream, channel, start, stop, w, lag) for start, stop in stretches])
-        if len(usual) < _LEAST_DIFFERENCES:
+        if len(usual) < thresholds.least_differences:
             return False
-        if not abs(change) <= _OTHER_POSITION * float(np.sqrt(np.mean(usual * usual))):
+        if not abs(change) <= thresholds.other_position * float(np.sqrt(np.mean(usual * usual))):
             return False
     return True
 

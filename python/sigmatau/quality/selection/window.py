@@ -19,17 +19,35 @@ from sigmatau.arrays import Floats, median
 from sigmatau.errors import OptionError
 from sigmatau.findings.disturbances import ChosenWindow, WindowChosen
 from sigmatau.findings.finding import Finding, Severity
+from sigmatau.frozen import frozen
 from sigmatau.quality.drift.block_means import block_means
 from sigmatau.quality.selection.time_text import time_of
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
-BLOCK = 60.0  # length of the means that are compared [s]
-_LEAST_BLOCKS = 10  # in a window
-_MOST_EMPTY = 0.1  # share of the blocks in a window that may have no mean
-
 _FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-stable=2h"
+
+
+@frozen
+class WindowThresholds:
+    """Lengths and shares of `most_stable`."""
+
+    block: float = 60.0
+    """Length of the means that are compared. [s] Judgement: white noise has averaged out, drifts have not."""
+
+    least_blocks: int = 10
+    """Means in a window, at least; those of a short one are shorter. [1] Judgement: their standard deviation is
+    known to a quarter."""
+
+    least_windows: int = 2
+    """Lengths of a mean in a stream that is a criterion, at least. [1] Derived: one mean has no scatter."""
+
+    most_empty: float = 0.1
+    """Share of the blocks in a window that may have no mean. [1] Judgement: a window with more is not stable."""
+
+
+THRESHOLDS = WindowThresholds()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +59,7 @@ class Criterion:
     stream: Stream  # the stream that is looked at
 
 
-def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
+def choose(record: Record, text: str, *, thresholds: WindowThresholds = THRESHOLDS) -> tuple[Record, list[Finding]]:
     """The part of a record that ``--window`` names, and the finding ``"window_chosen"`` of `most_stable`.
 
     Parameters
@@ -57,7 +75,7 @@ def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
         For any other text, or a window beyond the record.
     """
     length = wanted_length(text)
-    return (cut(record, text), []) if length is None else most_stable(record, length)
+    return (cut(record, text), []) if length is None else most_stable(record, length, thresholds=thresholds)
 
 
 def wanted_length(text: str) -> float | None:
@@ -91,7 +109,9 @@ def cut(record: Record, text: str) -> Record:
     return _with_streams(record, streams, f"window from {seconds(start)} s to {seconds(min(stop, end))} s")
 
 
-def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
+def most_stable(
+    record: Record, length: float, *, thresholds: WindowThresholds = THRESHOLDS
+) -> tuple[Record, list[Finding]]:
     """The most stable window of a length [s], for each stream by a criterion that is independent of its noise if possible.
 
     A temperature: the window in which its means over 60 s range least, for all streams. Without one: for gyros the window
@@ -106,19 +126,19 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
     streams, told = [], list[ChosenWindow]()
     origin = min(stream.grid.start for stream in record.streams)
     for stream in record.streams:
-        by = criterion(record, stream)
+        by = criterion(record, stream, thresholds=thresholds)
         total = stream.grid.duration
         if not 0 < length <= total * (1 + 1e-9):
             raise OptionError(
                 f"most-stable={seconds(length)}s: {stream.name} is {seconds(total)} s long", option="window"
             )
-        start, relative = _most_stable_start(by, length)
+        start, relative = _most_stable_start(by, length, thresholds=thresholds)
         # In the clock of the log, so that streams on grids of their own are cut alike.
         begin = max(by.stream.grid.start + start, stream.grid.start)
         begin = min(begin, stream.grid.start + total - length)
         streams.append(_between(stream, begin, begin + length, f"most-stable={seconds(length)}s"))
         if stream.quantity != "temperature":
-            block = block_length(length, by.stream.grid.tau0) * by.stream.grid.tau0
+            block = block_length(length, by.stream.grid.tau0, thresholds=thresholds) * by.stream.grid.tau0
             told.append(
                 ChosenWindow(
                     stream=stream.name,
@@ -136,9 +156,13 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
     return chosen, [Finding(details=details, severity=severity, spans=spans, size=length, unit="s")]
 
 
-def criterion(record: Record, stream: Stream) -> Criterion:
+def criterion(record: Record, stream: Stream, *, thresholds: WindowThresholds = THRESHOLDS) -> Criterion:
     """Criterion by which the most stable window of a stream is chosen; see `most_stable`."""
-    usable = [s for s in record.streams if s.grid.duration >= 2 * BLOCK and s.grid.tau0 <= BLOCK]
+    usable = [
+        s
+        for s in record.streams
+        if s.grid.duration >= thresholds.least_windows * thresholds.block and s.grid.tau0 <= thresholds.block
+    ]
     for other in usable:
         if other.quantity == "temperature" and other is not stream:
             return Criterion(kind="temperature", stream=other)
@@ -149,12 +173,12 @@ def criterion(record: Record, stream: Stream) -> Criterion:
     return Criterion(kind="own", stream=stream)
 
 
-def block_length(length: float, tau0: float) -> int:
+def block_length(length: float, tau0: float, *, thresholds: WindowThresholds = THRESHOLDS) -> int:
     """Samples in a block: 60 s, or a tenth of the window if that is less."""
-    return max(round(min(BLOCK, length / _LEAST_BLOCKS) / tau0), 1)
+    return max(round(min(thresholds.block, length / thresholds.least_blocks) / tau0), 1)
 
 
-def scatter(means: Floats, size: int) -> Floats:
+def scatter(means: Floats, size: int, *, thresholds: WindowThresholds = THRESHOLDS) -> Floats:
     """Logarithm of the standard deviation of block means in each window of `size` blocks, summed over channels.
 
     Means of shape (..., n_channels, n_blocks) give (..., n_blocks − size + 1); infinite with more than a tenth missing.
@@ -167,7 +191,7 @@ def scatter(means: Floats, size: int) -> Floats:
     variance = np.maximum(square, 0.0) / np.maximum(number - 1, 1)
     least = np.finfo(float).tiny
     result = 0.5 * np.log(np.maximum(variance, least)).sum(axis=-2)
-    return np.asarray(np.where((number >= (1 - _MOST_EMPTY) * size).all(axis=-2), result, np.inf))
+    return np.asarray(np.where((number >= (1 - thresholds.most_empty) * size).all(axis=-2), result, np.inf))
 
 
 def _running(values: Floats, size: int) -> Floats:
@@ -176,10 +200,10 @@ def _running(values: Floats, size: int) -> Floats:
     return np.asarray(total[..., size:] - total[..., :-size])
 
 
-def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
+def _most_stable_start(by: Criterion, length: float, *, thresholds: WindowThresholds) -> tuple[float, float]:
     """Start of the most stable window, from the first sample of the stream looked at, and its scatter over the median."""
     stream = by.stream
-    block = block_length(length, stream.grid.tau0)
+    block = block_length(length, stream.grid.tau0, thresholds=thresholds)
     means = [_means(stream, channel, block) for channel in stream.channels]
     kept = [one for one in means if np.nanmax(one, initial=-np.inf) > np.nanmin(one, initial=np.inf)]
     size = round(length / (block * stream.grid.tau0))
@@ -195,7 +219,7 @@ def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
         k = int(np.argmin(score))
         relative = float(score[k] / middle) if middle > 0 else 1.0
     else:
-        score = scatter(table, size)
+        score = scatter(table, size, thresholds=thresholds)
         if not np.isfinite(score).any():
             return 0.0, 1.0
         k = int(np.argmin(score))

@@ -16,10 +16,15 @@ from sigmatau.record.streams import Stream
 class AliasingThresholds:
     """Thresholds of `aliasing`."""
 
-    inflation_warned: float = 1.05  # factor on the random walk above which aliasing is a warning
-    inflation_advised: float = 1.02  # factor at the sampling rate that the action names
-    # Widest bandwidth: piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is faster. [Hz]
+    inflation_warned: float = 1.05
+    """Factor on the random walk above which aliasing is a warning. [1] Judgement: the usual interval is 5 %."""
+
+    inflation_advised: float = 1.02
+    """Factor at the sampling rate that the action names. [1] Judgement: less than half of `inflation_warned`."""
+
     widest: float = 1e6
+    """Bandwidth, at most. [Hz] Judgement: piezoelectric shock sensors resonate at some hundred kHz; no inertial
+    sensor is faster."""
 
 
 THRESHOLDS = AliasingThresholds()

@@ -21,29 +21,37 @@ from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
-# The correlation of n pairs of independent Gaussian series has the variance Σ ρ₁(l) ρ₂(l) / n over all lags (Bartlett 1935).
-# First differences of white noise have ρ = −1/2 at lag 1: 1.5. Those of quantization noise −2/3 and 1/6: 1.944, the most
-# that any mixture of the five terms makes.
-_INFLATION = 1 + 2 * (4 / 9 + 1 / 36)
-
-# Where neighbouring samples are correlated (a filter, a line), fast differences have more: their scatter over stretches
-# tells how much, by Student's t.
-_STRETCHES = 32
-
-_MOST_SAMPLES = 1 << 22
-
 
 @frozen
 class CorrelationThresholds:
     """Thresholds of `cross_axis`."""
 
-    # Probability of a finding for a stream with independent axes; divided among its pairs and its measures.
     false_alarm: float = 1e-4
-    # Correlation from which on there is a finding. A smaller one has no consequence: the variance of the mean of two
-    # Allan variances grows by the factor 1 + r².
+    """Probability of a finding for a stream with independent axes; divided among its pairs and its measures. [1]
+    Judgement: one false alarm in 10⁴ records."""
+
     reported: float = 0.05
-    least_means: int = 60  # means from which on their correlation is measured
-    longer: int = 4  # factor from one length of means to the next; the last is the longest of which there are enough
+    """Correlation from which on there is a finding. [1] Derived: a smaller one has no consequence; the variance of
+    the mean of two Allan variances grows by the factor 1 + r²."""
+
+    least_means: int = 60
+    """Means from which on their correlation is measured. [1] Judgement: it is known to 0.13."""
+
+    longer: int = 4
+    """Factor from one length of means to the next; the last is the longest of which there are enough. [1] Judgement:
+    slow common noise shows within two octaves."""
+
+    inflation: float = 1 + 2 * (4 / 9 + 1 / 36)
+    """Variance of the correlation of n pairs of independent Gaussian series, times n: Σ ρ₁(l)ρ₂(l) over all lags.
+    [1] Derived: Bartlett 1935; first differences of white noise have ρ = −1/2 at lag 1, 1.5; those of quantization
+    noise −2/3 and 1/6, 1.944, the most that any mixture of the five terms makes."""
+
+    stretches: int = 32
+    """Stretches whose correlations show, by Student's t, how much fast differences scatter, where neighbouring
+    samples are correlated. [1] Judgement: their spread is known to an eighth."""
+
+    most_samples: int = 1 << 22
+    """Samples whose fast differences are used, in evenly spread stretches. [samples] Judgement: bounds the time."""
 
 
 THRESHOLDS = CorrelationThresholds()
@@ -56,27 +64,27 @@ def cross_axis(stream: Stream, *, thresholds: CorrelationThresholds = THRESHOLDS
     are a warning of their own. Of more than 4.2·10⁶ samples, 32 evenly spread parts are used for neighbouring
     samples.
     """
-    if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
+    if len(stream.channels) < 2 or stream.grid.n < 4 * thresholds.stretches:
         return []
     columns = {channel: stream.column(channel) for channel in stream.channels}
     pairs = list(combinations(stream.channels, 2))
     lengths = _lengths(stream, thresholds=thresholds)
     level = thresholds.false_alarm / ((1 + len(lengths)) * len(pairs))
-    fast = {channel: _differences(column) for channel, column in columns.items()}
+    fast = {channel: _differences(column, thresholds=thresholds) for channel, column in columns.items()}
     slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
     found: list[AxisPair] = []
     identical: list[Finding] = []
     for first, second in pairs:
-        if _are_identical(columns[first], columns[second]):
+        if _are_identical(columns[first], columns[second], thresholds=thresholds):
             copies = IdenticalAxes(samples=len(columns[first]))
             identical.append(Finding(details=copies, severity="warning", channels=(first, second)))
             continue
         # Squares of extreme values overflow or vanish; a channel in the wrong unit is for another check.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-            r, of_length = _by_stretches(fast[first], fast[second], level), 0
+            r, of_length = _by_stretches(fast[first], fast[second], level, thresholds=thresholds), 0
             for length, means in zip(lengths, slow, strict=True):
                 other = _by_number(means[first], means[second], level, thresholds=thresholds)
-                if abs(other) > abs(r) + _chance(len(means[first]), 0.05):
+                if abs(other) > abs(r) + _chance(len(means[first]), 0.05, thresholds.inflation):
                     r, of_length = other, length
         if thresholds.reported <= abs(r) <= 1 + 1e-9:
             found.append(AxisPair(first=first, second=second, coefficient=r, mean_length=of_length * stream.grid.tau0))
@@ -84,18 +92,18 @@ def cross_axis(stream: Stream, *, thresholds: CorrelationThresholds = THRESHOLDS
         return identical
     found.sort(key=lambda pair: -abs(pair.coefficient))
     largest = abs(found[0].coefficient)
-    stretches = 1 if stream.grid.n <= _MOST_SAMPLES else _STRETCHES
+    stretches = 1 if stream.grid.n <= thresholds.most_samples else thresholds.stretches
     only_slow = all(pair.mean_length for pair in found)
     details = CorrelatedAxes(pairs=tuple(found), only_slow=only_slow, stretches=stretches)
     channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found))
     return [*identical, Finding(details=details, severity="info", channels=channels, size=largest)]
 
 
-def _are_identical(first: Floats, second: Floats) -> bool:
+def _are_identical(first: Floats, second: Floats, *, thresholds: CorrelationThresholds) -> bool:
     """Whether two columns have the same samples, and the same are missing; most differ in the first of them."""
-    return np.array_equal(first[:_STRETCHES], second[:_STRETCHES], equal_nan=True) and np.array_equal(
-        first, second, equal_nan=True
-    )
+    return np.array_equal(
+        first[: thresholds.stretches], second[: thresholds.stretches], equal_nan=True
+    ) and np.array_equal(first, second, equal_nan=True)
 
 
 def _lengths(stream: Stream, *, thresholds: CorrelationThresholds) -> list[int]:
@@ -108,16 +116,16 @@ def _lengths(stream: Stream, *, thresholds: CorrelationThresholds) -> list[int]:
     return [each for each in [*lengths, longest] if each > 1]
 
 
-def _differences(column: Floats) -> Floats:
+def _differences(column: Floats, *, thresholds: CorrelationThresholds) -> Floats:
     """First differences in stretches, shape (32, k), 0 where one of the two samples is missing."""
     n = len(column)
-    if n > _MOST_SAMPLES:
-        size = _MOST_SAMPLES // _STRETCHES
-        starts = np.linspace(0, n - size, _STRETCHES).astype(np.int64)
+    if n > thresholds.most_samples:
+        size = thresholds.most_samples // thresholds.stretches
+        starts = np.linspace(0, n - size, thresholds.stretches).astype(np.int64)
         d = np.stack([np.diff(column[start : start + size]) for start in starts])
     else:
-        size = n // _STRETCHES
-        d = np.diff(column[: size * _STRETCHES].reshape(_STRETCHES, size), axis=1)
+        size = n // thresholds.stretches
+        d = np.diff(column[: size * thresholds.stretches].reshape(thresholds.stretches, size), axis=1)
     return _centred(d)
 
 
@@ -138,7 +146,7 @@ def _centred(d: Floats) -> Floats:
     return d
 
 
-def _by_stretches(a: Floats, b: Floats, level: float) -> float:
+def _by_stretches(a: Floats, b: Floats, level: float, *, thresholds: CorrelationThresholds) -> float:
     """Correlation, 0 where that of the stretches scatters about 0 by chance."""
     both = np.einsum("ij,ij->i", a, b)
     power = np.einsum("ij,ij->i", a, a), np.einsum("ij,ij->i", b, b)
@@ -148,11 +156,11 @@ def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     there = (power[0] > 0) & (power[1] > 0)
     each = both[there] / np.sqrt(power[0][there] * power[1][there])
     count = len(each)
-    if count < _STRETCHES // 2:
+    if count < thresholds.stretches // 2:
         return 0.0
     bound = float(student_quantile(count - 1, 1 - level / 2)) * float(np.std(each, ddof=1)) / np.sqrt(count)
     number = int(np.count_nonzero((a != 0) & (b != 0))) if a.size <= 1 << 16 else a.size
-    return r if abs(r) > max(bound, _chance(number, level)) else 0.0
+    return r if abs(r) > max(bound, _chance(number, level, thresholds.inflation)) else 0.0
 
 
 def _by_number(a: Floats, b: Floats, level: float, *, thresholds: CorrelationThresholds) -> float:
@@ -161,12 +169,12 @@ def _by_number(a: Floats, b: Floats, level: float, *, thresholds: CorrelationThr
     if number < thresholds.least_means:
         return 0.0
     r = float(a @ b / np.sqrt((a @ a) * (b @ b)))
-    return r if abs(r) > _chance(number, level) else 0.0
+    return r if abs(r) > _chance(number, level, thresholds.inflation) else 0.0
 
 
 @lru_cache
-def _chance(number: int, level: float) -> float:
+def _chance(number: int, level: float, inflation: float) -> float:
     """Correlation that independent series exceed with probability `level`, by Student's law."""
-    freedom = max(number / _INFLATION - 2, 1.0)
+    freedom = max(number / inflation - 2, 1.0)
     t = float(student_quantile(freedom, 1 - level / 2))
     return float(t / np.sqrt(freedom + t * t))

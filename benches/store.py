@@ -76,6 +76,8 @@ def _memory(place: str, units: int) -> str:
     """Results as `analyze` returns them, in one process; without the time to make them."""
     import copy
 
+    from sigmatau.analysis.forms import BriefResultForm
+    from sigmatau.analysis.reading import result_of_dict
     from sigmatau.store.rows import Entry
     from sigmatau.store.store import Store
 
@@ -87,7 +89,9 @@ def _memory(place: str, units: int) -> str:
             for k in range(count, min(count + 1000, units * DAYS)):
                 one: dict[str, Any] = copy.copy(made[k % len(made)])
                 one["source"] = {**one["source"], "path": f"{k // DAYS}/{k % DAYS}.csv", "sha256": f"{k:064x}"}
-                batch.append(Entry(result=one, unit=f"unit{k // DAYS:05}"))
+                batch.append(
+                    Entry(result=result_of_dict(one, as_form=BriefResultForm), content=one, unit=f"unit{k // DAYS:05}")
+                )
             start = time.perf_counter()
             store.add(batch)
             spent += time.perf_counter() - start

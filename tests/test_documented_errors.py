@@ -383,7 +383,7 @@ PROVOKED = {
     },
     "Store.add": {
         st.DataError: (
-            lambda: store().add(st.store.rows.Entry(result={}, unit="A1")),
+            lambda: store().add(st.store.rows.Entry(result=analysis(), unit=" ")),
             lambda: store().add(analysis()),
         ),
         st.OptionError: (lambda: store().add(analysis(), batch=0),),
@@ -773,9 +773,9 @@ PROVOKED = {
     },
     "sigmatau.store.naming.Naming.entry": {
         st.DataError: (
-            lambda: Naming().entry({}, Path("result.json")),
-            lambda: Naming(unit="A1").entry({"notes": {"date": "yesterday"}}, Path("result.json")),
-            lambda: Naming(unit="A1").entry({"notes": {"temperature": "warm"}}, Path("result.json")),
+            lambda: Naming().entry(analysis(), Path("result.json")),
+            lambda: Naming(unit="A1").entry(replace(analysis(), notes={"date": "yesterday"}), Path("result.json")),
+            lambda: Naming(unit="A1").entry(replace(analysis(), notes={"temperature": "warm"}), Path("result.json")),
         )
     },
     "sigmatau.fitting.read_off.Coefficient.to": {

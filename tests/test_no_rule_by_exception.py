@@ -24,7 +24,6 @@ TOO_SHORT = "a part is too short for an estimator"
 JUSTIFIED = {
     "estimators/gapped.py _rows": TOO_SHORT,
     "fleet/stretches.py too_large": UNLOADABLE,
-    "fleet/tasks.py _outcome": UNREADABLE,
     "io/live.py _find_out": UNDECIDED,
     "io/read/column_values.py load_columns": UNLOADABLE,
     "io/read/gravity.py unit_of_gravity": UNLOADABLE,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from sigmatau.hints import Hint, as_options, hints_in, worded
+from sigmatau.hints import Face, Hint, as_options, hints_in, worded
 
 
 class _SourcedError(ValueError):
@@ -43,7 +43,7 @@ class _SourcedError(ValueError):
     @property
     def reason(self) -> str:
         """The message behind its place, for those who name the source themselves."""
-        return worded(": ".join(filter(None, [self.place, self.message])))
+        return self.without(self.source)
 
     @property
     def hints(self) -> tuple[Hint, ...]:
@@ -53,6 +53,23 @@ class _SourcedError(ValueError):
     def for_command_line(self) -> str:
         """The error with options as they are typed."""
         return worded(self.text, as_options)
+
+    def without(self, source: str, face: Face | None = None) -> str:
+        """The error for those who name this source themselves; any other source stays in front.
+
+        Parameters
+        ----------
+        source : str
+            Name of the file or object, as `about` was given it.
+        face : callable, optional
+            Words of the options. Default: those of this process.
+
+        Returns
+        -------
+        str
+        """
+        about = "" if self.source == source else self.source
+        return worded(": ".join(filter(None, [about, self.place, self.message])), face)
 
     def about(self, source: str) -> Self:
         """The same error, with the file or object that it is about put in front.

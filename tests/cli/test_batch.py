@@ -164,15 +164,15 @@ class TestCommand:
 class TestProcesses:
     def test_one_that_dies_does_not_end_the_others(self, folder):
         (outcome,) = batch.run([folder / "a.csv"], killed, jobs=1)
-        assert "ended by SIGKILL" in outcome.error
+        assert "ended by SIGKILL" in str(outcome.error)
         assert outcome.code == 1
         assert [one.code for one in batch.run([folder / "a.csv", folder / "b.csv"], killed, jobs=1)] == [1, 1]
         (outcome,) = batch.run([folder / "a.csv"], ended, jobs=1)
-        assert "exit code 7" in outcome.error
+        assert "exit code 7" in str(outcome.error)
 
     def test_an_option(self, folder):
         outcomes = list(batch.run([folder / "a.csv", folder / "b.csv"], refused, jobs=2))
-        assert [(o.code, o.error) for o in outcomes] == [(2, "no such unit")] * 2
+        assert [(o.code, str(o.error)) for o in outcomes] == [(2, "no such unit")] * 2
 
 
 class TestNames:

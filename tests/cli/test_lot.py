@@ -72,7 +72,7 @@ def check(content, numbers=range(1, UNITS)):
     assert "deg/s read as rad/s?" in units[f"unit{WRONG_UNIT:02}.csv"]["reason"]
     assert {"short_record", "damaged"} <= set(codes[TRUNCATED])
     assert "truncated" in units[f"unit{TRUNCATED:02}.csv"]["reason"]
-    assert units[f"unit{EMPTY:02}.csv"]["reason"] == "the file is empty"
+    assert units[f"unit{EMPTY:02}.csv"]["reason"] == "is empty"
     assert content["counts"] == {
         "failed": 2,
         "not_judged": 2,

@@ -9,11 +9,10 @@ import pytest
 
 from conftest import ROOT
 from sigmatau.cli import main
-from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 sys.path.insert(0, str(ROOT / "tests" / "store"))
-from store_results import result
+from store_results import entry_of, result
 
 
 @pytest.fixture
@@ -133,9 +132,9 @@ def test_types_of_columns_do_not_depend_on_their_values(lab, capsys, what):
     import pyarrow.parquet as parquet
 
     with Store("other.db") as store:  # with a model, a time and a temperature
-        store.add(Entry(result=result(0), unit="A", model="m", recorded=datetime(2026, 1, 1), temperature=25.0))  # noqa: DTZ001
+        store.add(entry_of(result(0), unit="A", model="m", recorded=datetime(2026, 1, 1), temperature=25.0))  # noqa: DTZ001
     with Store("empty.db") as store:
-        store.add(Entry(result=result(0), unit="A"))
+        store.add(entry_of(result(0), unit="A"))
     for name in ("other", "empty"):
         found = run(capsys, "export", "--store", f"{name}.db", "-o", f"{name}.parquet", "--what", what)
         assert found[0] == 0, found
@@ -200,8 +199,8 @@ def test_runs_at_a_temperature(lab, capsys):
         for k in range(9):
             one = result(k, log=f"t{k}", path=f"{k}.csv")
             store.add(
-                Entry(
-                    result=one,
+                entry_of(
+                    one,
                     unit=f"A{k // 3}",
                     recorded=datetime(2026, 1, 1 + k, tzinfo=UTC),
                     temperature=degrees[k % 3],

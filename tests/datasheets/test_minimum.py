@@ -9,7 +9,7 @@ from sheets import N, judge, sheet
 
 from known import seed_of
 from sigmatau import NoiseModel, allan, compare_with, fit, simulate
-from sigmatau.datasheets.measured import NOTHING, measured
+from sigmatau.datasheets.measured import measured
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, Resonance, Sinusoid
 from sigmatau.noise.terms import BIAS_LEVEL
@@ -53,7 +53,7 @@ class TestMinimum:
     def test_there_may_be_none(self):
         found = measured(ChannelModel(terms={"random_walk": N}), "minimum")
         assert not found.anything
-        assert found.words == NOTHING
+        assert found.doubt.kind == "not_in_result"
 
 
 def minimum(maximum):
@@ -170,7 +170,7 @@ class TestMinimumOfAllThatTheModelHas:
         line = Sinusoid(amplitude=1.0, frequency=1e-5)
         found = measured(ChannelModel(terms={"random_walk": N}, limits=limits, sinusoid=(line,)), "minimum")
         assert not found.anything
-        assert "sinusoid" in found.words
+        assert "sinusoid" in found.doubt.words
 
     def test_records_of_units_at_the_limit(self):
         """N and K make the minimum, at 17 s of 6.8 min; docs/study/datasheets.md has more records and levels."""

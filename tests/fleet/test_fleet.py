@@ -60,8 +60,8 @@ def test_damaged_files_fail_alone_with_a_reason(undisturbed, logs):
     failed = {path: result["error"]["message"] for path, (state, _, result) in undisturbed.items() if state == "failed"}
     assert {Path(path).parent for path in failed} == {logs / "without"}
     assert len(failed) == DAMAGED
-    assert all(message.startswith(path) for path, message in failed.items())
-    assert len({message.removeprefix(path) for path, message in failed.items()}) == DAMAGED
+    assert not any(path in message for path, message in failed.items())  # the path is a field of its own
+    assert len({*failed.values()}) == DAMAGED
     assert {unit for path, (_, unit, _) in undisturbed.items() if path not in failed} == {f"unit{k}" for k in range(7)}
 
 

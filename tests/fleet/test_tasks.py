@@ -35,7 +35,7 @@ def test_an_object_is_analysed_as_a_file(objects):
         "memory:///tasks/unit0/bad.npy", "memory:///tasks/unit0/log00.npy", "memory:///tasks/unit1/log01.npy",
     ]  # fmt: skip
     for one, other in zip(found[1:], files[1:], strict=True):
-        assert (one.code, one.error) == (0, "")
+        assert (one.code, one.error) == (0, None)
         assert one.rows.unit == other.rows.unit
         assert one.rows.terms == other.rows.terms
         assert one.rows.run["sha256"] == other.rows.run["sha256"]
@@ -46,13 +46,13 @@ def test_an_object_is_analysed_as_a_file(objects):
 def test_a_failure_names_the_object_and_not_its_copy(objects):
     (bad, _, _), _ = analyse(find(["memory://tasks"]), JOB)
     assert bad.code == 1
-    assert bad.error.startswith("memory:///tasks/unit0/bad.npy: is damaged")
-    assert "sigmatau-" not in bad.error
+    assert str(bad.error).startswith("memory:///tasks/unit0/bad.npy: is damaged")
+    assert "sigmatau-" not in str(bad.error)
     assert bad.rows.run["state"] == "failed"
-    assert bad.rows.run["message"] == bad.error
+    assert bad.rows.run["message"] == bad.error.reason
     (gone,), _ = analyse([Log(place="memory:///tasks/none.npy", size=1, changed="")], JOB)
     assert (gone.code, gone.rows.run["state"]) == (1, "failed")
-    assert gone.error.startswith("memory:///tasks/none.npy: cannot be copied")
+    assert str(gone.error).startswith("memory:///tasks/none.npy: cannot be copied")
 
 
 def test_a_defect_of_the_program_is_a_failure_of_the_log(objects, monkeypatch):
@@ -63,7 +63,7 @@ def test_a_defect_of_the_program_is_a_failure_of_the_log(objects, monkeypatch):
 
     monkeypatch.setattr(sigmatau.analysis, "analyze", broken)
     (_, one, _), _ = analyse(find([str(objects)]), JOB)
-    assert (one.code, one.error) == (1, f"{one.log.place}: ZeroDivisionError: by zero")
+    assert (one.code, str(one.error)) == (1, f"{one.log.place}: ZeroDivisionError: by zero")
 
 
 def test_a_wrong_option_has_its_code(objects):
@@ -71,4 +71,4 @@ def test_a_wrong_option_has_its_code(objects):
         find([str(objects / "unit1")]), Job(reading=READING | {"unit": {}}, settings={}, naming=JOB.naming)
     )
     assert log.code == 2
-    assert "--unit" in log.error
+    assert "--unit" in log.error.for_command_line()

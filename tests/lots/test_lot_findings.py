@@ -18,8 +18,8 @@ WORDS = {
     "angle random walk is not observed: the interval contains the maximum 2 deg/√h; record longer": kinds.Undecided(
         limit=1.0, **VALUE
     ),
-    "angle random walk: it depends on the side; give --sided one or two": kinds.Undecided(
-        reason="it depends on the side", convention="sided", **VALUE
+    "angle random walk: the datasheet does not state the convention; give --sided one or two": kinds.Undecided(
+        convention="sided", **VALUE
     ),
     "implausible: angle random walk is 57 times the typical value of the specification; check unit and sensor": (
         kinds.ImplausibleValue(what="angle random walk", ratio=57.3, stated="typical")

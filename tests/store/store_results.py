@@ -6,6 +6,8 @@ import json
 import numpy as np
 
 import sigmatau as st
+from sigmatau.analysis.reading import result_of_dict
+from sigmatau.store.rows import Entry
 
 
 @functools.cache
@@ -27,3 +29,8 @@ def hash_of(text: str) -> str:
     import hashlib
 
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def entry_of(content: dict, **names) -> Entry:
+    """The entry of a result in its JSON form, as it is read from a file."""
+    return Entry(result=result_of_dict(content), content=content, **names)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from datetime import datetime
 
 import pytest
-from store_results import result
+from store_results import entry_of, result
 
 from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError
@@ -12,7 +12,7 @@ from sigmatau.fleet.logs import Log
 from sigmatau.fleet.stored import Stored
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
-from sigmatau.store.rows import Entry, rows_of
+from sigmatau.store.rows import rows_of
 from sigmatau.store.store import Store
 
 FAILED = FailedAnalysis(path="day1.csv", message="day1.csv: is damaged", exit_code=1).to_dict()
@@ -20,7 +20,7 @@ FAILED = FailedAnalysis(path="day1.csv", message="day1.csv: is damaged", exit_co
 
 def test_results_with_a_past_failure_are_added_again(place):
     """As `sigmatau store add` of a folder does that holds the failure and the later result."""
-    entries = [Entry(result=FAILED, unit="A"), Entry(result=result(0), unit="A")]
+    entries = [entry_of(FAILED, unit="A"), entry_of(result(0), unit="A")]
     with Store(place) as store:
         assert store.add(entries) == Added(new=2)
         assert store.add(entries) == Added(known=2)
@@ -33,7 +33,7 @@ def taken(store, content, version, path="day1.csv"):
     stored = Stored(store._engine, {})
     assert not stored.has(log)
     content = content | {"source": content["source"] | {"path": path}}
-    entry = Entry(result=content, unit="A", file_version=log.version)
+    entry = entry_of(content, unit="A", file_version=log.version)
     added = stored.add([rows_of(entry)], [log])
     assert Stored(store._engine, {}).has(log)
     return added
@@ -83,7 +83,7 @@ def test_moved_log_and_copies_are_no_revisions(place):
 
 def test_time_and_temperature_are_stated_later(place):
     """A trend without times says: add results with `date`. The same results are then there already, and get it."""
-    entry = Entry(result=result(0), unit="A")
+    entry = entry_of(result(0), unit="A")
     with Store(place) as store:
         store.add([entry])
         with pytest.raises(DataError, match="add results with `date`"):

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from store_results import result
+from store_results import entry_of, result
 
 import sigmatau as st
 from sigmatau.errors import DataError, OptionError
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.naming import Naming
-from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 
@@ -28,7 +27,7 @@ def test_same_as_of_results(place):
     names = [f"day{k}.csv" for k in range(5)]
     expected = st.compare_runs(results, names=names, units=["A"] * 5)
     with Store(place) as store:
-        store.add([Entry(result=one, unit="A") for one in results])
+        store.add([entry_of(one, unit="A") for one in results])
         found = store.compare()
     wanted = {(channel, term): expected.row(at) for at, (_, channel, term) in enumerate(expected)}
     assert {(channel, term) for _, channel, term in found} == set(wanted)
@@ -43,7 +42,7 @@ def test_same_as_of_results(place):
 
 def test_units_are_groups_and_are_chosen(place):
     with Store(place) as store:
-        store.add([Entry(result=result(k, log=str(k)), unit=f"{'AB'[k % 2]}{k % 4}") for k in range(5)])
+        store.add([entry_of(result(k, log=str(k)), unit=f"{'AB'[k % 2]}{k % 4}") for k in range(5)])
         assert store.compare().groups == ("A0", "A2", "B1", "B3")
         assert store.compare(Chosen(units=("A*",))).groups == ("A0", "A2")
         with pytest.raises(DataError, match="no run with coefficients"):
@@ -56,7 +55,7 @@ def test_a_copy_of_a_log_is_not_another_run(place):
         result(0, log="saved again", path="x.csv")
     ]
     with Store(place) as store:
-        store.add([Entry(result=one, unit="A") for one in results])
+        store.add([entry_of(one, unit="A") for one in results])
         found = store.compare()
     assert [run.problem for run in found.runs] == ["", "", "", "of the same log as day0.csv"]
     expected = st.compare_runs(results, names=["0", "1", "2", "3"], units=["A"] * 4)
@@ -69,8 +68,8 @@ def test_a_copy_of_a_log_is_not_another_run(place):
 def test_a_log_with_two_options_is_one_run(place):
     with Store(place) as store:
         one = result(0, log="1")
-        store.add([Entry(result=one, unit="A"), Entry(result=result(1, log="2"), unit="A")])
-        store.add([Entry(result=result(2, log="1") | {"options": {"analysis": {"window": "0s:30s"}}}, unit="A")])
+        store.add([entry_of(one, unit="A"), entry_of(result(1, log="2"), unit="A")])
+        store.add([entry_of(result(2, log="1") | {"options": {"analysis": {"window": "0s:30s"}}}, unit="A")])
         assert len(store.runs()) == 3
         found = store.compare()
         values = [value for _, value, _ in found.values([*found].index(("A", "gyro_x", "random_walk")))]
@@ -104,5 +103,5 @@ def test_rows_are_in_the_order_of_files(tmp_path):
         days.append(st.analyze(record).to_dict())
     expected = st.compare_runs(days, names=["1", "2", "3"], units=["A"] * 3)
     with Store(tmp_path / "x.db") as store:
-        store.add([Entry(result=day, unit="A", name=str(k)) for k, day in enumerate(days)])
+        store.add([entry_of(day, unit="A", name=str(k)) for k, day in enumerate(days)])
         assert [key[1:] for key in store.compare()] == [key[1:] for key in expected]

@@ -5,12 +5,14 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
 import pytest
 from store_results import result
 
+from sigmatau.analysis.reading import result_of_dict
 from sigmatau.errors import DataError, OptionError
 from sigmatau.store.from_files import add_files, gather
 from sigmatau.store.ingest import Added
@@ -76,7 +78,7 @@ def test_folder_without_results(tmp_path):
 
 def noted(**notes):
     one = result(0, path="logs/SN7/night_20260501_233000.csv")
-    return one | {"notes": {key.replace("_", " "): text for key, text in notes.items()}}
+    return result_of_dict(one | {"notes": {key.replace("_", " "): text for key, text in notes.items()}})
 
 
 def day(number, *time):
@@ -124,7 +126,7 @@ def test_date(naming, notes, recorded):
 ])  # fmt: skip
 def test_date_in_the_name(name, recorded):
     one = noted()
-    one["source"]["path"] = f"2025-01-01/{name}"
+    one = replace(one, source=replace(one.source, path=f"2025-01-01/{name}"))
     assert Naming(unit="A", date="name").entry(one, FILE).recorded == recorded
 
 
@@ -154,7 +156,7 @@ def test_temperature_of_an_option():
 def test_notes_that_cannot_be_read(naming, notes, told):
     one = noted(**notes)
     if "path" in notes:
-        one["source"]["path"] = "x1234567890.csv"
+        one = replace(one, source=replace(one.source, path="x1234567890.csv"))
     with pytest.raises(DataError, match=told):
         naming.entry(one, FILE)
 
@@ -180,7 +182,7 @@ from sigmatau.store.naming import Naming
 from sigmatau.store.store import Store
 
 class Deadly(Naming):
-    def entry(self, result, file):
+    def entry(self, result, file, *, content):
         if sys.argv[2] == "reader":
             os.kill(os.getpid(), signal.SIGKILL)
         Path("readers").open("a").write(f"{os.getpid()}\\n")

@@ -5,7 +5,7 @@ import sqlite3
 from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
-from store_results import result
+from store_results import entry_of, result
 
 import sigmatau as st
 from sigmatau.cli import main
@@ -14,7 +14,6 @@ from sigmatau.store.choosing import Chosen
 from sigmatau.store.connect import _shown
 from sigmatau.store.ingest import Added
 from sigmatau.store.naming import Naming
-from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 
@@ -96,15 +95,15 @@ EDGE = datetime(1, 1, 1, tzinfo=timezone(timedelta(hours=12)))
 def test_times_and_temperatures_that_are_none(tmp_path):
     with Store(tmp_path / "x.db") as store:
         for entry in (
-            Entry(result=result(0), unit="A", recorded=EDGE),
-            Entry(result=result(0), unit="A", temperature=float("nan")),
+            entry_of(result(0), unit="A", recorded=EDGE),
+            entry_of(result(0), unit="A", temperature=float("nan")),
         ):
             with pytest.raises(DataError):
                 store.add([entry])
         with pytest.raises(DataError, match="years 1 to 9999"):
             store.runs(Chosen(since=EDGE))
         early = datetime(1, 1, 1, tzinfo=UTC)
-        store.add([Entry(result=result(0), unit="A", recorded=early)])
+        store.add([entry_of(result(0), unit="A", recorded=early)])
         assert store.runs(Chosen(since=early)).columns()["recorded"] == [early.replace(tzinfo=None)]
     for degrees in (float("nan"), float("inf"), -300.0):
         with pytest.raises(OptionError, match=r"above -273\.15"):
@@ -133,7 +132,7 @@ def changed(place, *statements):
 def test_damaged_values_are_an_error_of_the_store(tmp_path, statement, read):
     place = tmp_path / "x.db"
     with Store(place) as store:
-        store.add([Entry(result=result(0), unit="A", recorded=datetime(2026, 5, 1, tzinfo=UTC))])
+        store.add([entry_of(result(0), unit="A", recorded=datetime(2026, 5, 1, tzinfo=UTC))])
     changed(place, statement)
     with Store(place) as store, pytest.raises(DataError, match="store"):
         read(store)
@@ -182,20 +181,20 @@ def test_full_disk_says_what_to_do(tmp_path):
         with store._engine.connect() as connection:
             connection.exec_driver_sql("PRAGMA max_page_count = 40")
         with pytest.raises(DataError, match="disk is full; free some space"):
-            store.add([Entry(result=result(k, log=str(k)), unit="A") for k in range(60)])
+            store.add([entry_of(result(k, log=str(k)), unit="A") for k in range(60)])
         assert len(store.runs()) == 0
 
 
 def test_one_unit_is_chosen_by_its_name(tmp_path):
     with Store(tmp_path / "x.db") as store:
-        store.add([Entry(result=result(k, log=str(k)), unit=unit) for k, unit in enumerate(["AB", "A", "B"])])
+        store.add([entry_of(result(k, log=str(k)), unit=unit) for k, unit in enumerate(["AB", "A", "B"])])
         assert store.runs(Chosen(units="AB")).columns()["unit"] == ["AB"]
 
 
 def test_output_never_replaces_a_store(tmp_path, capsys):
     place = str(tmp_path / "lab.db")
     with Store(place) as store:
-        store.add([Entry(result=result(0), unit="A")])
+        store.add([entry_of(result(0), unit="A")])
     for command in (["store", "show", "A"], ["store", "trend"], ["compare"]):
         assert main([*command, "--store", place, "--json", place]) == 2
         assert "is a database" in capsys.readouterr().err

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from store_results import result
+from store_results import entry_of, result
 
 from known import seed_of
 from sigmatau import Record, analyze
@@ -13,15 +13,14 @@ from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
-from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 
 def entries(count, *, days=1):
     for k in range(count):
         for day in range(days):
-            yield Entry(
-                result=result(k, log=f"{k}/{day}", path=f"unit{k}/day{day}.csv"),
+            yield entry_of(
+                result(k, log=f"{k}/{day}", path=f"unit{k}/day{day}.csv"),
                 unit=f"unit{k}",
                 model="tactical",
                 recorded=datetime(2026, 1, 1 + day, 12, tzinfo=UTC),
@@ -32,7 +31,7 @@ def entries(count, *, days=1):
 def test_result_comes_back_as_it_was(place):
     with Store(place) as store:
         one = result(3)
-        store.add([Entry(result=one, unit="A1")])
+        store.add([entry_of(one, unit="A1")])
         [(row, found)] = store.results()
     assert found == json.loads(json.dumps(one))
     assert list(found) == list(one)  # in its order
@@ -43,9 +42,7 @@ def test_result_comes_back_as_it_was(place):
 def test_a_record_too_short_for_a_fit_is_not_fitted(place):
     record = Record.from_arrays(rate=100.0, gyro=[[0.1, 0.2, 0.4]] * 2 + [[0.2, 0.1, 0.3]] * 2, unit={"gyro": "rad/s"})
     with Store(place) as store:
-        store.add(
-            [Entry(result=analyze(record, at_rest=True).to_dict(), unit="A1"), Entry(result=result(1), unit="A2")]
-        )
+        store.add([entry_of(analyze(record, at_rest=True).to_dict(), unit="A1"), entry_of(result(1), unit="A2")])
         assert store.runs(Chosen(states=("not_fitted",))).columns()["unit"] == ["A1"]
         units = store.units().columns()
     assert (units["fitted"], units["not_fitted"]) == ([0, 1], [1, 0])
@@ -55,7 +52,7 @@ def test_a_record_too_short_to_tell_rest_has_its_own_state(place):
     y = np.random.default_rng(seed_of("short in a store")).standard_normal((400, 3))
     record = Record.from_arrays(rate=100.0, gyro=1e-3 * y, unit={"gyro": "rad/s"})
     with Store(place) as store:
-        store.add([Entry(result=analyze(record).to_dict(), unit="A1"), Entry(result=result(1), unit="A2")])
+        store.add([entry_of(analyze(record).to_dict(), unit="A1"), entry_of(result(1), unit="A2")])
         assert store.runs(Chosen(states=("too_short_to_tell",))).columns()["unit"] == ["A1"]
         units = store.units().columns()
     assert (units["fitted"], units["too_short_to_tell"]) == ([0, 1], [1, 0])
@@ -73,9 +70,9 @@ def test_other_result_of_the_same_log_is_a_revision(place):
     with Store(place) as store:
         first, later = result(0, log="log"), result(1, log="log")
         again = dict(first, sigmatau="9.9.9")
-        store.add([Entry(result=first, unit="A1")])
-        assert store.add([Entry(result=again, unit="A1")]) == Added(known=1)  # another version, the same numbers
-        assert store.add([Entry(result=later, unit="A1")]) == Added(revised=1)
+        store.add([entry_of(first, unit="A1")])
+        assert store.add([entry_of(again, unit="A1")]) == Added(known=1)  # another version, the same numbers
+        assert store.add([entry_of(later, unit="A1")]) == Added(revised=1)
         assert store.runs().columns()["revision"] == [2]
         assert store.runs(Chosen(history=True)).columns()["revision"] == [1, 2]
         [(_, current)] = store.results()
@@ -84,7 +81,7 @@ def test_other_result_of_the_same_log_is_a_revision(place):
 
 def test_several_revisions_in_one_batch(place):
     with Store(place) as store:
-        chain = [Entry(result=result(k, log="log"), unit="A1") for k in (0, 1, 1, 2)]
+        chain = [entry_of(result(k, log="log"), unit="A1") for k in (0, 1, 1, 2)]
         assert store.add(chain) == Added(new=1, revised=2, known=1)
         assert store.runs().columns()["revision"] == [3]
 
@@ -92,8 +89,8 @@ def test_several_revisions_in_one_batch(place):
 def test_other_options_are_another_run(place):
     with Store(place) as store:
         one = result(0, log="log")
-        other = result(1, log="log") | {"options": {"at_rest": True}}
-        assert store.add([Entry(result=one, unit="A1"), Entry(result=other, unit="A1")]) == Added(new=2)
+        other = result(1, log="log") | {"options": {"analysis": {"at_rest": True}}}
+        assert store.add([entry_of(one, unit="A1"), entry_of(other, unit="A1")]) == Added(new=2)
 
 
 def test_records_without_a_file_are_runs_of_their_own(place):
@@ -101,14 +98,14 @@ def test_records_without_a_file_are_runs_of_their_own(place):
     for one in days:
         one["source"] = {"path": None, "sha256": None}
     with Store(place) as store:
-        assert store.add([Entry(result=one, unit="A1") for one in days]) == Added(new=3)
-        assert store.add([Entry(result=days[1], unit="A1")]) == Added(known=1)
+        assert store.add([entry_of(one, unit="A1") for one in days]) == Added(new=3)
+        assert store.add([entry_of(days[1], unit="A1")]) == Added(known=1)
 
 
 def test_failures_are_rows(place):
     with Store(place) as store:
         failed = FailedAnalysis(path="bad.csv", message="bad.csv: no columns", exit_code=1).to_dict()
-        store.add([Entry(result=failed, unit="A1"), Entry(result=result(0), unit="A1")])
+        store.add([entry_of(failed, unit="A1"), entry_of(result(0), unit="A1")])
         runs = store.runs().columns()
         assert sorted(runs["state"]) == ["failed", "fitted"]
         assert "bad.csv: no columns" in runs["message"]
@@ -118,7 +115,7 @@ def test_failures_are_rows(place):
 def test_coefficients_are_those_of_the_result(place):
     with Store(place) as store:
         one = result(2)
-        store.add([Entry(result=one, unit="A1")])
+        store.add([entry_of(one, unit="A1")])
         table = store.coefficients(term="random_walk", channels=("gyro_y",)).columns()
     told = one["channels"]["gyro_y"]["fit"]["terms"]["random_walk"]
     assert (table["value"], table["low"], table["high"]) == ([told["value"]], [told["low"]], [told["high"]])
@@ -131,7 +128,7 @@ def test_coefficients_are_those_of_the_result(place):
 def test_no_result_is_an_error_and_adds_nothing(place, bad):
     with Store(place) as store:
         with pytest.raises(DataError):
-            store.add([Entry(result=result(0), unit="A1"), Entry(result=bad, unit="A2")])
+            store.add([entry_of(result(0), unit="A1"), entry_of(bad, unit="A2")])
         assert len(store.runs()) == 0  # the batch is whole or not there
 
 

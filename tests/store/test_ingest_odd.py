@@ -5,14 +5,14 @@ from datetime import UTC, datetime, timedelta, timezone
 
 import numpy as np
 import pytest
-from store_results import result
+from store_results import entry_of, result
 
 from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
 from sigmatau.store.packing import NUMBERS
-from sigmatau.store.rows import Entry, options_key
+from sigmatau.store.rows import options_key
 from sigmatau.store.store import Store
 
 NAMES = [
@@ -37,8 +37,8 @@ def test_odd_names(place, name):
     with Store(place) as store:
         store.add(
             [
-                Entry(result=result(0, log="1", path=f"{name}.csv"), unit=name),
-                Entry(result=result(0, log="2"), unit="B"),
+                entry_of(result(0, log="1", path=f"{name}.csv"), unit=name),
+                entry_of(result(0, log="2"), unit="B"),
             ]
         )
         [(row, found)] = store.results(Chosen(units=(name,)))
@@ -50,23 +50,23 @@ def test_characters_that_databases_refuse(place):
     one = result(0, path="a\0b.csv")
     other = result(1, path="caf\udce9.csv")  # bytes of a file name that are not UTF-8
     with Store(place) as store:
-        assert store.add([Entry(result=one, unit="A\0"), Entry(result=other, unit="B")]) == Added(new=2)
+        assert store.add([entry_of(one, unit="A\0"), entry_of(other, unit="B")]) == Added(new=2)
         assert store.runs().columns()["unit"] == ["A\\0", "B"]
         assert [found["source"]["path"] for _, found in store.results()] == ["a\0b.csv", "caf\udce9.csv"]
 
 
-@pytest.mark.parametrize(("entry", "told"), [
-    (Entry(result=result(0), unit=" "), "name of the unit is empty"),
-    (Entry(result=result(0), unit="x" * 401), "401 characters, more than 400"),
-    (Entry(result=result(0), unit="A", model="m" * 201), "201 characters"),
-    (Entry(result=result(0) | {"channels": {"gyro_x": {}}}, unit="A"), "quantity is missing"),
-    (Entry(result=result(0) | {"channels": {"gyro_x": 3}}, unit="A"), "3 is not an object"),
-    (Entry(result=result(0) | {"source": 5}, unit="A"), "source: 5 is not an object"),
+@pytest.mark.parametrize(("content", "names", "told"), [
+    (result(0), {"unit": " "}, "name of the unit is empty"),
+    (result(0), {"unit": "x" * 401}, "401 characters, more than 400"),
+    (result(0), {"unit": "A", "model": "m" * 201}, "201 characters"),
+    (result(0) | {"channels": {"gyro_x": {}}}, {"unit": "A"}, "quantity is missing"),
+    (result(0) | {"channels": {"gyro_x": 3}}, {"unit": "A"}, "3 is not an object"),
+    (result(0) | {"source": 5}, {"unit": "A"}, "source: 5 is not an object"),
 ])  # fmt: skip
-def test_refused_and_nothing_added(place, entry, told):
+def test_refused_and_nothing_added(place, content, names, told):
     with Store(place) as store:
         with pytest.raises(DataError, match=told):
-            store.add([Entry(result=result(1), unit="B"), entry])
+            store.add([entry_of(result(1), unit="B"), entry_of(content, **names)])
         assert len(store.runs()) == 0
 
 
@@ -74,7 +74,7 @@ def test_more_samples_than_32_bits_hold(place):
     one = result(0)
     one["channels"]["gyro_x"] |= {"samples": 2**31 + 5}
     with Store(place) as store:
-        store.add([Entry(result=one, unit="A")])
+        store.add([entry_of(one, unit="A")])
         [(row, found)] = store.results()
     assert found["channels"]["gyro_x"]["samples"] == 2**31 + 5
     assert row["duration"] == pytest.approx((2**31 + 5) / 100, rel=1e-12)
@@ -85,7 +85,7 @@ def test_absent_values_are_null(place):
     del one["channels"]["gyro_y"]["fit"]["p_value"]
     one["channels"]["gyro_z"]["curve"]["edf"][0] = None
     with Store(place) as store:
-        store.add([Entry(result=one, unit="A")])
+        store.add([entry_of(one, unit="A")])
         runs = store.runs().columns()
         assert (runs["recorded"], runs["temperature"], runs["model"]) == ([None], [None], [None])
         [(_, found)] = store.results()
@@ -109,7 +109,7 @@ def test_numbers_of_a_run_are_its_rows(place):
     one["channels"]["gyro_y"]["mean"] = {"value": 3e-5, "error": None, "unit": "rad/s"}
     one["channels"]["gyro_z"]["fit"]["verdict"] = "descriptive"
     with Store(place) as store:
-        store.add([Entry(result=result(1), unit="A"), Entry(result=one, unit="B")])
+        store.add([entry_of(result(1), unit="A"), entry_of(one, unit="B")])
         with store._engine.connect() as connection:
             of = tables.coefficient.c
             columns = (of.value, of.low, of.high, of.upper_limit, of.level)
@@ -130,8 +130,8 @@ def test_times_have_the_zone_of_utc(place, monkeypatch):
     monkeypatch.setenv("TZ", "Asia/Tokyo")
     noon = datetime(2026, 5, 1, 12, tzinfo=timezone(timedelta(hours=2)))
     entries = [
-        Entry(result=result(0, log="1"), unit="A", recorded=noon),
-        Entry(result=result(0, log="2"), unit="B", recorded=noon.replace(tzinfo=None)),
+        entry_of(result(0, log="1"), unit="A", recorded=noon),
+        entry_of(result(0, log="2"), unit="B", recorded=noon.replace(tzinfo=None)),
     ]
     with Store(place) as store:
         store.add(entries)
@@ -147,8 +147,8 @@ def test_failure_is_history_once_the_log_has_a_result(place):
     failed = FailedAnalysis(path="day1.csv", message="day1.csv: no rate", exit_code=2).to_dict()
     other = FailedAnalysis(path="day2.csv", message="day2.csv: is empty", exit_code=1).to_dict()
     with Store(place) as store:
-        store.add([Entry(result=failed, unit="A"), Entry(result=other, unit="A"), Entry(result=failed, unit="B")])
-        store.add([Entry(result=result(0, path="day1.csv"), unit="A")])
+        store.add([entry_of(failed, unit="A"), entry_of(other, unit="A"), entry_of(failed, unit="B")])
+        store.add([entry_of(result(0, path="day1.csv"), unit="A")])
         runs = store.runs().columns()
         assert list(zip(runs["unit"], runs["run"], runs["state"], strict=True)) == [
             ("A", "day2.csv", "failed"), ("A", "day1.csv", "fitted"), ("B", "day1.csv", "failed"),
@@ -161,9 +161,7 @@ def test_versions_of_logs_by_options(place):
     assert key == options_key({"reading": {"rate": 100.0}, "analysis": {"window": "0s:60s"}})
     one = result(0, path="a.csv") | {"options": {"reading": {"rate": 100}, "analysis": {"window": "0s:60s"}}}
     with Store(place) as store:
-        store.add(
-            [Entry(result=one, unit="A", file_version="10-5"), Entry(result=result(1), unit="A", file_version="7-7")]
-        )
+        store.add([entry_of(one, unit="A", file_version="10-5"), entry_of(result(1), unit="A", file_version="7-7")])
         assert store.versions(key) == {"a.csv": "10-5"}
         assert store.versions(options_key({})) == {"day1.csv": "7-7"}
 
@@ -174,7 +172,7 @@ def test_deleted_run_leaves_nothing(place):
     from sigmatau.store import tables
 
     with Store(place) as store:
-        store.add([Entry(result=result(0), unit="A")])
+        store.add([entry_of(result(0), unit="A")])
         with store._engine.connect().execution_options(writes=True) as connection, connection.begin():
             connection.execute(tables.run.delete())
             for table in (tables.result, tables.channel, tables.coefficient, tables.finding):

@@ -1,19 +1,22 @@
 """A store of the previous schema becomes one of this: its results, coefficients and history are the same."""
 
 import json
+import sqlite3
 import zlib
+from contextlib import closing
 from datetime import datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
 import sqlalchemy
-from store_results import result
+from store_results import entry_of, result
 
 from sigmatau.errors import DataError
 from sigmatau.store import connect
 from sigmatau.store.choosing import Chosen
 from sigmatau.store.ingest import Added
-from sigmatau.store.rows import Entry, options_key, rows_of
+from sigmatau.store.rows import options_key, rows_of
 from sigmatau.store.store import Store
 
 KEPT = ("name", "path", "sha256", "duration", "state", "message", "version", "digest")
@@ -38,7 +41,7 @@ def fill(connection, results):
     connection.execute(text("INSERT INTO model (id, name) VALUES (1, 'tactical')"))
     connection.execute(text("INSERT INTO unit (id, name, model_id) VALUES (1, 'A1', 1), (2, 'A2', NULL)"))
     for key, (one, current) in enumerate(results, 1):
-        rows = rows_of(Entry(result=one, unit="A1", recorded=datetime(2026, 1, key)))  # noqa: DTZ001  UTC
+        rows = rows_of(entry_of(one, unit="A1", recorded=datetime(2026, 1, key)))  # noqa: DTZ001  UTC
         content, curves = old_content(one)
         if key == 4:
             content = b"damaged"
@@ -126,9 +129,37 @@ def test_previous_schema(old):
         assert store.coefficients(term="mean").columns()["value"] == [1.5e-5] * 6
         assert store.compare()["gyro_x", "random_walk"].k == 3
         # It goes on: what is there is known, and a new log is new.
-        again = [Entry(result=one, unit="A1") for one in (results[0], results[2])]
+        again = [entry_of(one, unit="A1") for one in (results[0], results[2])]
         assert store.add(again) == Added(known=2)
-        assert store.add([Entry(result=result(4, log="new"), unit="A1")]) == Added(new=1)
+        assert store.add([entry_of(result(4, log="new"), unit="A1")]) == Added(new=1)
+
+
+@pytest.fixture
+def of_version_2(tmp_path):
+    """A store that version 0002 wrote: two results of a log, whose conversions are worded differently, one of another log,
+    a failure, and a result without a log.
+    """
+    path = tmp_path / "old.db"
+    with closing(sqlite3.connect(path)) as file:
+        file.executescript((Path(__file__).parent / "frozen" / "store-0002.sql").read_text("utf-8"))
+    return path
+
+
+def test_runs_told_apart_by_words_of_conversions(of_version_2):
+    """They are runs by log and options now, and what is added again is recognised, however its conversions are worded."""
+    with Store(of_version_2) as store:
+        runs = store.runs(Chosen(history=True)).columns()
+        assert sorted(zip(runs["run"], runs["revision"], strict=True)) == [
+            ("day1.csv", 1), ("day1.csv", 2), ("day2.csv", 1), ("day3.csv", 1), ("in memory", 1),
+        ]  # fmt: skip
+        assert sorted(store.runs().columns()["run"]) == ["day1.csv", "day2.csv", "day3.csv", "in memory"]
+        stored = [(row, content) for row, content in store.results()]
+        for row, content in stored:
+            names = {"unit": row["unit"], "name": row["run"], "recorded": row["recorded"]}
+            assert store.add([entry_of(content, **names)]) == Added(known=1)
+        (day2,) = (content for row, content in stored if row["run"] == "day2.csv")
+        worded = day2 | {"source": day2["source"] | {"conversions": ["in words of a later version"]}}
+        assert store.add([entry_of(worded, unit="A1")]) == Added(revised=1)
 
 
 def test_migration_that_fails_changes_nothing(old, monkeypatch):

@@ -8,10 +8,9 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from store_results import result
+from store_results import entry_of, result
 
 from sigmatau.errors import DataError
-from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 NOBODY = 65534
@@ -27,7 +26,7 @@ def shared():
 def test_store_that_may_only_be_read(shared, writable):
     place = shared / "lab 100% #1.db"
     with Store(place) as store:
-        store.add([Entry(result=result(0), unit="A")])
+        store.add([entry_of(result(0), unit="A")])
     place.chmod(0o444)
     shared.chmod(0o777 if writable == "folder" else 0o555)
     as_root = os.geteuid() == 0
@@ -37,7 +36,7 @@ def test_store_that_may_only_be_read(shared, writable):
         with Store(place) as store:
             assert len(store.runs()) == 1
             with pytest.raises(DataError, match="readonly"):
-                store.add([Entry(result=result(1), unit="A")])
+                store.add([entry_of(result(1), unit="A")])
         if writable == "nothing":
             with pytest.raises(DataError, match="unable to open"):
                 Store(shared / "new.db")
@@ -51,9 +50,8 @@ FULL = textwrap.dedent(
     """
     import resource, signal, sys
     from sigmatau.errors import DataError
-    from sigmatau.store.rows import Entry
     from sigmatau.store.store import Store
-    from store_results import result
+    from store_results import entry_of, result
 
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     with Store(sys.argv[1]) as store:
@@ -61,7 +59,7 @@ FULL = textwrap.dedent(
         done = 0
         try:
             for k in range(2000):
-                store.add([Entry(result=result(k, log=str(k)), unit="A")])
+                store.add([entry_of(result(k, log=str(k)), unit="A")])
                 done += 1
         except DataError as error:
             print(done, error)
@@ -87,7 +85,7 @@ def test_full_disk(tmp_path):
     with Store(place) as store:
         assert len(store.runs()) == int(done) > 0
         assert len(store.coefficients(term="random_walk")) == 3 * int(done)
-        store.add([Entry(result=result(1, log="later"), unit="A")])
+        store.add([entry_of(result(1, log="later"), unit="A")])
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a file that is open cannot be removed")
@@ -95,11 +93,11 @@ def test_full_disk(tmp_path):
 def test_store_that_is_removed_meanwhile(tmp_path, replaced):
     place = tmp_path / "lab.db"
     with Store(place) as store:
-        store.add([Entry(result=result(0), unit="A")])
+        store.add([entry_of(result(0), unit="A")])
         for file in tmp_path.iterdir():
             file.rename(tmp_path / f"old {file.name}")
         if replaced:
             Store(place).close()
         with pytest.raises(DataError, match="was removed or replaced"):
-            store.add([Entry(result=result(1), unit="A")])
+            store.add([entry_of(result(1), unit="A")])
     assert place.exists() == replaced

@@ -13,17 +13,15 @@ from pathlib import Path
 import pytest
 import sqlalchemy
 import store_results
-from store_results import result
+from store_results import entry_of, result
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.store import connect, tables
-from sigmatau.store.rows import Entry
 from sigmatau.store.store import Store
 
 WRITER = textwrap.dedent(
     """
     import json, sys
-    from sigmatau.store.rows import Entry
     import store_results
     from sigmatau.store.store import Store
 
@@ -32,7 +30,7 @@ WRITER = textwrap.dedent(
     with Store(place) as store:
         for k in range(first, first + count, batch):
             chunk = [(store_results.result(j, log=str(j)), f"unit{j % 7}") for j in range(k, k + batch)]
-            print(store.add([Entry(result=found, unit=unit) for found, unit in chunk]), flush=True)
+            print(store.add([store_results.entry_of(found, unit=unit) for found, unit in chunk]), flush=True)
     """
 )
 
@@ -118,7 +116,7 @@ def test_places_that_are_no_store(tmp_path):
     text.write_text("no database at all")
     cut = tmp_path / "cut.db"
     with Store(cut) as store:
-        store.add([Entry(result=result(0), unit="A1")])
+        store.add([entry_of(result(0), unit="A1")])
     raw = cut.read_bytes()
     cut.write_bytes(raw[:5000])
     for place, told in [

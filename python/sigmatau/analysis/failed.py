@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any
+from typing import Any, Self
 
 from sigmatau._version import __version__
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
+from sigmatau.hints import as_options
 
 
 @frozen
@@ -20,6 +21,7 @@ class FailedAnalysis:
     path : str
         The log.
     message : str
+        Why, without the log.
     exit_code : int
     notes : mapping of str to str
         Information about the record from the user.
@@ -41,9 +43,37 @@ class FailedAnalysis:
         """The message for a list of many: not longer than two lines or so."""
         return self.message[:500] or "the analysis failed"
 
+    @classmethod
+    def of(
+        cls,
+        error: Exception,
+        log: str,
+        *,
+        notes: Mapping[str, str] | None = None,
+        options: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """What an error about a log says, as it is typed on the command line.
+
+        Parameters
+        ----------
+        error : Exception
+            Why there is no result.
+        log : str
+            The log, as the error names it.
+        notes, options : mapping, optional
+            See the attributes.
+
+        Returns
+        -------
+        FailedAnalysis
+        """
+        message = error.without(log, as_options) if isinstance(error, OptionError | DataError) else str(error)
+        code = 2 if isinstance(error, OptionError) else 1
+        return cls(path=log, message=message, exit_code=code, notes=notes or {}, options=options)
+
     def error(self) -> DataError:
         """The failure as an error."""
-        return DataError(f"the analysis failed: {self.reason}")
+        return DataError(": ".join(filter(None, ["the analysis failed", self.path, self.reason])))
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON form: the error, and no channels."""

@@ -72,11 +72,6 @@ class ErrorForm:
     message: str = key(default="", always=True)
     exit_code: int = key(default=1, always=True, enum=[1, 2])
 
-    @property
-    def stated_text(self) -> str:
-        """Why, in words."""
-        return self.message
-
 
 @frozen
 class TermForm:

@@ -19,7 +19,7 @@ def to_dict(self: Analysis) -> dict[str, Any]:
         "schema": SCHEMA,
         "sigmatau": self.version,
         "source": self.source.to_dict(),
-        **_options_to_dict(self),
+        **({"options": options} if (options := stated_options(self)) else {}),
         **({"notes": dict(self.notes)} if self.notes else {}),
         **({} if self.rest is None else {"rest": self.rest.to_dict()}),
         "findings": [finding.to_dict() for finding in self.findings],
@@ -48,11 +48,10 @@ def to_json(self: Analysis) -> str:
     return json.dumps(self.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def _options_to_dict(analysis: Analysis) -> dict[str, Any]:
+def stated_options(analysis: Analysis) -> dict[str, Any]:
     """What made the result, beside the log: the same log with the same options is the same run."""
     parts = {"reading": dict(analysis.source.options), "analysis": stated(analysis.options)}
-    parts = {part: options for part, options in parts.items() if options}
-    return {"options": parts} if parts else {}
+    return {part: options for part, options in parts.items() if options}
 
 
 def _fit_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:

@@ -114,9 +114,14 @@ def form_of_dict(content: object, as_form: type[forms.ResultForm]) -> forms.Resu
 
 
 def _failed(form: forms.ResultForm, error: forms.ErrorForm) -> FailedAnalysis:
-    path = "" if form.source is None else form.source.path or ""
+    stated = {} if form.options is None else {"reading": form.options.reading, "analysis": form.options.analysis}
     return FailedAnalysis(
-        path=path, message=error.stated_text, exit_code=error.exit_code, notes=form.notes, version=form.sigmatau
+        path="" if form.source is None else form.source.path or "",
+        message=error.message,
+        exit_code=error.exit_code,
+        notes=form.notes,
+        version=form.sigmatau,
+        options={part: options for part, options in stated.items() if options},
     )
 
 
@@ -245,8 +250,10 @@ def _interval_of_samples(channel: forms.ChannelForm) -> float:
 
 
 def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> DeviationCurve | None:
-    """The curve; None if only its unit is stated."""
+    """The curve; None if only its unit is stated, and without points if only its unit is read."""
     tau0 = _interval_of_samples(channel)
+    if isinstance(form, forms.CurveUnitForm):
+        return _without_points(name, channel, form, tau0)
     if form.adev is None:
         return None
     if form.m is not None:
@@ -277,6 +284,15 @@ def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> Devi
         stride=form.stride,
         missing=form.missing,
     )
+
+
+def _without_points(name: str, channel: forms.ChannelForm, form: forms.CurveForm, tau0: float) -> DeviationCurve:
+    """The curve of which only the unit is read."""
+    counts, points = np.empty(0, dtype=np.int64), np.empty(0)
+    return DeviationCurve(
+        channel=name, quantity=channel.quantity, unit=form.unit, n=channel.samples, tau0=tau0, m=counts, tau=points,
+        avar=points, n_pairs=counts, ramp=points, overlap="full", counting=form.counting, edf=None, stride=None, missing=0,
+    )  # fmt: skip
 
 
 def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit:

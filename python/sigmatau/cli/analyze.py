@@ -363,16 +363,13 @@ def _many(
             outcomes[outcome.log] = outcome
             if outcome.error and outputs.json is not None:
                 file = outputs.json / f"{names[outcome.log]}.json"
-                failure = FailedAnalysis(
-                    path=str(outcome.log), message=outcome.error, exit_code=outcome.code, notes=outputs.notes
-                )
-                write_json(failure.to_dict(), file)
+                write_json(FailedAnalysis.of(outcome.error, str(outcome.log), notes=outputs.notes).to_dict(), file)
             done(len(outcomes) / len(logs))
     for log in logs:
         for finding in outcomes[log].findings:
             say(f"{log}: {finding}", quiet=quiet or (finding.severity == "info" and not verbose))
-        if outcomes[log].error:
-            print_error(str(outcomes[log].error))
+        if error := outcomes[log].error:
+            print_error(error.for_command_line())
     attempts = Attempts()
     drawn = {names[log]: cast(Curves, outcomes[log].kept) for log in logs if outcomes[log].kept}
     if overlay is not None and drawn:
@@ -431,8 +428,6 @@ def _failures_written(log: Path, json: Path | None, notes: Mapping[str, str]) ->
     try:
         yield
     except (OptionError, DataError, ImportError) as error:
-        usage = isinstance(error, OptionError)
         if json is not None:
-            failure = FailedAnalysis(path=str(log), message=str(error), exit_code=2 if usage else 1, notes=notes)
-            write_result("", failure.to_dict(), json)
+            write_result("", FailedAnalysis.of(error, str(log), notes=notes).to_dict(), json)
         raise

@@ -35,17 +35,18 @@ class Outcome:
     """The outcome of one log."""
 
     log: Path
-    error: str = ""  # Why there is no result; empty if there is one
+    error: OptionError | DataError | None = None  # Why there is no result
     findings: tuple[Finding, ...] = ()
     marks: tuple[Mark, ...] = ()  # Frequencies that are compared with those of other records of the unit
     rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
-    usage: bool = False  # Whether the error is about an option
     kept: object = None  # What `keep` of `run` made of the analysis
 
     @property
     def code(self) -> int:
         """Exit code for this log alone."""
-        return (2 if self.usage else 1) if self.error else exit_code(self.findings)
+        if self.error is None:
+            return exit_code(self.findings)
+        return 2 if isinstance(self.error, OptionError) else 1
 
 
 def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
@@ -150,7 +151,7 @@ def run(
                 try:
                     outcome = ready.recv()
                 except (EOFError, OSError):
-                    outcome = Outcome(log=log, error=f"{log}: {_ended(_end(ready, workers))}")
+                    outcome = Outcome(log=log, error=DataError(_ended(_end(ready, workers))).about(str(log)))
                 yield outcome
     finally:
         for process in workers.values():
@@ -204,11 +205,11 @@ def _outcome(
         kept = None if keep is None else keep(log, analysis)
         return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=kept)
     except (OptionError, DataError) as error:
-        return Outcome(log=log, error=error.for_command_line(), usage=isinstance(error, OptionError))
+        return Outcome(log=log, error=error)
     except ImportError as error:
-        return Outcome(log=log, error=str(error))
+        return Outcome(log=log, error=DataError(str(error)))
     except MemoryError:
-        return Outcome(log=log, error=f"{log}: not enough memory for this record")
+        return Outcome(log=log, error=DataError("not enough memory for this record").about(str(log)))
 
 
 def _ended(code: int | None) -> str:

@@ -190,9 +190,11 @@ def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str
 
 def _stated(naming: Naming, place: str) -> dict[str, Any]:
     """What the options state of the run of a log."""
+    from sigmatau.analysis.failed import FailedAnalysis
     from sigmatau.store.rows import in_utc
 
-    entry = naming.entry({"source": {"path": place}}, Path(place))
+    without_result = FailedAnalysis(path=place, message="", exit_code=1)
+    entry = naming.entry(without_result, Path(place))
     values = {"recorded": entry.recorded and in_utc(entry.recorded), "temperature": entry.temperature}
     return {key: value for key, value in values.items() if value is not None}
 
@@ -235,7 +237,7 @@ class _Tally:
         for one in outcomes:
             self.codes[one.code] += 1
             if one.error:
-                self.errors.append(one.error)
+                self.errors.append(one.error.for_command_line())
         if len(self._waiting) >= _BATCH or (self._waiting and time.monotonic() - self._since > _BATCH_SECONDS):
             self.write()
 

@@ -332,8 +332,7 @@ def _analysed(
             _refuse_missing_option(logs, outcomes)
             if outcome.error and results is not None:
                 file = results / f"{names[outcome.log]}.json"
-                failure = FailedAnalysis(path=str(outcome.log), message=outcome.error, exit_code=outcome.code)
-                write_json(failure.to_dict(), file)
+                write_json(FailedAnalysis.of(outcome.error, str(outcome.log)).to_dict(), file)
             done(len(outcomes) / len(logs))
     return {names[log]: _examined(outcomes[log]) for log in logs}
 
@@ -343,15 +342,16 @@ def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.O
     if any(not outcome.error for outcome in outcomes.values()):
         return
     first = next((k for k, log in enumerate(logs) if log not in outcomes), len(logs))
-    wrong = [outcomes[log].error for log in logs[:first] if outcomes[log].usage]
+    errors = [outcomes[log].error for log in logs[:first]]
+    wrong = [error for error in errors if isinstance(error, OptionError)]
     if wrong and (len(wrong) >= _USAGE_ERRORS or first == len(logs)):
-        raise OptionError(wrong[0], option=None)
+        raise wrong[0]
 
 
 def _examined(outcome: batch.Outcome) -> Examined:
     if outcome.error:
-        absent = not outcome.log.exists()
-        return Examined(result=without_result(outcome.error, path=str(outcome.log), absent=absent))
+        path = str(outcome.log)
+        return Examined(result=without_result(outcome.error.without(path), path=path, absent=not outcome.log.exists()))
     assert isinstance(outcome.kept, Examined)
     return outcome.kept
 

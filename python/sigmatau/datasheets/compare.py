@@ -18,6 +18,7 @@ from statistics import NormalDist
 from typing import Protocol
 
 from sigmatau.datasheets.claims import AXES, MEANS, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
+from sigmatau.datasheets.doubts import Doubt
 from sigmatau.datasheets.measured import Measured, measured, measured_means, stability
 from sigmatau.datasheets.sheet import Datasheet
 from sigmatau.datasheets.sheet import datasheet as find_datasheet
@@ -27,7 +28,6 @@ from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.to_model import to_models
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.file import doubt_text
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST
 from sigmatau.record.record import stream_name
@@ -115,8 +115,8 @@ def compare_with(
                 _reading(claim, meaning, model, means.get(channel, {}), level, factor)
                 for meaning in claim.meanings(sided=sided, bias=bias)
             )
-            status, reason = _status(readings) if model.adequate else ("undecided", doubt_text(model))
-            judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, reason=reason))
+            status, doubt = _status(readings) if model.adequate else ("undecided", _doubt_of(model))
+            judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, doubt=doubt))
         said = {claim.term for claim in claims}
         unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]
     absent = _absent(sheet, [*models, *without])
@@ -242,15 +242,20 @@ def _sigmas(value: float, low: float, high: float, limit: float, level: float) -
     return math.copysign(min(abs(distance) / width, _MOST_SIGMAS) if width else _MOST_SIGMAS, distance)
 
 
-def _status(readings: tuple[Reading, ...]) -> tuple[Status, str]:
+def _doubt_of(model: ChannelModel) -> Doubt:
+    """The doubt about a model that does not fit."""
+    return Doubt(kind="only_limits" if model.has_only_limits else "not_adequate")
+
+
+def _status(readings: tuple[Reading, ...]) -> tuple[Status, Doubt | None]:
     """Status on which all meanings agree, else undecided, and the reason."""
     found = {_of_one(reading) for reading in readings}
     if len(found) == 1:
         status = found.pop()
-        return status, readings[0].measured.words if status == "undecided" else ""
-    words = " or ".join(reading.meaning.words for reading in readings)
-    more = "; a typical value fails no unit" if found <= {"within", "above typical"} else ""
-    return "undecided", f"the datasheet does not state the convention: {words}{more}"
+        return status, readings[0].measured.doubt if status == "undecided" else None
+    conventions = tuple(reading.meaning.words for reading in readings)
+    of_typical = found <= {"within", "above typical"}
+    return "undecided", Doubt(kind="convention_of_typical" if of_typical else "convention", conventions=conventions)
 
 
 def _of_one(reading: Reading) -> Status:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 from sigmatau.datasheets.claims import MINIMUM
+from sigmatau.datasheets.doubts import Doubt, DoubtKind
 from sigmatau.errors import DataError
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.model.channel import ChannelModel
@@ -19,8 +20,6 @@ from sigmatau.model.covariance import exponential_less
 from sigmatau.noise.terms import BIAS_LEVEL
 
 Floats = NDArray[np.float64]
-
-NOTHING = "not in the result"
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
 _SAME_AVERAGE = 0.05  # relative difference of averaging times, which are whole samples
@@ -44,7 +43,7 @@ class Measured:
         Lower bound if only a part is known. [unit of the claim]
     level : float
         Confidence level of the interval or the limits; 1 for a limit from a model without intervals.
-    words : str
+    doubt : Doubt or None
         Why nothing is known, or terms that were not observed and may contribute.
     """
 
@@ -54,7 +53,7 @@ class Measured:
     upper_limit: float | None = None
     lower_limit: float | None = None
     level: float = 0.95
-    words: str = ""
+    doubt: Doubt | None = None
 
     @property
     def anything(self) -> bool:
@@ -66,7 +65,11 @@ class Measured:
         names = ("value", "low", "high", "upper_limit", "lower_limit")
         known = {name: getattr(self, name) for name in names}
         kept = {key: value for key, value in known.items() if value is not None}
-        return {**kept, **({"level": self.level} if kept else {}), **({"words": self.words} if self.words else {})}
+        return {
+            **kept,
+            **({"level": self.level} if kept else {}),
+            **({"words": self.doubt.words} if self.doubt else {}),
+        }
 
 
 def measured(model: ChannelModel, of: str) -> Measured:
@@ -84,7 +87,7 @@ def measured(model: ChannelModel, of: str) -> Measured:
         return Measured(value=value, low=low, high=high, level=model.level)
     if of in model.limits:
         return Measured(upper_limit=model.limits[of], level=model.level)
-    return Measured(words=NOTHING)
+    return Measured(doubt=Doubt(kind="not_in_result"))
 
 
 def measured_means(rows: Iterable[MeanStability]) -> dict[float, Measured]:
@@ -101,7 +104,7 @@ def measured_means(rows: Iterable[MeanStability]) -> dict[float, Measured]:
 def stability(means: Mapping[float, Measured], average: float) -> Measured:
     """The standard deviation of means of an averaging time."""
     near = (found for at, found in means.items() if math.isclose(at, average, rel_tol=_SAME_AVERAGE))
-    return next(near, Measured(words=f"the result has no standard deviation of {average:g} s means"))
+    return next(near, Measured(doubt=Doubt(kind="no_means", average=average)))
 
 
 def _minimum(model: ChannelModel) -> Measured:
@@ -114,21 +117,21 @@ def _minimum(model: ChannelModel) -> Measured:
     # A term that is not in the model need not be zero.
     silent = "bias_instability" not in seen and "bias_instability" not in unseen
     if not any(term in seen for term in _SLOW):
-        return Measured(words=NOTHING) if silent else _below(model, seen, unseen)
+        return Measured(doubt=Doubt(kind="not_in_result")) if silent else _below(model, seen, unseen)
     floor, _ = _least(seen)
     low, high = _interval(model, seen)
     if silent:
-        return _above(model, low, seen, "bias instability is not in the result")
+        return _above(model, low, seen, "no_bias_instability")
     value, tau = _least(seen, model, cancelled=True)
     if low is None or high is None:
         return Measured(value=value, level=model.level)
     if _extra(model, np.array(tau)) > _NEGLIGIBLE * value**2:
-        return _above(model, low, seen, "a Gauss-Markov process, a resonance or a sinusoid adds to the minimum")
+        return _above(model, low, seen, "processes")
     high *= value / floor
     if unseen:
         high = max(high, _least({**seen, **unseen}, model)[0])
-    words = f"with {' and '.join(sorted(unseen)).replace('_', ' ')} at the limit up to the upper end" if unseen else ""
-    return Measured(value=value, low=low, high=high, level=model.level, words=words)
+    doubt = Doubt(kind="terms_at_limit", terms=tuple(sorted(unseen))) if unseen else None
+    return Measured(value=value, low=low, high=high, level=model.level, doubt=doubt)
 
 
 def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]) -> Measured:
@@ -136,18 +139,15 @@ def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]
     ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
     limit, tau = _least({**ends, **unseen}, model)
     if _extra(model, np.array(tau)) > _NEGLIGIBLE * limit**2:
-        return Measured(
-            words="a Gauss-Markov process, a resonance or a sinusoid without interval determines the minimum"
-        )
+        return Measured(doubt=Doubt(kind="no_interval"))
     return Measured(upper_limit=limit, level=model.level)
 
 
-def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: str) -> Measured:
+def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: DoubtKind) -> Measured:
     """A lower bound: the lower end for the observed terms, or the value of a model without intervals."""
-    words = f"{why}, so this is a lower bound"
     if low is None:
-        return Measured(lower_limit=_least(seen, model, cancelled=True)[0], level=1.0, words=words)
-    return Measured(lower_limit=low, level=(1 + model.level) / 2, words=words)
+        return Measured(lower_limit=_least(seen, model, cancelled=True)[0], level=1.0, doubt=Doubt(kind=why))
+    return Measured(lower_limit=low, level=(1 + model.level) / 2, doubt=Doubt(kind=why))
 
 
 def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float] | tuple[None, None]:

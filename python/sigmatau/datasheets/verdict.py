@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from sigmatau.datasheets.claims import Claim, Meaning
-from sigmatau.datasheets.measured import NOTHING, Measured
+from sigmatau.datasheets.doubts import Doubt
+from sigmatau.datasheets.measured import Measured
 from sigmatau.errors import OptionError
 from sigmatau.results import WIDTH, Printed, interval_texts, plain, printable, two_digits, wrapped
 from sigmatau.units import find
@@ -94,15 +95,20 @@ class Judged:
         One for each possible meaning of the claim.
     status : {"within", "above typical", "undecided", "out"}
         ``"above typical"``: not above the maximum, if there is one.
-    reason : str
-        Reason for ``"undecided"``; else empty.
+    doubt : Doubt or None
+        Reason for ``"undecided"``, if there is a special one.
     """
 
     channel: str
     claim: Claim
     readings: tuple[Reading, ...]
     status: Status
-    reason: str = ""
+    doubt: Doubt | None = None
+
+    @property
+    def reason(self) -> str:
+        """The reason for ``"undecided"`` in words; else empty."""
+        return "" if self.doubt is None else self.doubt.words
 
     @property
     def may_be_out(self) -> bool:
@@ -290,7 +296,8 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
             f"{_called(claim, name)} {text}" for name in ("typical", "maximum") if (text := _stated(claim, name))
         )
         row: tuple[str, ...] = (judged.channel, claim.label, "not measured", judged.status, limits)
-        return [row, ("", f"  {judged.reason}")] if judged.reason not in ("", NOTHING) else [row]
+        is_row_enough = judged.doubt is None or judged.doubt.kind == "not_in_result"
+        return [row] if is_row_enough else [row, ("", f"  {judged.reason}")]
     text, unit = claim.display()
     rows: list[tuple[str, ...]] = []
     for k, reading in enumerate(judged.readings):

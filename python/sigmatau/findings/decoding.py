@@ -42,11 +42,6 @@ class FindingForm:
         "parameters of the finding, in SI; see allOf for the parameters of each code", factory=dict, always=True
     )
 
-    @property
-    def stated_text(self) -> str:
-        """The finding in the words of the version that wrote it."""
-        return self.message
-
 
 def decode_finding(form: FindingForm) -> Finding:
     """The finding of its JSON form."""

@@ -309,12 +309,17 @@ def read_off_beside(curve: DeviationCurve, fitted: NoiseFit, given: Mapping[str,
         if len(at):
             lines[name] = at, "fit"
         else:
-            refused.append(_whole(curve, name, why or HIDDEN))
+            refused.append(_whole(curve, name, why))
     return _laid(curve, lines, refused)
 
 
-HIDDEN = "other noise hides it at all averaging times"
-"""Reason against a fitted term that is nowhere most of the variance."""
+_HIDDEN = "other noise hides it at all averaging times"  # a fitted term that is nowhere most of the variance
+
+
+def _whole(curve: DeviationCurve, name: str, why: str) -> Refusal:
+    """The refusal of a term at all averaging times; without a reason, other noise hides it."""
+    ends = float(curve.tau[0]), float(curve.tau[-1])
+    return Refusal(term=name, tau_min=ends[0], tau_max=ends[1], reason=why or _HIDDEN, hidden=not why)
 
 
 def _refuses(curve: DeviationCurve) -> str:
@@ -322,10 +327,6 @@ def _refuses(curve: DeviationCurve) -> str:
     if curve.missing <= _FEW_MISSING * curve.n:
         return ""
     return f"{100 * curve.missing / curve.n:.2g} % of the samples are missing"
-
-
-def _whole(curve: DeviationCurve, name: str, reason: str) -> Refusal:
-    return Refusal(term=name, tau_min=float(curve.tau[0]), tau_max=float(curve.tau[-1]), reason=reason)
 
 
 def _laid(

@@ -82,12 +82,15 @@ class Refusal:
         The region. [s]
     reason : str
         Why it is not that of the term.
+    hidden : bool
+        Whether other noise hides the term at all averaging times.
     """
 
     term: str
     tau_min: float
     tau_max: float
     reason: str
+    hidden: bool = False
 
 
 def regions(

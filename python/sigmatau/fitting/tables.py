@@ -8,7 +8,7 @@ from types import MappingProxyType
 from sigmatau.estimators.deviation import Deviation
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.read_off import HIDDEN, ReadOff
+from sigmatau.fitting.read_off import ReadOff
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import interval_texts, seconds, wrapped
 
@@ -84,7 +84,7 @@ def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
         for name in fitted
         if name in read
     ]
-    hidden = [TERMS[one.term].label(fitted.quantity) for one in read.refused if one.reason == HIDDEN]
+    hidden = [TERMS[one.term].label(fitted.quantity) for one in read.refused if one.hidden]
     lines = [f"read off: {', '.join(found)}"] if found else []
     return [*lines, *([f"not read off, hidden by other noise: {', '.join(hidden)}"] if hidden else [])]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import logging
 import math
 import pkgutil
@@ -14,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from sigmatau._version import __version__
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError
 from sigmatau.fleet.logs import Log
 from sigmatau.fleet.stretches import Plan, merged, sums
 from sigmatau.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
@@ -336,22 +337,14 @@ class _Run:
         elif task.kind in ("divide", "stretch") and task.tries < _TRIES:
             self._waiting.append(replace(task, tries=task.tries + 1))
         else:
-            self._give_up(task, "its worker ended each time it was tried, which happens when memory is short")
+            why = "its worker ended each time it was tried, which happens when memory is short"
+            self._failed(task, DataError(why))
 
     def _failed(self, task: _Task, error: BaseException) -> None:
-        if isinstance(error, OptionError | DataError):
-            self._give_up(task, error.for_command_line(), code=2 if isinstance(error, OptionError) else 1)
-        elif isinstance(error, ImportError):
-            self._give_up(task, str(error))
-        else:
-            self._give_up(task, f"{type(error).__name__}: {error}")
-
-    def _give_up(self, task: _Task, why: str, *, code: int = 1) -> None:
         for log in task.logs:
             if task.kind == "stretch" and self._records.pop(log.place, None) is None:
                 continue  # another stretch of it failed before
-            message = why if log.place in why else f"{log.place}: {why}"
-            self._done([failed(log, self._job, message, code=code)])
+            self._done([failed(log, self._job, copy.copy(error))])
 
 
 def _memory(client: Client) -> int:

@@ -18,6 +18,7 @@ from sigmatau.frozen import frozen
 if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
     from sigmatau.analysis.failed import FailedAnalysis
+    from sigmatau.errors import DataError, OptionError
     from sigmatau.fleet.stretches import Plan
     from sigmatau.store.naming import Naming
     from sigmatau.store.rows import Rows
@@ -61,7 +62,7 @@ class Outcome:
     log: Log
     code: int  # exit code for this log alone
     rows: Rows
-    error: str = ""  # why there is no result
+    error: OptionError | DataError | None = None  # why there is no result
 
 
 def analyse(logs: Sequence[Log], job: Job) -> tuple[list[Outcome], float]:
@@ -101,12 +102,18 @@ def combined(log: Log, plan: Plan, sums: Mapping[str, Any], job: Job) -> Outcome
     return _outcome(log, job, result)
 
 
-def failed(log: Log, job: Job, message: str, *, code: int = 1) -> Outcome:
-    """The outcome of a log that has no result."""
+def failed(log: Log, job: Job, error: BaseException) -> Outcome:
+    """The outcome of a log that has no result because of an error."""
     from sigmatau.analysis.failed import FailedAnalysis
+    from sigmatau.errors import DataError, OptionError
 
-    failure = FailedAnalysis(path=log.place, message=message, exit_code=code, options=job.options)
-    return _entered(log, job, failure, code, message)
+    if isinstance(error, MemoryError):
+        error = DataError("not enough memory for this record")
+    elif not isinstance(error, OptionError | DataError):
+        error = DataError(str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}")
+    reason = error if error.source else error.about(log.place)
+    failure = FailedAnalysis.of(reason, log.place, options=job.options)
+    return replace(_entered(log, job, failure, failure.exit_code), error=reason)
 
 
 def _analysed(log: Log, job: Job) -> Outcome:
@@ -120,7 +127,8 @@ def _analysed(log: Log, job: Job) -> Outcome:
             try:
                 analysis = analyze(read(path, **job.reading), **{**job.settings, _THREADS: 1})
             except (DataError, OptionError) as error:
-                error.source = error.source.replace(str(path), log.place)  # of the copy
+                if error.source == str(path):  # of the copy
+                    error.source = log.place
                 raise
             source = replace(analysis.source, checksum=analysis.source.sha256)  # while the copy is there
             return replace(analysis, source=source), exit_code(analysis.findings)
@@ -131,32 +139,21 @@ def _analysed(log: Log, job: Job) -> Outcome:
 def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> Outcome:
     """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
     from sigmatau.analysis.options import options_of
-    from sigmatau.errors import DataError, OptionError
 
     try:
         analysis, code = result()
         source = replace(analysis.source, path=log.place, options=job.options.get("reading", {}))
         analysis = replace(analysis, source=source, options=options_of(job.options.get("analysis", {})))
         return _entered(log, job, analysis, code)
-    except (OptionError, DataError) as error:
-        return failed(log, job, _about(log, error.for_command_line()), code=2 if isinstance(error, OptionError) else 1)
-    except ImportError as error:
-        return failed(log, job, _about(log, str(error)))
-    except MemoryError:
-        return failed(log, job, _about(log, "not enough memory for this record"))
     except Exception as error:  # a defect of the program must not end the other logs
-        return failed(log, job, _about(log, f"{type(error).__name__}: {error}"))
+        return failed(log, job, error)
 
 
-def _about(log: Log, message: str) -> str:
-    return message if log.place in message else f"{log.place}: {message}"
-
-
-def _entered(log: Log, job: Job, result: Analysis | FailedAnalysis, code: int, error: str = "") -> Outcome:
+def _entered(log: Log, job: Job, result: Analysis | FailedAnalysis, code: int) -> Outcome:
     from sigmatau.store.rows import rows_of
 
-    entry = replace(job.naming.entry(result.to_dict(), Path(log.place)), file_version=log.version)
-    return Outcome(log=log, code=code, rows=rows_of(entry), error=error)
+    entry = replace(job.naming.entry(result, Path(log.place)), file_version=log.version)
+    return Outcome(log=log, code=code, rows=rows_of(entry))
 
 
 @functools.cache
@@ -184,5 +181,5 @@ def near(place: str) -> Iterator[str | Path]:
         try:
             system.get(path, str(copy))
         except OSError as error:
-            raise DataError(f"{place}: cannot be copied: {error}") from None
+            raise DataError(f"cannot be copied: {error}").about(place) from None
         yield copy

@@ -140,7 +140,7 @@ def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[
         )
     widths = _widths(cells)
     if sum(widths) + len(widths) - 1 > WIDTH:
-        cells[0] = tuple("between %" if text.startswith("between") else text for text in cells[0])
+        cells[0] = ("", "", "mean", "STD %", "between %", "next ± %", "")
         widths = _widths(cells)
     if sum(widths) + len(widths) - 1 > WIDTH:
         cells = [(row[0], _SHORT_TERMS.get(row[1], row[1]), *row[2:]) for row in cells]

@@ -72,7 +72,7 @@ def examine(
         verdict = compare_with(analysis, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias)
     except DataError as error:
         absent = bool(path) and not Path(path).exists()
-        return Examined(result=without_result(str(error), path=path, absent=absent))
+        return Examined(result=without_result(error.without(path), path=path, absent=absent))
     return Examined(result=unit, verdict=verdict)
 
 
@@ -277,7 +277,7 @@ def _judged(
     result = one.result
     if result.error:
         state: State = "missing" if result.absent else "unreadable"
-        details = Missing() if result.absent else Unreadable(reason=_without_path(result.error, result.path))
+        details = Missing() if result.absent else Unreadable(reason=result.error)
         return JudgedUnit(name=name, state=state, remarks=(remark(details, "data"),), result=result)
     remarks = [] if one.verdict is None else of_verdict(one.verdict)
     remarks += [*beside, *of_findings(result)]
@@ -313,12 +313,3 @@ def _accepted(one: Remark, settings: Settings) -> Remark:
     """A remark that the options take as no obstacle, as a note."""
     passes = settings.undecided == "pass" and one.code in _OPEN
     return replace(one, kind="note") if one.kind != "limit" and (one.code in settings.accept or passes) else one
-
-
-def _without_path(error: str, path: str) -> str:
-    """The message of an error without the file in front, which the unit is named by."""
-    for prefix in (f"{path}: ", f"{path} ", f"{Path(path).name}: ") if path else ():
-        if error.startswith(prefix):
-            rest = error.removeprefix(prefix)
-            return f"the file {rest}" if rest.startswith("is ") else rest
-    return error

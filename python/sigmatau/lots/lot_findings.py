@@ -79,20 +79,17 @@ class Undecided(ComparedValue, code="undecided"):
 
     Attributes
     ----------
-    reason : str
-        Why it cannot be judged, where the conventions of the specification decide; else empty.
-    convention : {"sided", "bias"}
-        What the specification leaves open.
+    convention : {"sided", "bias"} or None
+        What the specification leaves open, where that decides.
     """
 
-    reason: str = ""
-    convention: Literal["sided", "bias"] = "bias"
+    convention: Literal["sided", "bias"] | None = None
 
     def words(self, finding: Finding) -> Words:
-        if self.reason:
+        if self.convention is not None:
             first, second = ("one", "two") if self.convention == "sided" else ("minimum", "coefficient")
             choice = f"{Hint(self.convention, value=first)} or {second}"
-            return Words(f"{self.what}: {self.reason}; give {choice}")
+            return Words(f"{self.what}: the datasheet does not state the convention; give {choice}")
         at = "is not observed" if self.value is None else self._amount(self.value)
         return Words(f"{self.what} {at}: the interval contains the maximum {self._amount(self.limit)}; record longer")
 

@@ -10,7 +10,6 @@ from sigmatau.findings.finding import Finding, Stated
 from sigmatau.lots.lot_findings import AboveMaximum, ImplausibleValue, NoMaximum, NoModel, NotMeasured, Undecided
 from sigmatau.lots.lot_remark import Kind, Remark, remark
 from sigmatau.lots.lot_unit import UnitResult
-from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
 
 DEFECTS = ("spikes", "saturation", "dropout", "stuck_samples", "implausible_unit")
 """Findings about a sensor or its unit that no unit passes with, even where the analysis could leave the samples out."""
@@ -36,7 +35,7 @@ def of_verdict(verdict: Verdict) -> list[Remark]:
             open_.setdefault(f"{_sensor(judged.channel)} {judged.claim.label}", []).append(judged)
         elif not judged.may_be_out:
             continue  # below its maximum in every convention; the typical value decides nothing
-        elif judged.reason in (NOT_ADEQUATE, ONLY_LIMITS):
+        elif judged.doubt is not None and judged.doubt.of_model:
             found.append(remark(NoModel(), "judging", (judged.channel,)))
         elif not any(reading.measured.anything for reading in judged.readings):
             found.append(remark(NotMeasured(what=judged.claim.label), "judging", (judged.channel,)))
@@ -98,8 +97,7 @@ def _undecided(judged: Judged) -> Remark:
         limit=reading.maximum.limit,
         unit=text,
         factor=factor * reading.meaning.factor,
-        reason=judged.reason if several else "",
-        convention="sided" if judged.claim.key == "noise_density" else "bias",
+        convention=None if not several else "sided" if judged.claim.key == "noise_density" else "bias",
     )
     return remark(details, "judging", (judged.channel,))
 

@@ -97,7 +97,7 @@ class UnitResult:
     reason : str
         Why there are no coefficients, if the unit was not at rest or its record is too short to tell; else empty.
     error : str
-        Why the unit has no result; empty if it has one.
+        Why the unit has no result, without the file; empty if it has one.
     absent : bool
         Whether there is no file at all.
     """

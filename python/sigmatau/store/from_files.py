@@ -16,6 +16,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sigmatau.analysis.forms import BriefResultForm
+from sigmatau.analysis.reading import result_of_dict
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command, worded
@@ -190,9 +192,7 @@ def _rows_of(file: Path, naming: Naming) -> Rows:
             else f"not JSON: {error}"
         )
         raise DataError(what if data.strip() else "is empty") from None
-    if not isinstance(content, dict) or not isinstance(content.get("channels"), dict):
-        raise DataError("not a result of sigmatau analyze")
-    return rows_of(naming.entry(content, file))
+    return rows_of(naming.entry(result_of_dict(content, as_form=BriefResultForm), file, content=content))
 
 
 def processes() -> int:

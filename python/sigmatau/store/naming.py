@@ -8,13 +8,17 @@ from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from sigmatau.analysis.failed import FailedAnalysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.lots.runs import RUN_NOTES, SERIAL_NOTES
 from sigmatau.store.rows import Entry, in_utc
+
+if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
 
 FOLDER, LOG_FOLDER = "folder", "log-folder"
 IN_NAME = "name"
@@ -97,15 +101,19 @@ class Naming:
                     option="unit_from",
                 )
 
-    def entry(self, result: Mapping[str, Any], file: Path) -> Entry:
+    def entry(
+        self, result: Analysis | FailedAnalysis, file: Path, *, content: Mapping[str, Any] | None = None
+    ) -> Entry:
         """A result with its names.
 
         Parameters
         ----------
-        result : mapping
-            ``Analysis.to_dict()``, or the JSON of ``sigmatau analyze``.
+        result : Analysis or FailedAnalysis
+            Its notes, and the path of its log, name it.
         file : Path
             File of the result.
+        content : mapping, optional
+            The JSON that the result was read from.
 
         Returns
         -------
@@ -116,11 +124,8 @@ class Naming:
         DataError
             If nothing names its unit, or a date or a temperature cannot be read.
         """
-        stated = result.get("notes")
-        by_key = stated.items() if isinstance(stated, Mapping) else ()
-        notes = {str(key).strip().lower(): str(text).strip() for key, text in by_key if text is not None}
-        source = result.get("source")
-        log = str((source.get("path") if isinstance(source, Mapping) else None) or "")
+        notes = {key.strip().lower(): text.strip() for key, text in result.notes.items()}
+        log = result.path if isinstance(result, FailedAnalysis) else result.source.path or ""
         return Entry(
             result=result,
             unit=self._unit(notes, log, file),
@@ -128,6 +133,7 @@ class Naming:
             name=next((notes[key] for key in RUN_NOTES if notes.get(key)), PurePath(log).name or file.stem),
             recorded=self._recorded(notes, log),
             temperature=self._temperature(notes),
+            content=content,
         )
 
     def _unit(self, notes: Mapping[str, str], log: str, file: Path) -> str:

@@ -6,24 +6,23 @@ import hashlib
 import json
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import PurePath
 from typing import Any, Literal
 
 from sigmatau._native.distributions import normal_quantile
-from sigmatau.analysis.forms import BriefResultForm, ChannelForm, ResultForm, SourceForm, TermForm
-from sigmatau.analysis.reading import form_of_dict
+from sigmatau.analysis import Analysis
+from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.analysis.json import stated_options
 from sigmatau.errors import DataError
 from sigmatau.fitting.fitted_noise import QUANTIFIED
 from sigmatau.frozen import frozen
-from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.store.packing import NUMBERS, Packed, pack
 
 _MEAN = "mean"
 _LEVEL = 0.95  # of the interval of a mean
-_MOST_SAMPLES = 2**63 - 1
 _MOST_LETTERS = {"unit": 400, "model": 200, "run": 400, "channel": 100}
 _NUMBERS = struct.Struct("<ii5d")
 assert _NUMBERS.size == NUMBERS.itemsize
@@ -37,8 +36,7 @@ class Entry:
 
     Attributes
     ----------
-    result : mapping
-        `Analysis.to_dict()`, or the content of the JSON of ``sigmatau analyze``.
+    result : Analysis or FailedAnalysis
     unit : str
         Serial number.
     model : str
@@ -51,15 +49,18 @@ class Entry:
         [degC]
     file_version : str
         Version of the log, such as its size and change time: tells whether it changed without reading it.
+    content : mapping or None
+        The JSON of a result that was read from it: that is stored as it was written. Default: that of `result`.
     """
 
-    result: Mapping[str, Any]
+    result: Analysis | FailedAnalysis
     unit: str
     model: str = ""
     name: str = ""
     recorded: datetime | None = None
     temperature: float | None = None
     file_version: str = ""
+    content: Mapping[str, Any] | None = None
 
 
 Label = tuple[str, str, str, str, str]
@@ -109,13 +110,10 @@ def rows_of(entry: Entry) -> Rows:
     Raises
     ------
     DataError
-        If the result is none, or is damaged.
+        If a name, a number or the JSON of the result cannot be stored.
     """
-    form = form_of_dict(entry.result, BriefResultForm)
-    if form.source is None:
-        raise DataError("not a result of sigmatau analyze: it has no source")
     try:
-        return _rows(entry, form, form.source)
+        return _rows(entry)
     except DataError:
         raise
     except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError, struct.error) as error:
@@ -123,50 +121,49 @@ def rows_of(entry: Entry) -> Rows:
         raise DataError(f"not a result of sigmatau analyze, or damaged: {what:.100}") from None
 
 
-def _rows(entry: Entry, form: ResultForm, source: SourceForm) -> Rows:
-    options = entry.result.get("options", {})
-    unit = _name(entry.unit, "unit")
-    packed = pack(entry.result)
-    made_with = _canonical([options, source.conversions])
-    # Of a record without a file, each result that differs is a run of its own.
-    log = source.sha256 or (
-        f"{unit}/{source.path}" if source.path else f"{unit}/{entry.name}/{entry.recorded}/{packed.digest}"
+def _rows(entry: Entry) -> Rows:
+    result = entry.result
+    content = result.to_dict() if entry.content is None else entry.content
+    unit, packed = _name(entry.unit, "unit"), pack(content)
+    analysis = result if isinstance(result, Analysis) else None
+    if analysis is not None and not analysis.curves:
+        raise DataError("not a result of sigmatau analyze: it has no channels")
+    labels = [] if analysis is None else [*_terms(analysis)]
+    channels = () if analysis is None else tuple(_channels(analysis))
+    fits = {} if analysis is None else analysis.fits
+    numbers = (
+        _NUMBERS.pack(k, fits[label[0]].verdict in QUANTIFIED if label[0] in fits else False, *map(_or_nan, row[1:]))
+        for k, (label, row) in enumerate(labels)
     )
-    channels: list[tuple[Any, ...]] = []
-    labels: list[Label] = []
-    terms, numbers = [], []
-    for name, channel in form.channels.items():
-        if channel.curve is None:
-            raise ValueError(f"{name} has no curve")
-        fit, quantity, of = channel.fit, channel.quantity, channel.curve.unit
-        verdict, p_value = ("", None) if fit is None else (fit.verdict, fit.p_value)
-        channels.append((
-            _name(name, "channel"), _common(quantity, 60), _common(of, 60), *_size(channel),
-            verdict, channel.trust or "", p_value,
-        ))  # fmt: skip
-        for term, row, si in _terms(channel):
-            numbers.append(
-                _NUMBERS.pack(len(labels), verdict in QUANTIFIED, *[math.nan if x is None else x for x in row[1:]])
-            )
-            labels.append((name, quantity, term, _common(si, 60), of))
-            terms.append(row)
-    findings = [
-        (_text(one.code)[:60], one.severity, _text(" ".join(one.channels)), _text(one.stated_text))
-        for one in form.findings
-    ]
-    run = _run(entry, form, source, channels) | {"digest": packed.digest, "options_key": options_key(options)}
+    findings = () if analysis is None else analysis.findings
+    run = _run(entry, channels) | {"digest": packed.digest}
     return Rows(
         unit=unit,
         model=_name(entry.model, "model", needed=False),
-        identity=hashlib.sha256(_utf8(f"{unit}\n{log}\n{made_with}")).hexdigest(),
+        identity=identity(unit, run),
         run=run,
-        channels=tuple(channels),
-        labels=_shared(tuple(labels)),
-        terms=tuple(terms),
+        channels=channels,
+        labels=_shared(tuple(label for label, _ in labels)),
+        terms=tuple(row for _, row in labels),
         numbers=b"".join(numbers),
-        findings=tuple(findings),
+        findings=tuple(
+            (_text(each.code)[:60], each.severity, _text(" ".join(each.channels)), _text(each.words_of_files().message))
+            for each in findings
+        ),
         packed=packed,
     )
+
+
+def identity(unit: str, run: Mapping[str, Any]) -> str:
+    """Checksum of what tells a run from others: its unit, its log, and the options, by the columns of its row.
+
+    What is converted follows from the log and the options. Of a record without a file, each result that differs is a run of
+    its own.
+    """
+    log = run["sha256"] or (
+        f"{unit}/{run['path']}" if run["path"] else f"{unit}/{run['name']}/{run['recorded']}/{run['digest']}"
+    )
+    return hashlib.sha256(_utf8(f"{unit}\n{log}\n{run['options_key']}")).hexdigest()
 
 
 @lru_cache(1000)
@@ -175,39 +172,56 @@ def _shared(labels: tuple[Label, ...]) -> tuple[Label, ...]:
     return labels
 
 
-def _terms(channel: ChannelForm) -> list[tuple[str, Term, str]]:
-    """Term, row and unit of what a channel has."""
-    rows: list[tuple[str, Term, str]] = []
-    unit = "" if channel.curve is None else channel.curve.unit
-    for name in TERMS:
-        term: TermForm | None = None if channel.fit is None else getattr(channel.fit.terms, name)
-        if term is not None:
-            row = (term.observed, term.value, term.low, term.high, term.upper_limit, term.level)
-            rows.append((name, row, term.unit or coefficient_unit(name, channel.quantity, unit)))
-    if channel.mean is not None:
-        value, error = channel.mean.value, channel.mean.error
-        half = None if error is None else _QUANTILE * error
-        interval = (None, None, None) if half is None else (value - half, value + half, _LEVEL)
-        rows.append((_MEAN, (None, value, interval[0], interval[1], None, interval[2]), channel.mean.unit))
-    return rows
+def _channels(analysis: Analysis) -> Iterator[tuple[Any, ...]]:
+    """The rows of the channels."""
+    for name, curve in analysis.curves.items():
+        fit = analysis.fits.get(name)
+        verdict, trust, p_value = ("", "", None) if fit is None else (fit.verdict, fit.trust or "", fit.p_value)
+        names = _name(name, "channel"), _common(curve.quantity, 60), _common(curve.unit, 60)
+        yield (*names, 1 / curve.tau0, curve.n, verdict, trust, p_value)
+
+
+def _terms(analysis: Analysis) -> Iterator[tuple[Label, Term]]:
+    """The coefficients and means of the channels."""
+    for name, curve in analysis.curves.items():
+        fit, mean = analysis.fits.get(name), analysis.means.get(name)
+        for of in () if fit is None else fit.terms.values():
+            label = (name, curve.quantity, of.term, _common(of.unit, 60), curve.unit)
+            yield label, (of.observed, of.value, of.low, of.high, of.upper_limit, of.level)
+        if mean is not None:
+            half = None if mean.error is None else _QUANTILE * mean.error
+            ends = (None, None, None) if half is None else (mean.value - half, mean.value + half, _LEVEL)
+            label = (name, curve.quantity, _MEAN, _common(mean.unit, 60), curve.unit)
+            yield label, (None, mean.value, *ends[:2], None, ends[2])
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 _QUANTILE = float(normal_quantile((1 + _LEVEL) / 2))
 
 
-def _run(entry: Entry, form: ResultForm, source: SourceForm, channels: list[tuple[Any, ...]]) -> dict[str, Any]:
-    path = _text(source.path or "")
+def _run(entry: Entry, channels: tuple[tuple[Any, ...], ...]) -> dict[str, Any]:
+    result = entry.result
+    if isinstance(result, FailedAnalysis):
+        state, path, sha256, message, options = "failed", result.path, None, result.message, result.options or {}
+    else:
+        state, path, sha256, message = _state(result), result.source.path or "", result.source.sha256, ""
+        options = stated_options(result)
+    path = _text(path)
     return {
         "name": _name(entry.name or PurePath(path).name or entry.unit, "run"),
         "path": path,
-        "sha256": _word(source.sha256, 64) if source.sha256 else None,
+        "sha256": _word(sha256, 64) if sha256 else None,
         "recorded": None if entry.recorded is None else in_utc(entry.recorded),
         "temperature": _number(entry.temperature),
         "duration": max((samples / rate for *_, rate, samples, _, _, _ in channels), default=None),
-        "state": _state(form),
-        "message": "" if form.error is None else _text(form.error.stated_text),
-        "version": _text(form.sigmatau)[:40],
+        "state": state,
+        "message": _text(message),
+        "version": _text(result.version)[:40],
         "file_version": _text(entry.file_version)[:200],
+        "options_key": options_key(options),
     }
 
 
@@ -223,14 +237,6 @@ def in_utc(time: datetime) -> datetime:
         return time if time.tzinfo is None else time.astimezone(UTC).replace(tzinfo=None)
     except OverflowError:
         raise DataError(f"the time {time.isoformat()} is not in the years 1 to 9999 in UTC") from None
-
-
-def _size(channel: ChannelForm) -> tuple[float, int]:
-    """Rate and number of samples."""
-    rate, samples = channel.sample_rate_hz or 0.0, channel.samples
-    if not (0 < rate < math.inf and 0 <= samples <= _MOST_SAMPLES):
-        raise ValueError(f"{float(samples):.3g} samples at {rate:g} Hz")
-    return float(rate), samples
 
 
 def _word(value: object, most: int) -> str:
@@ -254,14 +260,11 @@ def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
     return found
 
 
-def _state(form: ResultForm) -> State:
-    if form.error is not None:
-        return "failed"
-    fits = [channel.fit for channel in form.channels.values() if channel.fit is not None]
-    if any(fit.verdict != "too_short" for fit in fits):
+def _state(analysis: Analysis) -> State:
+    if any(fit.verdict != "too_short" for fit in analysis.fits.values()):
         return "fitted"
-    verdict = "" if form.rest is None else form.rest.verdict
-    return verdict if not fits and verdict in ("not_at_rest", "too_short_to_tell") else "not_fitted"
+    verdict = "" if analysis.rest is None else analysis.rest.verdict
+    return verdict if not analysis.fits and verdict in ("not_at_rest", "too_short_to_tell") else "not_fitted"
 
 
 def _name(text: str, of: str, *, needed: bool = True) -> str:

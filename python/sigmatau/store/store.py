@@ -107,6 +107,8 @@ class Store:
         TypeError
             If an entry is neither an `Entry` nor an `Analysis`.
         """
+        from sigmatau.analysis import Analysis
+        from sigmatau.analysis.failed import FailedAnalysis
         from sigmatau.store.ingest import add
         from sigmatau.store.naming import Naming
 
@@ -117,17 +119,15 @@ class Store:
         def entry(one: Entry | Analysis) -> Entry:
             if isinstance(one, Entry):
                 return one
-            if not hasattr(one, "to_dict"):
+            if not isinstance(one, Analysis | FailedAnalysis):
                 raise TypeError(
                     f"`entries` must be Entry or Analysis, or several of them, not {type(one).__name__}; for the content of"
-                    " a JSON file use Entry(result=…, unit=…)"
+                    " a JSON file use Analysis.from_dict(content)"
                 )
-            content = one.to_dict()
-            return naming.entry(content, Path(str(content["source"].get("path") or "")))
+            return naming.entry(one, Path(one.path if isinstance(one, FailedAnalysis) else one.source.path or ""))
 
-        if isinstance(entries, Iterable) and not isinstance(entries, Mapping) and not hasattr(entries, "to_dict"):
-            return add(self._engine, map(entry, entries), batch=batch)
-        return add(self._engine, [entry(entries)], batch=batch)  # type: ignore[arg-type]
+        several = isinstance(entries, Iterable) and not isinstance(entries, Mapping | Analysis)
+        return add(self._engine, map(entry, entries if several else [entries]), batch=batch)  # type: ignore[arg-type]
 
     def add_files(
         self, files: Sequence[Path], naming: Naming, *, jobs: int = 1, done: Callable[[int], None] = lambda _: None

@@ -122,15 +122,14 @@ def _opened(name: str, layout: str | None, skip: int) -> Iterator[tuple[Path | N
                 tables = [replace(table, findings=(*table.findings, *beside)) for table in tables]
         yield file, tables
     except OSError as error:
-        raise DataError(f"{name}: cannot be read: {error.strerror or error}") from None
+        raise DataError(f"cannot be read: {error.strerror or error}").about(name) from None
     except MemoryError:
-        raise DataError(
-            f"{name}: does not fit in memory; cut it, or save it as .npy, which is not loaded whole"
-        ) from None
+        what = "does not fit in memory; cut it, or save it as .npy, which is not loaded whole"
+        raise DataError(what).about(name) from None
     except OptionError as error:
         damage = [finding for table in tables for finding in table.findings if finding.severity == "error"]
         if damage:  # the lost part may have held what was asked for, and no option restores it
-            raise DataError(f"{name}: {error} (the file is damaged: {sentence(damage[0])})") from None
+            raise DataError(f"{error} (the file is damaged: {sentence(damage[0])})").about(name) from None
         raise error.about(name) from None
     except DataError as error:
         raise error.about(name).with_traceback(None) from None

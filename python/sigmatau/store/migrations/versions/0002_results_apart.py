@@ -159,10 +159,19 @@ def _results() -> None:
                     "numbers": b"".join(numbers.get(run_id, ())),
                 }
             )
-            options = json.dumps(told.get("options", {}), sort_keys=True)
+            options = json.dumps(_with_floats(told.get("options", {})), sort_keys=True)
             keys.append({"run_id": run_id, "options": hashlib.sha256(options.encode()).hexdigest()})
         connection.execute(_INSERT, rows)
         connection.execute(sa.text("UPDATE run SET options_key = :options WHERE id = :run_id"), keys)
+
+
+def _with_floats(options: object) -> object:
+    """Options whose numbers are floats: 100 and 100.0 are the same."""
+    if isinstance(options, dict):
+        return {key: _with_floats(value) for key, value in options.items()}
+    if isinstance(options, list):
+        return [_with_floats(value) for value in options]
+    return float(options) if isinstance(options, int) and not isinstance(options, bool) else options
 
 
 def _told(content: bytes) -> dict[str, Any]:

@@ -62,7 +62,8 @@ NOT_OF_AN_ANALYSIS = (
     *("scipy", "matplotlib", "pandas", "numpy.testing", "numpy.f2py", "numpy.random", "multiprocessing", "concurrent"),
     *("zipfile", "tomllib", "logging", "difflib"),
     *(f"sigmatau.io.read.{name}" for name in ("column_values", "devices", "instance_tables", "suggestions")),
-    *("sigmatau.exporting", "sigmatau.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),
+    *(f"sigmatau.exporting.{name}" for name in ("export", "source", "targets", "values")),  # not its options
+    *("sigmatau.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),
     *("sigmatau.plot", "sigmatau.fitting.planning", "sigmatau.io.write", "sigmatau.estimators.stability"),
     "sigmatau.findings.exporting",
 )

@@ -35,7 +35,7 @@ GroupName = Literal["Input", "Selection", "Method", "Output", "Export"]
 
 Form = Literal[
     "text", "texts", "flag", "count", "number", "seconds", "times", "ranges", "span", "spans", "names", "rates", "pairs",
-    "numbers", "bandwidths",
+    "numbers", "bandwidths", "time",
 ]  # fmt: skip
 """How a value is typed on the command line; see `sigmatau.cli.declared`."""
 
@@ -203,7 +203,8 @@ def keywords_of(
 def with_attributes(options: type[Options]) -> type[Options]:
     """A class of options whose docstring describes each."""
     entries = "".join(_entry(name, about) for name, about in declared(options).items())
-    options.__doc__ = f"{options.__doc__}\n\n    Attributes\n    ----------\n{entries}    "
+    before, raises, after = str(options.__doc__).partition("\n    Raises\n")
+    options.__doc__ = f"{before.rstrip()}\n\n    Attributes\n    ----------\n{entries}{raises or '    '}{after}"
     return options
 
 

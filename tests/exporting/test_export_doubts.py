@@ -300,7 +300,7 @@ def test_a_topic_is_carried_over(tmp_path):
 def test_a_comment_of_gazebo_can_be_pasted():
     text = export(model_of(FIVE), to="gazebo", choices=Choices(filter_rate=100.0))
     assert "- -" not in text
-    assert "gyro_turn_on_bias=VALUE" in text
+    assert '`names={"gyro_turn_on_bias": "VALUE"}`' in text
 
 
 def test_a_spectrum_without_a_corner():

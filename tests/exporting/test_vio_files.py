@@ -8,6 +8,7 @@ from sigmatau import DataError, NoiseModel, OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export, prepare
 from sigmatau.exporting.targets import target
+from sigmatau.hints import Hint, worded
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 
@@ -148,11 +149,11 @@ def test_what_has_no_place_is_said(name):
     )
     model = NoiseModel(channels={"gyro_x": gyro, "gyro_y": gyro, "accel_x": accel})
     text = export(model, to=name, choices=Choices(filter_rate=200.0))
-    gyros = "no field for quantization and bias instability of the gyros; omitted. --rate-random-walk gyro=horizon"
+    gyros = f"no field for quantization and bias instability of the gyros; omitted. {Hint('walk', 'gyro', 'horizon')}"
     accelerometers = (
-        "no field for Gauss-Markov processes of the accelerometers; omitted. --rate-random-walk accel=horizon"
+        f"no field for Gauss-Markov processes of the accelerometers; omitted. {Hint('walk', 'accel', 'horizon')}"
     )
-    assert (text.count(gyros), text.count(accelerometers)) == (1, 1)
+    assert (text.count(worded(gyros)), text.count(worded(accelerometers))) == (1, 1)
     text = export(
         model, to=name, choices=Choices(filter_rate=200.0, walk={"gyro": "horizon", "accel": "horizon"}, horizon=5.0)
     )

@@ -138,7 +138,7 @@ def test_a_stated_rate(tmp_path, line, rate):
         return
     record = read(path)
     assert record.streams[0].grid.rate == rate
-    assert "on line 2" in record.streams[0].grid.source.place
+    assert record.streams[0].grid.source.line == 2
 
 
 def test_rates_that_contradict_each_other(tmp_path):

@@ -6,6 +6,7 @@ import pytest
 from container_damage import cut, flipped, survives
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import read
+from sigmatau.record.sampling import RateSource
 
 nptdms = pytest.importorskip("nptdms")
 
@@ -39,7 +40,7 @@ def test_exact_with_the_rate_of_the_waveform(tmp_path, pieces):
     np.testing.assert_array_equal(sensor(record, "gyro"), GYRO * (np.pi / 180))
     np.testing.assert_array_equal(sensor(record, "accel"), ACCEL * 9.80665)
     assert record.streams[0].grid.rate == 200.0
-    assert "wf_increment" in record.streams[0].grid.source.place
+    assert record.streams[0].grid.source == RateSource(kind="file", place="wf_increment")
     assert record.provenance.topics == ("IMU",)
     assert record.findings == ()
 

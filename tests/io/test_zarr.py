@@ -72,9 +72,9 @@ def test_numbers(tmp_path, kind, version):
     x = numbers()
     record = sigmatau.read(KINDS[kind](tmp_path / "log.zarr", x, version=version))
     assert record.channels == tuple(AXES)
-    assert [(s.unit, s.grid.rate, s.grid.source.place, s.mask) for s in record.streams] == [
-        ("rad/s", 100.0, "an attribute", None),
-        ("m/s^2", 100.0, "an attribute", None),
+    assert [(s.unit, s.grid.rate, s.grid.source.place in ("rate", "sample_rate"), s.mask) for s in record.streams] == [
+        ("rad/s", 100.0, True, None),
+        ("m/s^2", 100.0, True, None),
     ]
     assert record.findings == ()
     assert record.provenance.format == "zarr"

@@ -49,3 +49,10 @@ def test_the_calls_are_found():
     tree = ast.parse('f\'{Hint("rate", value=1)} {command("analyze", Hint("json"))} {Hint("a" if x else "b")}\'')
     assert sorted(calls(tree)) == [("a", False), ("b", False), ("json", True), ("rate", False)]
     assert set(SPELLED) <= ARGUMENTS
+
+
+def test_only_faces_type_options():
+    """Errors, failures and findings have words for the command line and for JSON; all else has hints, which a face words."""
+    typing = {name for name in BELOW_CLI if "as_options" in MODULES[name].read_text(encoding="utf-8")}
+    typing = {name for name in typing if not name.startswith("findings/")}
+    assert typing == {"errors.py", "hints.py", "analysis/failed.py"}

@@ -20,7 +20,7 @@ from sigmatau.fitting.fitted_values import GaussMarkov, Interval, Resonance, Sec
 from sigmatau.fitting.read_off import Source as RangeSource
 from sigmatau.fitting.response import Shape
 from sigmatau.frozen import frozen
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint, command
 from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.rest import Verdict as RestVerdict
 
@@ -369,7 +369,7 @@ class ChannelForm:
         default=(),
     )
     joint: JointForm | None = key(
-        f"differences between the runs of a joint fit (analyze {as_options([Hint('joint')])})", read=False
+        f"differences between the runs of a joint fit ({command('analyze', Hint('joint'))})", read=False
     )
     stability: StabilityForm | None = key("dynamic Allan deviation, if requested", default=None)
 
@@ -391,7 +391,7 @@ class ResultForm:
     )
     rest: RestForm | None = key(
         "whether the sensor is at rest; if not, or if the record is too short to tell, no channel has coefficients, unless"
-        f" {as_options([Hint('at_rest')])} was given",
+        " the option at_rest was given",
         default=None,
     )
     error: ErrorForm | None = key("reason of a failed analysis, which has no findings and no channels", default=None)

@@ -15,7 +15,7 @@ from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.fitting.arguments import wanted_terms
 from sigmatau.fitting.read_off_lines import Span
 from sigmatau.frozen import frozen
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS
 from sigmatau.options import check_choices, declared, option, with_attributes
 from sigmatau.quality.options import CheckOptions
@@ -90,7 +90,7 @@ class AnalysisOptions(CheckOptions):
             form="seconds",
             unit="s",
             kind="float, optional",
-            typed=f"In seconds or with a unit, 500ms. Needs {as_options([Hint('method', value='gls')])}.",
+            typed=f"In seconds or with a unit, 500ms. Needs {Hint('method', value='gls')}.",
         ),
     )
     read_off_at: Mapping[str, Span] | None = field(

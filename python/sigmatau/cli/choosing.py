@@ -6,16 +6,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Any, cast
 
-from cyclopts import Parameter
-
-from sigmatau.cli.declared import GROUPS
-from sigmatau.cli.options import finding_lines, key_values, say
+from sigmatau.cli.declared import DeclaredOptions, spelled, typed_options
+from sigmatau.cli.options import finding_lines, say
 from sigmatau.cli.reading import Reading
 from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.choices import Choices
 from sigmatau.findings.finding import Finding
-from sigmatau.quality.selection.time_text import seconds_of, time_of
 from sigmatau.record.record import stream_name
 
 if TYPE_CHECKING:
@@ -23,79 +21,22 @@ if TYPE_CHECKING:
 
     from sigmatau.analysis import Analysis
     from sigmatau.cli.attempts import Attempts
-    from sigmatau.exporting.choices import Choices
     from sigmatau.record.record import Record
 
 
-@Parameter(name="*", group=GROUPS["Export"])
-@dataclass(frozen=True, kw_only=True)
-class Choosing:
-    """Options of an export.
-
-    Parameters
-    ----------
-    axes
-        How to combine three axes: worst (the largest), mean (root mean square), or each, for targets with a field per axis.
-    rate_random_walk
-        Rate random walk to write if none was observed: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or gyro=horizon, which
-        matches the Allan variance of the model at --horizon, observed or not. Default: upper-limit.
-    random_walk
-        Random walk to write if none was observed: accel=upper-limit, or a value with unit. Default: upper-limit.
-    horizon
-        Averaging time for gyro=horizon and Gauss-Markov biases, e.g. 10s (ms, s, min, h, d).
-        Required with gyro=horizon.
-    noise_factor
-        Factor on the random walk; the file states estimate and factor.
-    walk_factor
-        Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.
-    filter_rate
-        Rate in Hz at which the other program takes samples. Default: the sampling rate of the record.
-    step
-        Step of the filter in seconds or with a unit, 5ms: px4 (default 10ms), ardupilot (default 12.5ms), state-space
-        (default 1/rate).
-    name
-        Other fields of a target: topic=/imu0, gravity=9.81.
-    strict
-        Refuse a coefficient that was not observed or stated on every axis, instead of writing its upper limit or a
-        matched value.
-    """
-
-    axes: Literal["worst", "mean", "each"] = "worst"
-    rate_random_walk: Annotated[list[str] | None, Parameter(negative=())] = None
-    random_walk: Annotated[list[str] | None, Parameter(negative=())] = None
-    horizon: str | None = None
-    noise_factor: float = 1.0
-    walk_factor: float = 1.0
-    filter_rate: float | None = None
-    step: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
-    name: Annotated[list[str] | None, Parameter(negative=())] = None
-    strict: Annotated[bool, Parameter(negative=(), show_default=False)] = False
+@typed_options(Choices)
+class Choosing(DeclaredOptions):
+    """Options of an export."""
 
     def choices(self) -> Choices:
         """The `Choices` of these options; raises `OptionError`."""
-        from sigmatau.exporting.choices import Choices
-
-        walks = key_values(self.rate_random_walk or [], "rate-random-walk", "gyro=upper-limit")
-        noises = key_values(self.random_walk or [], "random-walk", "gyro=upper-limit")
-        time = "want a value with its unit, e.g. 10s, 5min, 2h"
-        return Choices(
-            axes=self.axes,
-            walk=walks,
-            noise=noises,
-            horizon=None if self.horizon is None else time_of(self.horizon, self.horizon, option="horizon", forms=time),
-            noise_factor=self.noise_factor,
-            walk_factor=self.walk_factor,
-            filter_rate=self.filter_rate,
-            step=None if self.step is None else seconds_of(self.step, option="step"),
-            names=key_values(self.name or [], "name", "topic=/imu0"),
-            strict=self.strict,
-        )
+        return Choices(**self.arguments())
 
     def given(self) -> str | None:
         """An option that was given, in the form of the command line; None if none was."""
-        for field in fields(self):
+        for field in fields(cast("Any", self)):
             if getattr(self, field.name) != field.default:
-                return f"--{field.name.replace('_', '-')}"
+                return f"--{spelled(field.name)}"
         return None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar, cast, get_args
 
 from cyclopts import Group, Parameter
@@ -11,8 +11,9 @@ from cyclopts import Group, Parameter
 from sigmatau.cli.options import averaging_times, bandwidths, key_numbers, key_values
 from sigmatau.cli.ranges import read_off_ranges
 from sigmatau.cli.rates import parse_rate
+from sigmatau.hints import SPELLED, as_options, worded
 from sigmatau.options import Form, GroupName, Option
-from sigmatau.quality.selection.time_text import seconds_of
+from sigmatau.quality.selection.time_text import seconds_of, time_of
 
 if TYPE_CHECKING:
     from dataclasses import Field
@@ -41,6 +42,9 @@ class Typed(NamedTuple):
     with_minus: bool = False
 
 
+_TIME = "want a value with its unit, e.g. 10s, 5min, 2h"
+
+
 def _as_it_is(typed: Any, name: str, example: str) -> Any:  # noqa: ANN401  of any form
     return typed
 
@@ -52,6 +56,7 @@ FORMS: Mapping[Form, Typed] = {
     "count": Typed(int, _as_it_is),
     "number": Typed(float, _as_it_is),
     "seconds": Typed(str, lambda text, name, _: seconds_of(text, option=name), with_minus=True),
+    "time": Typed(str, lambda text, name, _: time_of(text, text, option=name, forms=_TIME)),
     "times": Typed(str, lambda text, *_: averaging_times(text)),
     "ranges": Typed(list[str], lambda texts, *_: read_off_ranges(texts)),
     "span": Typed(str, _as_it_is, with_minus=True),
@@ -75,12 +80,17 @@ class DeclaredOptions:
         for each in fields(cast("Any", self)):  # a dataclass by `typed_options`
             about: Option = each.metadata[Option]
             typed = getattr(self, each.name)
-            if typed is None:
-                values[each.name] = each.metadata["default"]
-            else:
+            if typed is not None:
                 value_of = _as_it_is if about.form is None else FORMS[about.form].value_of
-                values[each.name] = value_of(typed, each.name, about.example)
+                values[each.name] = value_of(typed, spelled(each.name), about.example)
+            elif each.metadata["default"] is not MISSING:
+                values[each.name] = each.metadata["default"]
         return values
+
+
+def spelled(name: str) -> str:
+    """The option of an argument, without its hyphens in front."""
+    return SPELLED.get(name, name).replace("_", "-")
 
 
 def typed_options(
@@ -109,8 +119,9 @@ def parameter(each: Field[Any]) -> Any:  # noqa: ANN401  a type for cyclopts
     about: Option = each.metadata[Option]
     form = Typed(Literal[about.choices], _as_it_is) if about.form is None else FORMS[about.form]
     how = Parameter(
+        name=f"--{spelled(each.name)}" if each.name in SPELLED else None,
         group=MAIN if about.main else GROUPS[about.group],
-        help=" ".join(filter(None, [about.text, about.typed, about.otherwise])),
+        help=worded(" ".join(filter(None, [about.text, about.typed, about.otherwise])), as_options),
         negative=(),
         allow_leading_hyphen=form.with_minus,
         show_default=_has_default(each) and about.form != "flag",

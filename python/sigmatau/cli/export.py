@@ -22,6 +22,7 @@ from sigmatau.exporting.inflation import inflation
 from sigmatau.exporting.stated import prepare_stated
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.exporting.values import Target
+from sigmatau.hints import worded
 
 
 def export_command(
@@ -69,7 +70,7 @@ def export_command(
         return 0
     if list_:
         width = max(map(len, NAMES))
-        sys.stdout.write("".join(f"{name:<{width}}  {target(name).summary}\n" for name in NAMES))
+        sys.stdout.write("".join(f"{name:<{width}}  {worded(target(name).summary)}\n" for name in NAMES))
         return 0
     if (source is None) == (from_datasheet is None):
         raise OptionError("give a model file or a result, or --from-datasheet NAME, or --list", option="source")
@@ -181,4 +182,6 @@ def _about(target: Target) -> str:
         "--axes": "none: every axis separately" if target.every_axis else one,
         "--name": ", ".join(f"{key}={default}" for key, default in target.names.items()) or "none",
     }
-    return "".join([f"{target.name}: {target.summary}\n", *(f"  {key:<13} {text}\n" for key, text in rows.items())])
+    return "".join(
+        [f"{target.name}: {worded(target.summary)}\n", *(f"  {key:<13} {text}\n" for key, text in rows.items())]
+    )

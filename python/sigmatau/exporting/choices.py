@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from sigmatau.errors import OptionError
 from sigmatau.hints import Hint
 from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.noise.terms import coefficient_unit
+from sigmatau.options import option, with_attributes
 from sigmatau.record.streams import RATES
 
 Axes = Literal["worst", "mean", "each"]
@@ -67,36 +68,10 @@ def not_of_a_log(rate: float) -> OptionError:
     )
 
 
+@with_attributes
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
     """Options of an export that no record can determine.
-
-    Attributes
-    ----------
-    axes : {"worst", "mean", "each"}
-        One number for three axes: the largest, or the root mean square; or each axis, if the target supports it.
-    walk : mapping of str to (str or float)
-        By sensor, ``"gyro"`` and ``"accel"``, the rate random walk to write if none was observed: ``"upper-limit"``, a
-        number in SI, or a text with a unit, ``"1e-6 rad/s^2/sqrt(Hz)"``. ``"horizon"`` matches the Allan variance of the
-        model at `horizon`, whether a walk was observed or not. Default: the observed one, or the upper limit if none was
-        observed.
-    noise : mapping of str to (str or float)
-        By sensor, the random walk to write if none was observed, for example because quantization hides it:
-        ``"upper-limit"``, a number in SI, or a text with a unit. Default: as for `walk`.
-    strict : bool
-        Whether a coefficient that was not observed and has no chosen value is an error, not written at its upper limit;
-        of a datasheet, a rate random walk that is not stated.
-    horizon : float or None
-        Averaging time at which ``"horizon"`` matches. [s]
-    noise_factor, walk_factor : float
-        Factors on the written random walk and on the written slow noise (rate random walk, bias instability,
-        Gauss-Markov process).
-    filter_rate : float or None
-        Rate at which the other program takes samples. Default: the sampling rate of the record, if known. [Hz]
-    step : float or None
-        Step of the filter, for targets that need one. [s]
-    names : mapping of str to str
-        Fields of a target beside the noise parameters, such as a topic.
 
     Raises
     ------
@@ -116,22 +91,120 @@ class Choices:
     (200, 'worst')
     """
 
-    axes: Axes = "worst"
-    walk: Mapping[str, str | float] = field(default_factory=dict)
-    noise: Mapping[str, str | float] = field(default_factory=dict)
-    horizon: float | None = None
-    noise_factor: float = 1.0
-    walk_factor: float = 1.0
-    filter_rate: float | None = None
-    step: float | None = None
-    names: Mapping[str, str] = field(default_factory=dict)
-    strict: bool = False
+    axes: Axes = field(
+        default="worst",
+        metadata=option(
+            "Export",
+            "How to combine three axes: worst (the largest), mean (root mean square), or each, for targets with a field per"
+            " axis.",
+            choices=get_args(Axes),
+        ),
+    )
+    walk: Mapping[str, str | float] = field(
+        default_factory=dict,
+        metadata=option(
+            "Export",
+            "Rate random walk to write if none was observed.",
+            "Default: upper-limit.",
+            form="pairs",
+            kind="mapping of str to (str or float)",
+            example="gyro=upper-limit",
+            python='By sensor, ``"gyro"`` and ``"accel"``: ``"upper-limit"``, a number in SI, or a text with a unit,'
+            ' ``"1e-6 rad/s^2/sqrt(Hz)"``. ``"horizon"`` matches the Allan variance of the model at `horizon`, whether a'
+            " walk was observed or not.",
+            typed='Values: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or gyro=horizon, which matches the Allan variance of'
+            f" the model at {Hint('horizon')}, observed or not.",
+        ),
+    )
+    noise: Mapping[str, str | float] = field(
+        default_factory=dict,
+        metadata=option(
+            "Export",
+            "Random walk to write if none was observed, for example because quantization hides it.",
+            "Default: upper-limit.",
+            form="pairs",
+            kind="mapping of str to (str or float)",
+            example="gyro=upper-limit",
+            python='By sensor: ``"upper-limit"``, a number in SI, or a text with a unit.',
+            typed="Values: accel=upper-limit, or a value with unit.",
+        ),
+    )
+    horizon: float | None = field(
+        default=None,
+        metadata=option(
+            "Export",
+            "Averaging time at which a rate random walk matches the model, and for Gauss-Markov biases.",
+            form="time",
+            unit="s",
+            kind="float or None",
+            typed="Example: 10s (ms, s, min, h, d). Required with gyro=horizon.",
+        ),
+    )
+    noise_factor: float = field(
+        default=1.0,
+        metadata=option(
+            "Export", "Factor on the random walk; the file states estimate and factor.", form="number", kind="float"
+        ),
+    )
+    walk_factor: float = field(
+        default=1.0,
+        metadata=option(
+            "Export",
+            "Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.",
+            form="number",
+            kind="float",
+        ),
+    )
+    filter_rate: float | None = field(
+        default=None,
+        metadata=option(
+            "Export",
+            "Rate at which the other program takes samples.",
+            "Default: the sampling rate of the record.",
+            form="number",
+            unit="Hz",
+            kind="float or None",
+            typed="In Hz.",
+        ),
+    )
+    step: float | None = field(
+        default=None,
+        metadata=option(
+            "Export",
+            "Step of the filter: px4 (default 10 ms), ardupilot (default 12.5 ms), state-space (default 1/rate).",
+            form="seconds",
+            unit="s",
+            kind="float or None",
+            typed="In seconds or with a unit, 5ms.",
+        ),
+    )
+    names: Mapping[str, str] = field(
+        default_factory=dict,
+        metadata=option(
+            "Export",
+            "Other fields of a target, such as a topic.",
+            form="pairs",
+            kind="mapping of str to str",
+            example="topic=/imu0",
+            typed="Examples: topic=/imu0, gravity=9.81.",
+        ),
+    )
+    strict: bool = field(
+        default=False,
+        metadata=option(
+            "Export",
+            "Refuse a coefficient that was not observed or stated on every axis, instead of writing its upper limit or a"
+            " matched value.",
+            form="flag",
+            kind="bool",
+        ),
+    )
     rate: InitVar[float | None] = None
 
     def __post_init__(self, rate: float | None) -> None:
         if rate is not None:
             raise not_of_a_log(rate)
-        if self.axes not in ("worst", "mean", "each"):
+        if self.axes not in get_args(Axes):
             raise OptionError(f"{{option}} must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
         for name in ("horizon", "noise_factor", "walk_factor", "filter_rate", "step"):
             value = getattr(self, name)
@@ -185,28 +258,28 @@ def _between(value: object, low: float, high: float) -> bool:
 
 def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str | float]:
     """Choices by sensor, with texts converted to SI; raises `OptionError`."""
-    option = _TERMS[name]
+    spelled = _TERMS[name]
     if not isinstance(chosen, Mapping):
         raise OptionError(
             f"{Hint(name)} must be a mapping by sensor, e.g. {Hint(name, 'gyro', words[0])}, not {chosen!r}",
-            option=option,
+            option=spelled,
         )
     found: dict[str, str | float] = {}
     for sensor, wanted in chosen.items():
         if sensor not in KINDS:
-            raise OptionError(f"{Hint(name)}: unknown sensor {sensor!r}; sensors: gyro, accel", option=option)
+            raise OptionError(f"{Hint(name)}: unknown sensor {sensor!r}; sensors: gyro, accel", option=spelled)
         value = wanted
         if isinstance(wanted, str) and wanted not in words:
-            unit = coefficient_unit(option, *_QUANTITIES[sensor])
+            unit = coefficient_unit(spelled, *_QUANTITIES[sensor])
             try:
                 value = value_in_si(wanted, unit, f"{Hint(name)} of {sensor}")
             except OptionError as error:
                 others = ", ".join(f"{Hint(name, sensor, word)}" for word in words)
-                raise OptionError(f"{error.message}; or {others}", option=option) from None
+                raise OptionError(f"{error.message}; or {others}", option=spelled) from None
         if not isinstance(value, str) and not _between(value, SMALLEST, LARGEST):
             raise OptionError(
                 f"{Hint(name)} of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
-                option=option,
+                option=spelled,
             )
         found[sensor] = value
     return found

@@ -19,7 +19,7 @@ from sigmatau.exporting.text import measured, with_head
 from sigmatau.exporting.values import Numbers, Target, filter_rate, filter_step, three_axes
 from sigmatau.findings.exporting import ChoiceWithoutPlace, FastestRate, NotAdequate, OnlyLimits, OtherRate, PoorTrust
 from sigmatau.findings.finding import Finding
-from sigmatau.hints import Hint
+from sigmatau.hints import Hint, worded
 from sigmatau.io.atomic import atomic
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import stream_name
@@ -282,7 +282,7 @@ def _written(
     if isinstance(content, str):
         of_rate = [rate.message] if rate else []
         first = f"Noise parameters for {wanted.name}, written by sigmatau {__version__}"
-        content = with_head(content, wanted.ending, [first, *source.head, *of_rate])
+        content = with_head(worded(content), wanted.ending, [first, *source.head, *of_rate])
     return content, (*findings, *([rate] if rate else []))
 
 

@@ -18,7 +18,7 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.values import Number, Numbers, Unused, by_axis, noises, of_channel, slow_avar
 from sigmatau.findings.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.findings.finding import Finding
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, display_units
@@ -287,7 +287,7 @@ def replaced_noise(numbers: Numbers) -> list[str]:
         if parts:
             sentences.append(
                 f"Observed, and omitted for the chosen random walk: {'; '.join(parts)}."
-                f" {as_options([Hint('walk', sensor, 'horizon')])} approximates all slow noise."
+                f" {Hint('walk', sensor, 'horizon')} approximates all slow noise."
             )
             channels = tuple(dict.fromkeys(one.channel for one in omitted))
             details = SlowNoiseLeftOut(sensor=sensor, omitted=tuple(omitted))

@@ -12,7 +12,7 @@ from sigmatau.exporting.export import Prepared, find_unplaced, prepare
 from sigmatau.exporting.source import Source
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.values import Numbers
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import BIAS_LEVEL
 from sigmatau.record.record import stream_name
@@ -60,7 +60,7 @@ def prepare_stated(
                 continue
             walks[sensor], match = math.sqrt(3) * noise / horizon, "random walk, as no bias instability is stated"
         matched = True
-        horizon_option = as_options([Hint("horizon")])
+        horizon_option = Hint("horizon")
         reasons.append(
             f"Rate random walk of the {kind}: not stated; with the Allan variance at {seconds(horizon)} s ({horizon_option})"
             f" of the {match}"

@@ -17,7 +17,7 @@ from sigmatau.exporting.source import Source, common_rate, have_several_rates, s
 from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten
 from sigmatau.findings.finding import Finding
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
 from sigmatau.model.noise_model import NoiseModel
@@ -26,6 +26,7 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import duration_text, seconds, two_digits
 
+_CHOICE_OF = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of `Choices` by term
 _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
 
@@ -139,7 +140,7 @@ class Numbers:
             covered = self.choices.walk.get(sensor) == "horizon"
             left = fast + ([] if covered else slow)
             if left:
-                more = f" {as_options([Hint('walk', sensor, 'horizon')])} approximates slow noise by a random walk."
+                more = f" {Hint('walk', sensor, 'horizon')} approximates slow noise by a random walk."
                 terms = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
                 said.append(
                     f"This format has no field for {terms} of the {KINDS[sensor]}; omitted."
@@ -221,7 +222,7 @@ class Numbers:
             return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
         unasked = wanted is None and self._limit(channel, term) is not None
         if term in model and not unasked:
-            not_used = "" if wanted is None else f"; {as_options([Hint(term)])} {sensor} not used: it was observed"
+            not_used = "" if wanted is None else f"; {Hint(_CHOICE_OF[term])} {sensor} not used: it was observed"
             found = _number(model[term], self._words(channel, term), factor)
             return replace(found, words=found.words + not_used)
         if wanted == "upper-limit" or unasked:
@@ -262,7 +263,7 @@ class Numbers:
 
     def _choices_of(self, sensor: str, term: str, *, limit: bool, horizon: bool = True) -> list[str]:
         """The valid choices for a coefficient that was not observed."""
-        choice = "noise" if term == "random_walk" else "walk"
+        choice = _CHOICE_OF[term]
         channels = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
         si = next(iter(channels.values())).unit_of(term)
         found = [str(Hint(choice, sensor, "upper-limit"))] if limit else []

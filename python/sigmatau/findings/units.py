@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import field
 from typing import Literal
 
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import percent, short_number
 from sigmatau.frozen import frozen
-from sigmatau.hints import Hint
+from sigmatau.hints import Hint, as_options
 from sigmatau.results import two_digits
 from sigmatau.units import STANDARD_GRAVITY
 
@@ -27,8 +28,6 @@ class ImplausibleUnit(Details, code="implausible_unit"):
         Quantity that the stream measures.
     stated, likely : str
         The unit that was stated, and the one that the samples look like; empty if no unit explains them.
-    option : str
-        The `correction` as it is typed, for those who read the JSON; empty if there is none.
     mean : float or None
         Length of the mean vector. [SI unit of the stream]
     noise : float or None
@@ -47,13 +46,16 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     quantity: str
     stated: str = ""
     likely: str = ""
-    option: str = ""
+    option: str = field(default="", init=False)  # the `correction` as it is typed, for those who read the JSON
     mean: float | None = None
     noise: float | None = None
     step: float | None = None
     sensitivity: float | None = None
     times: float | None = None
     by_file: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "option", "" if self.correction is None else as_options([self.correction]))
 
     @property
     def correction(self) -> Hint | None:

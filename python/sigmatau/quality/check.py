@@ -176,7 +176,7 @@ def _trusting_file(finding: Finding, record: Record) -> Finding:
         return finding
     if not set(finding.channels) <= set(record.provenance.units_stated):
         return finding
-    return replace(finding, details=replace(details, likely="", option="", by_file=True), factors=())
+    return replace(finding, details=replace(details, likely="", by_file=True), factors=())
 
 
 _OF_ALL = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once

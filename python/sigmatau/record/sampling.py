@@ -18,7 +18,9 @@ class RateSource:
     ----------
     kind : {"given", "time stamps", "file", "simulated"}
     place : str
-        Column of the time stamps, or what states the rate in the file, as messages name it.
+        Column of the time stamps, or the key of the file that states the rate; empty if it has none.
+    line : int or None
+        Line of the file that states the rate; None if it is not text.
     lost : int
         Lost samples that the time stamps show, which are left empty.
     confirmed : bool
@@ -27,6 +29,7 @@ class RateSource:
 
     kind: RateKind = "given"
     place: str = ""
+    line: int | None = None
     lost: int = 0
     confirmed: bool = False
 
@@ -38,7 +41,10 @@ class RateSource:
     @property
     def short(self) -> str:
         """The source in two words."""
-        return self.place or "the file" if self.kind == "file" else self.kind
+        if self.kind != "file":
+            return self.kind
+        where = "in the file" if self.line is None else f"on line {self.line}"
+        return f"{self.place!r} {where}" if self.place else "the file"
 
     def __str__(self) -> str:
         stamps = f"time stamps in column {self.place}" + (f", {self.lost} lost samples left empty" if self.lost else "")
@@ -49,6 +55,9 @@ class RateSource:
 
 GIVEN = RateSource()
 """A rate that was given, and that the log does not confirm."""
+
+STATED = RateSource(kind="file")
+"""A rate that the file states."""
 
 
 @frozen

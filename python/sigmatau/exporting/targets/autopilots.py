@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from sigmatau.errors import OptionError
 from sigmatau.exporting.text import comment, number, remark, single
 from sigmatau.exporting.values import Numbers, Target
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.results import seconds
 
-_STEP = as_options([Hint("step")])
+_STEP = Hint("step")
 _LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts less often
 
 # EKF2_PREDICT_US as it is delivered.

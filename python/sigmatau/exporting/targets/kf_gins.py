@@ -11,7 +11,7 @@ import math
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.text import digits, joined, measured, number, remark, vector
 from sigmatau.exporting.values import Numbers, Target
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.results import seconds
 from sigmatau.units import find
 
@@ -36,11 +36,7 @@ def write(numbers: Numbers) -> str:
         lines.append(f"  {key}: {vector(p.sigma / size for p in shared)}  # {unit}, standard deviation; {words}")
     for key in ("gsstd", "asstd"):
         ppm = number(numbers.name(key, "300"), key)
-        given = (
-            "given"
-            if key in numbers.choices.names
-            else f"from the sample of KF-GINS, {as_options([Hint('names', key, 'PPM')])}"
-        )
+        given = "given" if key in numbers.choices.names else f"from the sample of KF-GINS, {Hint('names', key, 'PPM')}"
         lines.append(
             f"  {key}: [{', '.join([digits(ppm)] * 3)}]  # ppm; scale factor, not visible in a static record: {given}"
         )
@@ -61,7 +57,7 @@ def _time(numbers: Numbers, processes: list[Process]) -> float:
 def _of_time(numbers: Numbers) -> str:
     if "corrtime" in numbers.choices.names:
         return "given"
-    return f"one for all: geometric mean of the processes, {as_options([Hint('names', 'corrtime', 'HOURS')])}"
+    return f"one for all: geometric mean of the processes, {Hint('names', 'corrtime', 'HOURS')}"
 
 
 TARGET = Target(

@@ -16,7 +16,7 @@ from sigmatau.exporting.text import joined, vector
 from sigmatau.exporting.values import Number, Numbers, Target, Unused, by_axis
 from sigmatau.findings.exporting import CorrelatedSamples
 from sigmatau.findings.finding import Finding
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
@@ -56,7 +56,7 @@ def write(numbers: Numbers) -> str:
                     deviation, deviation
                 )
         elif _shared(numbers, sensor):
-            each = as_options([Hint("axes", value="each")])
+            each = Hint("axes", value="each")
             together = f"; correlated axes are treated as independent; {each} writes their covariance"
         lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {joined(v.words for v in found)}{together}")
     return "\n".join(lines) + "\n"

@@ -18,7 +18,7 @@ from xml.sax.saxutils import quoteattr
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.text import comment, digits, joined, measured, number, plain_name, remark, vector
 from sigmatau.exporting.values import Number, Numbers, Target
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.results import seconds
 from sigmatau.units import find
 
@@ -73,7 +73,7 @@ def _plugin(
     numbers: Numbers, found: dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]
 ) -> list[str]:
     if numbers.choices.axes == "each":
-        worst = as_options([Hint("axes", value="worst")])
+        worst = Hint("axes", value="worst")
         return [_comment("    ", f"the plugins of RotorS and PX4 have one number for three axes: {worst} writes them")]
     filename = quoteattr(plain_name(numbers.name("plugin", "libgazebo_imu_plugin.so"), "plugin"))
     lines = [
@@ -99,7 +99,7 @@ def _plugin(
             f"      <{word}BiasCorrelationTime>{measured(bias.time)}</{word}BiasCorrelationTime>",
             _comment(
                 "      ",
-                f"{unit}; not visible in an Allan variance: set it with {as_options([Hint('names', key, 'VALUE')])}",
+                f"{unit}; not visible in an Allan variance: set it with {Hint('names', key, 'VALUE')}",
             ),
             f"      <{word}TurnOnBiasSigma>{digits(turn_on)}</{word}TurnOnBiasSigma>",
         ]

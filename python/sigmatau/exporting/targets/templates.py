@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from sigmatau.exporting.text import digits, number_with_comment, remark, topic
 from sigmatau.exporting.values import Numbers, Target
-from sigmatau.hints import Hint, as_options
+from sigmatau.hints import Hint
 from sigmatau.units import STANDARD_GRAVITY
 
 
@@ -82,7 +82,7 @@ update_rate: {rate}  # Hz
 
 # Continuous-time densities: OpenVINS divides N^2 by dt and multiplies K^2 by dt itself.
 # The sample files of OpenVINS are inflated, white noise x 2 and random walk x 10: """
-        f"{as_options([Hint('noise_factor', value=2), Hint('walk_factor', value=10)])}.\n"
+        f"{Hint('noise_factor', value=2)} {Hint('walk_factor', value=10)}.\n"
         """\
 imu0:
   # From your camera-IMU calibration; an Allan variance does not show it:
@@ -186,7 +186,7 @@ IMU.Frequency: {rate}  # Hz; with a decimal point, ORB-SLAM3 rejects an integer
 # Replace these lines of your FAST-LIO configuration.
 # Variances, discrete, for {rate} Hz: the filter adds (dt*F_w) Q (dt*F_w)^T at each step and does not know the rate.
 # The sample files of FAST-LIO have 0.1 and 0.0001, far above sensor noise: see """
-        f"{as_options([Hint('noise_factor')])}, {as_options([Hint('walk_factor')])}.\n"
+        f"{Hint('noise_factor')}, {Hint('walk_factor')}.\n"
         """\
 {omitted}
 common:

@@ -23,6 +23,7 @@ from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
 from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.record.record import Record
+from sigmatau.record.sampling import RateSource
 from sigmatau.results import Printed, duration_text, lines_text, plain
 
 _LISTED = 40
@@ -65,32 +66,38 @@ class TableInfo:
     columns : tuple of ColumnInfo
     rate : float or None
         Sampling rate; None if it was not found. [Hz]
-    rate_source : str
-        How the rate was found; empty if it was not.
+    rate_source : RateSource or None
+        How the rate was found; None if it was not.
     notes : tuple of str
         Properties of the table, and conversions on reading.
     findings : tuple of Finding
         Faults of the table.
     chosen : bool
         Whether the table is read by default.
-    wanting : str
-        Options that are needed to analyse it, in words, as they are typed; empty if there are none.
+    question : OptionError or None
+        What must be stated before it can be analysed; `wanting` has it in words.
     """
 
     topic: str
     rows: int | None
     columns: tuple[ColumnInfo, ...]
     rate: float | None = None
-    rate_source: str = ""
+    rate_source: RateSource | None = None
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
     chosen: bool = False
-    wanting: str = ""
+    question: OptionError | None = None
+
+    @property
+    def wanting(self) -> str:
+        """Options that are needed to analyse it, in words; empty if there are none."""
+        return "" if self.question is None else str(self.question)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
         columns = [{"name": c.name, "channel": c.channel, "unit": c.unit, "first": c.first} for c in self.columns]
-        return plain(self, "topic rows rate_hz=rate rate_source notes findings chosen wanting", columns=columns)
+        source = "" if self.rate_source is None else str(self.rate_source)
+        return plain(self, "topic rows rate_hz=rate notes findings chosen wanting", columns=columns, rate_source=source)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -105,8 +112,8 @@ class Inspection(Printed):
         Name of the format.
     tables : tuple of TableInfo
         In the order of the file.
-    wanting : str
-        Options that are needed to analyse the file, in words, such as the topic; empty if there are none.
+    question : OptionError or None
+        What must be stated before the file can be analysed, such as the topic; `wanting` has it in words.
     checks : tuple of Finding
         Findings about the samples of the tables that are read by default.
     record : Record or None
@@ -120,9 +127,14 @@ class Inspection(Printed):
     path: str
     format: str
     tables: tuple[TableInfo, ...]
-    wanting: str = ""
+    question: OptionError | None = None
     checks: tuple[Finding, ...] = ()
     record: Record | None = None
+
+    @property
+    def wanting(self) -> str:
+        """Options that are needed to analyse the file, in words; empty if there are none."""
+        return "" if self.question is None else str(self.question)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -205,14 +217,14 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
     """
     options = how.checked()
     with opened(path, how) as (file, tables):
-        wanting = ""
+        question = None
         tables = separate_turns(tables, options)
         try:
             chosen = choose_tables(tables, options.topic, options.channels)
         except OptionError as error:
             if options.topic:
                 raise
-            chosen, wanting = [], str(error)
+            chosen, question = [], error
         infos, parts, places, read = list[TableInfo](), list[Part](), list[int](), list[int]()
         for table in tables:
             wanted = any(table is one for one in chosen)
@@ -238,7 +250,7 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
             with contextlib.suppress(OptionError):  # raised again when the record is read
                 record = assemble.joined(parts, chosen, file)
     return Inspection(
-        path=os.fsdecode(path), format=tables[0].format, tables=tuple(infos), wanting=wanting, record=record
+        path=os.fsdecode(path), format=tables[0].format, tables=tuple(infos), question=question, record=record
     )
 
 
@@ -250,7 +262,7 @@ def _looked_into(
         made = part(table, assemble.of_table(table, tables, options))
         assemble.refuse_contradictions([made], options)
     except OptionError as error:
-        asked = _counted(table, replace(info, wanting=str(error)))
+        asked = _counted(table, replace(info, question=error))
         by_mean = None if options.channels else by_gravity(table)
         return asked if by_mean is None else _by_gravity(asked, (by_mean[1], *asked.findings)), None
     except RecordTooShortError as error:
@@ -263,7 +275,7 @@ def _looked_into(
         info,
         rows=made.rows,
         rate=grid.rate,
-        rate_source=str(grid.source),
+        rate_source=grid.source,
         notes=made.conversions,
         findings=made.findings,
     )

@@ -19,7 +19,7 @@ from sigmatau.io.read.time.timing import of_statement
 from sigmatau.options import keywords_of
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.record import Provenance, make_stream, stream_name
-from sigmatau.record.sampling import GIVEN, RateSource
+from sigmatau.record.sampling import GIVEN
 from sigmatau.record.streams import Stream
 
 
@@ -80,7 +80,7 @@ def _streams(table: Table, options: Options) -> tuple[tuple[Stream, ...], tuple[
     streams = tuple(
         make_stream(
             name, columns, rate=rate, unit=unit, kind=options.input, scale=options.scale, offset=options.offset,
-            grid_source=GIVEN if options.rate is not None else RateSource(kind="file", place=table.rate_source), finite=True,
+            grid_source=GIVEN if options.rate is not None else table.rate_source, finite=True,
         )
         for name, columns in by_stream.items()
     )  # fmt: skip

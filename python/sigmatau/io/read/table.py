@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint
+from sigmatau.record.sampling import STATED, RateSource
 from sigmatau.results import printable
 
 HEAD = 1 << 18  # The format, and the layout of a text table, are detected from this many bytes. [bytes]
@@ -116,7 +117,7 @@ class Table:
     rows: int | None = None  # Number of rows, if it is known before they are loaded
     findings: tuple[Finding, ...] = ()  # Faults of the file that are known before it is loaded
     rate: float | None = None  # Sampling rate that the format states, for a table without a time column. [Hz]
-    rate_source: str = ""  # Source of the rate: ``"the waveform increment of the channels"``
+    rate_source: RateSource = STATED  # What states this rate
     words: Mapping[str, Callable[[], NDArray[Any]]] = field(default_factory=dict)  # Columns of words, by name
     kind: RowKind | None = None  # The kind of its rows, if the table of the file has rows of several kinds
 

@@ -9,7 +9,6 @@ from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.units import Gravity, ImplausibleUnit, MeanRate
 from sigmatau.frozen import frozen
-from sigmatau.hints import Hint, as_options
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.means import mean_of
 from sigmatau.quality.samples.common import sample_of, white_level
@@ -212,7 +211,6 @@ def _by_gravity(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
         quantity=stream.quantity,
         stated=stated,
         likely=likely,
-        option=as_options([Hint("unit", stream.name, likely)]),
         mean=level,
     )
     return _finding(stream, details, factor=value / STANDARD_GRAVITY, size=level)
@@ -236,7 +234,6 @@ def _by_step(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
                 quantity=stream.quantity,
                 stated=stated,
                 likely=likely,
-                option=as_options([Hint("unit", stream.name, likely)]),
                 step=steps[0],
                 sensitivity=1 / known[0],
             )
@@ -306,7 +303,6 @@ def _by_density(
         quantity=stream.quantity,
         stated=stated,
         likely=likely,
-        option=as_options([Hint("unit", stream.name, likely)]) if likely else "",
         noise=noise,
         mean=_mean_vector(stream),
         times=times,

@@ -20,6 +20,7 @@ from sigmatau.findings.wording import sentence
 from sigmatau.hints import Hint
 from sigmatau.io.read.table import Column, Loaded, Table, whole_stamps
 from sigmatau.record.record import MIN_SAMPLES
+from sigmatau.record.sampling import RateSource
 
 WIDEST = 64  # Largest number of columns of an array that is read
 _AXES = frozenset("xyzXYZ")
@@ -37,6 +38,7 @@ class Leaf:
     load: Callable[[], NDArray[Any]]  # Returns the array in that shape; raises only `DataError`
     unit: str | None = None  # As the file spells it
     rate: float | None = None  # Sampling rate, if the format states one. [Hz]
+    rate_key: str = ""  # The attribute or property that states it
     fill: float | None = None  # The stored number that marks a missing sample
     scale: tuple[float, float] = (1.0, 0.0)  # Factor and offset: value = stored * factor + offset
 
@@ -129,11 +131,9 @@ def gather(
     separator: str,
     notes: tuple[str, ...] = (),
     findings: tuple[Finding, ...] = (),
-    rate_source: str = "",
 ) -> tuple[Table, ...]:
     """The tables of a container: the arrays of one group and one length are a table. `root`: what the names of topics
-    begin with; it is the name of what is in no group; `notes, findings`: of the file; every table gets them;
-    `rate_source`: where the rates of the leaves are from, in words.
+    begin with; it is the name of what is in no group; `notes, findings`: of the file; every table gets them.
     """
     long = [leaf for leaf in leaves if leaf.shape[0] >= MIN_SAMPLES]
     left_out = [leaf for leaf in leaves if leaf.shape[0] < MIN_SAMPLES]
@@ -157,7 +157,7 @@ def gather(
         table = _table(kind, topic, group, rows, members, separator, notes, findings)
         rates = {leaf.rate for leaf in members}
         if len(rates) == 1 and None not in rates:
-            table = replace(table, rate=rates.pop(), rate_source=rate_source)
+            table = replace(table, rate=rates.pop(), rate_source=RateSource(kind="file", place=members[0].rate_key))
         tables.append(table)
     return tuple(tables)
 

@@ -22,6 +22,7 @@ from sigmatau.io.read.formats.layout import Layout
 from sigmatau.io.read.formats.text_rows import Text
 from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table
+from sigmatau.record.sampling import RateSource
 
 _MARK = b"LabVIEW Measurement"
 _BOM = b"\xef\xbb\xbf"
@@ -211,7 +212,7 @@ def _table(data: bytes, segments: list[_Segment], separator: bytes, point: str, 
         where=lambda row: f"line {rows.text.line(row)}",
         topic=topic,
         rate=1 / steps[0] if by_steps and steps and steps[0] > 0 else None,
-        rate_source="Delta_X of the header",
+        rate_source=RateSource(kind="file", place="Delta_X"),
     )
 
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.record.sampling import RateSource
+
 _RATE = (  # re.IGNORECASE
     r"\b(?P<name>(?:update|output|sampl(?:e|ing)|data|logging)[ _]?(?:rate|frequency|freq))\b"
     r"[ \t]*(?:\((?P<before>hz)\)|\[hz\])?[\"' \t:=,;]{0,9}(?P<rate>\d+(?:\.\d+)?)[ \t\"',;]{0,3}(?P<behind>hz\b)?"
@@ -30,7 +32,7 @@ class StatedRate:
     """A sampling rate that a line above the table states with its unit."""
 
     rate: float  # [Hz]
-    source: str  # ``"'Update Rate' on line 5"``
+    source: RateSource
 
 
 def find_rate(lines: Sequence[tuple[int, str]]) -> StatedRate | None:
@@ -42,7 +44,8 @@ def find_rate(lines: Sequence[tuple[int, str]]) -> StatedRate | None:
             continue
         rate = float(match["rate"])
         if rate > 0:
-            stated.setdefault(rate, StatedRate(rate=rate, source=f"{match['name']!r} on line {number}"))
+            source = RateSource(kind="file", place=match["name"], line=number)
+            stated.setdefault(rate, StatedRate(rate=rate, source=source))
     return next(iter(stated.values())) if len(stated) == 1 else None
 
 

@@ -22,6 +22,7 @@ from sigmatau.io.read.formats.damage import fault, library_faults
 from sigmatau.io.read.table import Head, Table, need
 
 _MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
+_INCREMENT = "wf_increment"  # Property of a channel: its sample interval [s]
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
 
 
@@ -64,6 +65,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                         load=_loader(path, end, group.name, channel.name, rows, len(channel)),
                         unit="us" if stamps else unit if isinstance(unit, str) else None,
                         rate=_rate(channel.properties),
+                        rate_key=_INCREMENT,
                     )
                 )
     notes = ["TDMS, without checksums: damaged numbers are not detected"]
@@ -79,7 +81,6 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         separator="/",
         notes=tuple(notes),
         findings=findings,
-        rate_source="the waveform increment of the channels (wf_increment)",
     )
 
 
@@ -179,7 +180,7 @@ def _loader(path: Path, end: int, group: str, name: str, rows: int, declared: in
 
 
 def _rate(properties: Any) -> float | None:  # noqa: ANN401
-    step = properties.get("wf_increment")
+    step = properties.get(_INCREMENT)
     if isinstance(step, int | float | np.number) and 1e-9 < float(step) < 1e6:
         return 1.0 / float(step)
     return None

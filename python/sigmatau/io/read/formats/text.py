@@ -27,6 +27,7 @@ from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.instances import is_single_sensor_stated
 from sigmatau.io.read.table import HEAD, Head, Loaded, RowKind, Table
 from sigmatau.io.read.time.dates import date_columns
+from sigmatau.record.sampling import STATED
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
 _COPIES = 3  # of a file in memory whose cells have more than numbers
@@ -184,7 +185,7 @@ def _make_table(
         notes=(*(("gzip",) if head.gzip else ()), *layout.notes, *named),
         load=loaded,
         rate=None if layout.rate is None else layout.rate.rate,
-        rate_source=layout.rate.source if layout.rate else "",
+        rate_source=layout.rate.source if layout.rate else STATED,
         where=lambda row: f"line {text.line(row)}",
         topic=topic,
         kind=kind,

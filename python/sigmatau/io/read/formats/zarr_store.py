@@ -58,7 +58,7 @@ def read(place: str) -> tuple[Table, ...]:
         leaves = [leaf for names, array in arrays for leaf in _leaves(root, names, array)]
     if not leaves:
         raise DataError("has no array of numbers of shape (n,) or (n, k)")
-    return gather(leaves, kind="zarr", root="/", separator="/", findings=findings, rate_source="an attribute")
+    return gather(leaves, kind="zarr", root="/", separator="/", findings=findings)
 
 
 def _store(place: str) -> Any:  # noqa: ANN401  zarr is optional
@@ -120,6 +120,7 @@ def _leaves(root: Any, names: tuple[str, ...], array: Any) -> Iterator[Leaf]:  #
     if isinstance(stated, Sequence) and len(stated) == len(labels) and all(isinstance(name, str) for name in stated):
         labels = [(name, part) for name, (_, part) in zip(stated, labels, strict=True)]
     units = next((attributes[key] for key in _UNITS if key in attributes), None)
+    rate, rate_key = _rate(root, names, attributes)
     for k, (label, part) in enumerate(labels):
         unit = units[k] if isinstance(units, list) and len(units) == len(labels) else units
         unit = unit.get(label) if isinstance(unit, Mapping) else unit
@@ -129,12 +130,17 @@ def _leaves(root: Any, names: tuple[str, ...], array: Any) -> Iterator[Leaf]:  #
             shape=(array.shape[0],),
             load=lambda part=part: rows.column(None, part[0] if part else None),  # type: ignore[misc]
             unit=unit if isinstance(unit, str) else None,
-            rate=_rate(root, names, attributes),
+            rate=rate,
+            rate_key=rate_key,
         )
 
 
-def _rate(root: Any, names: tuple[str, ...], attributes: Mapping[str, Any]) -> float | None:  # noqa: ANN401
-    """The rate stated by an array, or by the nearest group above it that states one. [Hz]"""
+def _rate(
+    root: Any,  # noqa: ANN401
+    names: tuple[str, ...],
+    attributes: Mapping[str, Any],
+) -> tuple[float | None, str]:
+    """The rate stated by an array, or by the nearest group above it that states one, and the key of it. [Hz]"""
     groups = (
         [] if hasattr(root, "shape") else [root["/".join(names[:k])] for k in range(len(names) - 1, 0, -1)] + [root]
     )
@@ -142,8 +148,8 @@ def _rate(root: Any, names: tuple[str, ...], attributes: Mapping[str, Any]) -> f
         for key in _RATES:
             value = of.get(key)
             if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value > 0:
-                return float(value)
-    return None
+                return float(value), key
+    return None, ""
 
 
 def _scale(attributes: Mapping[str, Any]) -> tuple[float, float]:

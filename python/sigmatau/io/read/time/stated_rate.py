@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.hints import Hint
+from sigmatau.record.sampling import RateSource
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
 NOMINAL_RATIO = 1.1
@@ -29,7 +30,7 @@ class RateContradiction:
 
     stated: float  # [Hz]
     logged: float  # By the time stamps, or stated by the file. [Hz]
-    source: str  # What gives the other one, in words
+    source: RateSource  # What gives the other one
     sensor: str = ""  # The sensor whose rate is stated; empty if the rate is that of all
     unit: str = ""  # The unit of time in use, if it follows from the stated rate or the size of the stamps
     other_unit: str = ""  # The unit of time in which the stamps give the stated rate; empty if there is none
@@ -48,7 +49,11 @@ class RateContradiction:
             use = f"add {Hint('channels', 'time', 'none')}"
         choice = f"For {logged}, {omit}; for {stated}, {use}" if is_possible(self.logged) else f"For {stated}, {use}"
         rate = Hint("rate", self.sensor or None, int(self.stated) if self.stated.is_integer() else self.stated)
-        return OptionError(f"{self.source} {logged}{in_unit}, which contradicts {rate}. {choice}", option="rate")
+        if self.source.kind == "file":
+            states = f"the file states, as {self.source}," if self.source.place else "the file states"
+        else:
+            states = f"the time stamps in column {self.source.place} give"
+        return OptionError(f"{states} {logged}{in_unit}, which contradicts {rate}. {choice}", option="rate")
 
 
 def is_possible(rate: float) -> bool:

@@ -35,7 +35,7 @@ from sigmatau.io.read.time.stated_rate import (
 )
 from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
-from sigmatau.record.sampling import GIVEN, RateSource
+from sigmatau.record.sampling import GIVEN
 from sigmatau.record.streams import CHUNK, Stream
 
 
@@ -53,13 +53,8 @@ def timed(
         if options.rate is None and table.rate is None:
             raise OptionError(f"has no time column: give {RATE}, or name the column with {TIME_COLUMN}", option="rate")
         if options.rate is None and table.rate is not None:
-            source = RateSource(kind="file", place=table.rate_source)
-            return Timing(
-                rate=table.rate,
-                measured=table.rate,
-                source=source,
-                notes=(f"sampling rate {table.rate:.6g} Hz from {source}",),
-            )
+            note = f"sampling rate {table.rate:.6g} Hz from {table.rate_source}"
+            return Timing(rate=table.rate, measured=table.rate, source=table.rate_source, notes=(note,))
         return _by_statement(table, options, own)
     name = table.label(choice.time)
     stamps_raw = raw[choice.time]
@@ -156,8 +151,7 @@ def of_statement(table: Table, options: Options) -> RateContradiction | None:
     rate, stated = options.rate, table.rate
     if rate is None or stated is None or no_time(table.columns, options.channels) or is_one_nominal_rate(rate, stated):
         return None
-    source = f"the file states, as {table.rate_source}," if table.rate_source else "the file states"
-    return RateContradiction(stated=rate, logged=stated, source=source)
+    return RateContradiction(stated=rate, logged=stated, source=table.rate_source)
 
 
 def _contradiction(
@@ -181,7 +175,7 @@ def _contradiction(
     return RateContradiction(
         stated=rate,
         logged=timing.rate,
-        source=f"the time stamps in column {name} give",
+        source=timing.source,
         unit=assumed,
         other_unit=other_unit,
         names_time="time" in options.channels,

@@ -43,7 +43,7 @@ class Hint(NamedTuple):
     value: Any = None
 
     def __str__(self) -> str:
-        return f"{_BEGIN}{json.dumps(self, ensure_ascii=False, default=str)}{_END}"
+        return f"{MARK_BEGIN}{json.dumps(self, ensure_ascii=False, default=str)}{_END}"
 
     def __format__(self, spec: str) -> str:
         return str(self)
@@ -56,8 +56,10 @@ class Hint(NamedTuple):
 Face = Callable[[Sequence[Hint]], str]
 """Words for hints that stand together."""
 
-_BEGIN, _END = "\ue000", "\ue001"  # of a mark; for private use, so in no text of ours
-_MARK = re.compile(f"{_BEGIN}([^{_END}]*){_END}")
+MARK_BEGIN, _END = "\ue000", "\ue001"
+"""Characters with which a hint in a text begins and ends: for private use, so in no other text of the package."""
+
+_MARK = re.compile(f"{MARK_BEGIN}([^{_END}]*){_END}")
 _MARKS = re.compile(rf"{_MARK.pattern}(?: {_MARK.pattern})*")
 
 SPELLED: Mapping[str, str] = {"walk": "rate_random_walk", "noise": "random_walk", "names": "name"}
@@ -78,7 +80,7 @@ def worded(text: str, face: Face | None = None) -> str:
         hints = hints_in(marks[0])
         return (face or _face)(hints) if hints else marks[0]
 
-    return _MARKS.sub(words, text) if _BEGIN in text else text
+    return _MARKS.sub(words, text) if MARK_BEGIN in text else text
 
 
 def hints_in(text: str) -> tuple[Hint, ...]:

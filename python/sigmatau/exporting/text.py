@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.hints import worded
+from sigmatau.hints import MARK_BEGIN, worded
 from sigmatau.results import ASCII
 
 DIGITS: int | None = 4  # of a coefficient, whose interval is seldom narrower than 1 %; None: all
@@ -41,7 +41,7 @@ def measured(value: float) -> str:
 
 def comment(words: str) -> str:
     """Text for the rest of a comment line: printable ASCII without line ends, with options in words."""
-    words = worded(words)
+    words = worded(words) if MARK_BEGIN in words else words
     for character, plain in ASCII.items():
         words = words.replace(character, plain)
     text = "".join(c if " " <= c <= "~" else "?" for c in words)

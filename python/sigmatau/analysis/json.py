@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.options import stated
 
 if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
+    from sigmatau.fitting.joint_fit import JointChannel
 
 SCHEMA = 2
 """Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
@@ -15,6 +17,11 @@ SCHEMA = 2
 
 def to_dict(self: Analysis) -> dict[str, Any]:
     """The stable JSON form, schema 2: plain values, no NaN."""
+    return with_joint(self, {})
+
+
+def with_joint(self: Analysis, joint: Mapping[str, JointChannel]) -> dict[str, Any]:
+    """The same with the joint fits of channels."""
     return {
         "schema": SCHEMA,
         "sigmatau": self.version,
@@ -33,6 +40,7 @@ def to_dict(self: Analysis) -> dict[str, Any]:
                 "curve": curve.to_dict(),
                 "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
                 **_fit_to_dict(self, channel),
+                **({"joint": joint[channel].to_dict()} if channel in joint else {}),
                 **_means_to_dict(self, channel),
                 **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
             }

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sigmatau.analysis import Analysis
+from sigmatau.analysis.json import with_joint
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.findings.finding import Finding, Findings, ranked
@@ -66,10 +67,7 @@ class JointAnalysis(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """The stable JSON form of an analysis, with a ``joint`` in each channel."""
-        result = self.analysis.to_dict()
-        for channel, one in self.joint.items():
-            result["channels"][channel]["joint"] = one.to_dict()
-        return result
+        return with_joint(self.analysis, self.joint)
 
     def headline(self) -> str:
         """The records in a line."""

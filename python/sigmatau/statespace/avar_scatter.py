@@ -14,7 +14,6 @@ but not beyond an oscillation of the parts.
 from __future__ import annotations
 
 import functools
-import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -74,10 +73,12 @@ class _Same:
     """A model that equals another if its noise does."""
 
     model: ChannelModel = field(compare=False)
-    key: str = field(init=False)
+    key: tuple[object, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "key", json.dumps(self.model.to_dict()))
+        model = self.model
+        key = (tuple(model.terms.items()), model.gauss_markov, model.resonance, model.bandwidth)
+        object.__setattr__(self, "key", key)
 
 
 @functools.lru_cache(maxsize=8)

@@ -131,10 +131,11 @@ def _rows(entry: Entry) -> Rows:
     labels = [] if analysis is None else [*_terms(analysis)]
     channels = () if analysis is None else tuple(_channels(analysis))
     fits = {} if analysis is None else analysis.fits
-    numbers = (
-        _NUMBERS.pack(k, fits[label[0]].verdict in QUANTIFIED if label[0] in fits else False, *map(_or_nan, row[1:]))
+    quantified = {name for name, fit in fits.items() if fit.verdict in QUANTIFIED}
+    numbers = [
+        _NUMBERS.pack(k, label[0] in quantified, *[math.nan if x is None else x for x in row[1:]])
         for k, (label, row) in enumerate(labels)
-    )
+    ]
     findings = () if analysis is None else analysis.findings
     run = _run(entry, channels) | {"digest": packed.digest}
     return Rows(
@@ -193,10 +194,6 @@ def _terms(analysis: Analysis) -> Iterator[tuple[Label, Term]]:
             ends = (None, None, None) if half is None else (mean.value - half, mean.value + half, _LEVEL)
             label = (name, curve.quantity, _MEAN, _common(mean.unit, 60), curve.unit)
             yield label, (None, mean.value, *ends[:2], None, ends[2])
-
-
-def _or_nan(value: float | None) -> float:
-    return math.nan if value is None else value
 
 
 _QUANTILE = float(normal_quantile((1 + _LEVEL) / 2))

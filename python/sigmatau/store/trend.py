@@ -13,6 +13,7 @@ from sigmatau._native.distributions import chi2_quantile_above, student_below, s
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
+from sigmatau.lots.repeatability import check_level
 from sigmatau.lots.runs import SIGNED
 from sigmatau.results import Tabular, plain
 
@@ -183,8 +184,7 @@ def trend_of(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "mont
     """
     if by not in PERIODS:
         raise OptionError(f"{{option}} must be {', '.join(PERIODS)}, not {by!r}", option="by")
-    if not 0 < level < 1:
-        raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
+    check_level(level)
     dated = np.array([one is not None for one in rows["recorded"]], dtype=bool)
     values = np.array(rows["value"], dtype=np.float64)
     if not dated.any():

@@ -7,6 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import Record
+from sigmatau.fitting import disturbance
 from sigmatau.quality.drift import stationarity
 from sigmatau.quality.samples import (
     copied_stretches,
@@ -15,11 +16,13 @@ from sigmatau.quality.samples import (
     duplicate_rows,
     interpolation,
     light_shocks,
+    motion,
     repeated_samples,
     resolution,
     saturation,
     spikes,
     start_transient,
+    stillness,
     straight_lines,
     stuck_samples,
     units,
@@ -100,6 +103,22 @@ def rounded(x):
     x[:] = np.round(x, 3)
 
 
+def stepped(x):
+    x[N // 2 :] += 1e-2
+
+
+def shaken(x):
+    x[5000:6000] *= 20
+
+
+def turned(x):
+    x[5000:7000] += 0.5
+
+
+def walked_past(x):
+    x[5000:6200] += 0.02 * np.sin(np.arange(1200) / 20)[:, None]
+
+
 def spikes_of(stream, **thresholds):
     return np.flatnonzero(spikes.find_spikes(stream.column("gyro_x"), **thresholds)).tolist()
 
@@ -135,6 +154,30 @@ CASES = {
     "turning": (turning, units, units.mean_rate, {"usual_offset": 1.0}),
     "too noisy": (too_noisy, units, units.implausible_unit, {"times_noisiest": 1e9}),
     "correlated": (shared, axis_correlation, axis_correlation.cross_axis, {"reported": 1.5}),
+    "step": (
+        stepped,
+        motion,
+        lambda stream, **thresholds: motion.level_changes(stream, motion.summary(stream, "gyro_x"), **thresholds),
+        {"step_spreads": 1e9},
+    ),
+    "burst": (
+        shaken,
+        motion,
+        lambda stream, **thresholds: motion.bursts(stream, motion.summary(stream, "gyro_x"), **thresholds),
+        {"burst_power": 1e9},
+    ),
+    "motion": (
+        turned,
+        stillness,
+        lambda stream, **thresholds: stillness.moved([stream], **thresholds).spans,
+        {"most_missing": -1.0},
+    ),
+    "people": (
+        walked_past,
+        disturbance,
+        lambda stream, **thresholds: disturbance.burst_share(stream.column("gyro_x"), 0.01, **thresholds),
+        {"max_bursts": 1e9},
+    ),
     "louder": (
         louder,
         stationarity,

@@ -187,9 +187,9 @@ def _shaken(stream: Stream, keep: Sequence[str]) -> dict[str, list[Span]]:
     tau0, start = stream.grid.tau0, stream.grid.start
     causes = [cause for cause in _OF_ALL if cause not in keep]
     return {
-        one.finding.code: [(start + a * tau0, start + b * tau0) for a, b in runs(one.mask[:, 0])]
-        for one in disturbances(stream)
-        if one.cause in causes and one.mask is not None
+        disturbance.finding.code: [(start + a * tau0, start + b * tau0) for a, b in runs(disturbance.mask[:, 0])]
+        for disturbance in disturbances(stream)
+        if disturbance.cause in causes and disturbance.mask is not None
     }
 
 
@@ -311,7 +311,7 @@ def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tupl
     """The bandwidths of each stream and of its channels, by stream."""
     names = {stream.name: stream.name for stream in record.streams}
     names |= {channel: stream.name for stream in record.streams for channel in stream.channels}
-    found: dict[str, dict[str, tuple[float, int | None]]] = {}
+    by_stream: dict[str, dict[str, tuple[float, int | None]]] = {}
     for name, value in bandwidth.items():
         if name not in names:
             raise OptionError(
@@ -323,5 +323,5 @@ def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tupl
                 f"{{option}} of {name} must be (hertz, order or None), e.g. (30.0, None), not {value!r}",
                 option="bandwidth",
             )
-        found.setdefault(names[name], {})[name] = (value[0], value[1])
-    return found
+        by_stream.setdefault(names[name], {})[name] = (value[0], value[1])
+    return by_stream

@@ -18,12 +18,12 @@ from sigmatau.record.streams import Stream
 class CurveThresholds:
     """Thresholds of the findings about a curve."""
 
-    least: float = 1e-120
+    smallest: float = 1e-120
     """Allan variance that can be analysed, at least. [rate_unit²] Derived: a fit squares it, within the range of
     double precision."""
 
     largest: float = 1e120
-    """Allan variance that can be analysed, at most. [rate_unit²] Derived: see `least`."""
+    """Allan variance that can be analysed, at most. [rate_unit²] Derived: see `smallest`."""
 
     rounding: float = 4
     """Deviation that rounding can make of a constant channel, in units of the rounding of its largest value. [1]

@@ -60,7 +60,7 @@ def curves_of(
             found, none_left = _curves(stream, taus, overlap, counting, threads)
             findings += none_left
         for channel, curve in found.items():
-            if not CURVE_THRESHOLDS.least < curve.avar.max() < CURVE_THRESHOLDS.largest and curve.avar.max() > 0:
+            if not CURVE_THRESHOLDS.smallest < curve.avar.max() < CURVE_THRESHOLDS.largest and curve.avar.max() > 0:
                 findings.append(out_of_range(curve))
             elif curve.adev.max() > rounding(stream, channel):
                 curves[channel] = curve

@@ -119,14 +119,14 @@ def fit_findings(
         return [Finding(details=details, severity="warning", channels=channels, size=size)]
     if fitted.verdict == "descriptive":
         return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity=of_misfit, channels=channels)]
-    found: list[Finding] = []
+    findings: list[Finding] = []
     if fitted.verdict == "disturbed":
         return [*disturbed_findings(fitted), *_lines(fitted, thresholds=thresholds)]
     if (freedom := walk_freedom(fitted)) < thresholds.least_freedom:
         short = FewDegreesOfFreedom(freedom=freedom, duration=fitted.n * fitted.tau0)
-        found.append(Finding(details=short, severity="warning", channels=channels, size=freedom))
+        findings.append(Finding(details=short, severity="warning", channels=channels, size=freedom))
     if fitted.verdict == "widened":
-        found.append(_widened(fitted, of_misfit))
+        findings.append(_widened(fitted, of_misfit))
     between = {
         c for one in beside if one.code in ("interpolated", "repeated_samples") for c in one.channels or channels
     }
@@ -135,35 +135,35 @@ def fit_findings(
         details_ = LowPassFilter(
             shape=response.shape, order=response.order, corner=response.corner, low=response.low, high=response.high
         )
-        found.append(Finding(details=details_, severity="info", channels=channels, size=response.corner, unit="Hz"))
+        findings.append(Finding(details=details_, severity="info", channels=channels, size=response.corner, unit="Hz"))
     if fitted.highest is not None:
-        left = BandLeftOut(highest=fitted.highest)
-        found.append(Finding(details=left, severity="info", channels=channels, size=fitted.highest, unit="Hz"))
-    found += _lines(fitted, thresholds=thresholds)
+        band = BandLeftOut(highest=fitted.highest)
+        findings.append(Finding(details=band, severity="info", channels=channels, size=fitted.highest, unit="Hz"))
+    findings += _lines(fitted, thresholds=thresholds)
     for process in () if disturbed else fitted.gauss_markov:
         time = process.time
         kind = GaussMarkovProcess(quantity=fitted.quantity, time=time.value, low=time.low, high=time.high)
-        found.append(_sized(kind, fitted, process.sigma.value))
+        findings.append(_sized(kind, fitted, process.sigma.value))
     for one in () if disturbed else fitted.resonance:
         resonance = Resonance(quantity=fitted.quantity, frequency=one.frequency.value, width=one.width.value)
-        found.append(_sized(resonance, fitted, one.sigma.value))
-    found += _second_explanation(fitted, thresholds=thresholds)
-    found += _drifts(fitted, start)
+        findings.append(_sized(resonance, fitted, one.sigma.value))
+    findings += _second_explanation(fitted, thresholds=thresholds)
+    findings += _drifts(fitted, start)
     if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > thresholds.longer_start * fitted.tau0:
         late = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
-        found.append(Finding(details=late, severity="info", channels=channels))
-    return found
+        findings.append(Finding(details=late, severity="info", channels=channels))
+    return findings
 
 
 def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[Finding]:
     """The first other model that explains the record as well, if each of the two has something that the other lacks."""
     processes = tuple((process.sigma.value, process.time.value) for process in fitted.gauss_markov)
-    for other in fitted.second:
-        fewer = len(other.gauss_markov) < len(processes)
-        lacking = tuple((name, value) for name, value in fitted.model.items() if name not in other.terms)
-        more = tuple(
+    for explanation in fitted.second:
+        fewer = len(explanation.gauss_markov) < len(processes)
+        lacking = tuple((name, value) for name, value in fitted.model.items() if name not in explanation.terms)
+        added = tuple(
             (name, value)
-            for name, value in other.terms.items()
+            for name, value in explanation.terms.items()
             if name not in fitted.model or (fewer and value > thresholds.much_larger * fitted.model[name])
         )
         details = SecondExplanation(
@@ -171,11 +171,11 @@ def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[
             rate_unit=fitted.rate_unit,
             terms=lacking,
             processes=processes if fewer else (),
-            other_terms=more,
-            other_processes=() if fewer or other.warm_up is not None else other.gauss_markov,
-            other_warm_up=other.warm_up,
+            other_terms=added,
+            other_processes=() if fewer or explanation.warm_up is not None else explanation.gauss_markov,
+            other_warm_up=explanation.warm_up,
         )
-        if (lacking or details.processes) and (more or details.other_processes or other.warm_up is not None):
+        if (lacking or details.processes) and (added or details.other_processes or explanation.warm_up is not None):
             return [Finding(details=details, severity="info", channels=(fitted.channel,))]
     return []
 
@@ -204,9 +204,13 @@ def disturbed_findings(fitted: NoiseFit) -> list[Finding]:
     ]
     return [
         Finding(
-            details=one, severity="warning", channels=(fitted.channel,), spans=((one.start, one.stop),), size=one.share
+            details=vibration,
+            severity="warning",
+            channels=(fitted.channel,),
+            spans=((vibration.start, vibration.stop),),
+            size=vibration.share,
         )
-        for one in details
+        for vibration in details
     ]
 
 
@@ -227,21 +231,21 @@ def _lines(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[Finding]:
 
 def grouped(lines: Sequence[Sinusoid], *, rate: float, thresholds: FitThresholds = THRESHOLDS) -> tuple[Line, ...]:
     """Lines with their harmonics, strongest first: others at whole multiples of the lowest, folded at half the rate."""
-    left = sorted(lines, key=lambda line: line.frequency.value)
+    remaining = sorted(lines, key=lambda line: line.frequency.value)
     groups = []
-    while left:
-        first = left.pop(0)
-        members = [other for other in left if _is_harmonic(other, first, rate, thresholds=thresholds)]
-        left = [other for other in left if other not in members]
-        harmonics = tuple(_line(one, rate, thresholds=thresholds) for one in members)
+    while remaining:
+        first = remaining.pop(0)
+        members = [other for other in remaining if _is_harmonic(other, first, rate, thresholds=thresholds)]
+        remaining = [other for other in remaining if other not in members]
+        harmonics = tuple(_line(harmonic, rate, thresholds=thresholds) for harmonic in members)
         groups.append(_line(first, rate, harmonics, thresholds=thresholds))
     return tuple(sorted(groups, key=lambda line: -line.amplitude))
 
 
-def _is_harmonic(other: Sinusoid, first: Sinusoid, rate: float, *, thresholds: FitThresholds) -> bool:
-    base, at = first.frequency.value, other.frequency.value
-    order = max(round(at / base), 2)
-    error = min((abs(_folded(k * base, rate) - at), k) for k in {order, 2, 3, 4, 5})
+def _is_harmonic(line: Sinusoid, first: Sinusoid, rate: float, *, thresholds: FitThresholds) -> bool:
+    base, frequency = first.frequency.value, line.frequency.value
+    order = max(round(frequency / base), 2)
+    error = min((abs(_folded(k * base, rate) - frequency), k) for k in {order, 2, 3, 4, 5})
     return error[1] <= thresholds.highest_multiple and error[0] <= min(
         error[1] * _half_width(first), thresholds.part_of_base * base
     )
@@ -268,13 +272,13 @@ def _mains(frequency: float, rate: float, half: float, *, thresholds: FitThresho
         return None
     for multiple in (1, 2, 3):
         for mains in thresholds.mains:
-            seen = _folded(multiple * mains, rate)
+            shown = _folded(multiple * mains, rate)
             if (
-                seen > thresholds.mains_from
-                and abs(frequency - seen)
+                shown > thresholds.mains_from
+                and abs(frequency - shown)
                 <= multiple * thresholds.mains_wander + thresholds.clock_error * multiple * mains + half
             ):
-                return Mains(frequency=mains, multiple=multiple, folded=seen != multiple * mains)
+                return Mains(frequency=mains, multiple=multiple, folded=shown != multiple * mains)
     return None
 
 
@@ -288,7 +292,7 @@ def _sized(details: GaussMarkovProcess | Resonance, fitted: NoiseFit, sigma: flo
 
 def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
     walk = fitted.terms.get("random_walk")
-    worst = max(fitted.discrepancy, key=lambda one: one[1], default=(0.0, 0.0))
+    worst = max(fitted.discrepancy, key=lambda band_off: band_off[1], default=(0.0, 0.0))
     band = next((reason for reason in fitted.reasons if isinstance(reason, BandsOff)), None)
     details = Widened(
         frequency=worst[0] if band is None else band.frequency,
@@ -305,7 +309,7 @@ def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
 
 
 def _drifts(fitted: NoiseFit, start: float) -> list[Finding]:
-    found, channels = [], (fitted.channel,)
+    findings, channels = [], (fitted.channel,)
     if fitted.warm_up is not None:
         amplitude = fitted.warm_up.amplitude
         details = WarmUp(
@@ -315,7 +319,7 @@ def _drifts(fitted: NoiseFit, start: float) -> list[Finding]:
             high=amplitude.high or 0.0,
         )
         span = (start, start + min(5 * fitted.warm_up.time, fitted.n * fitted.tau0))
-        found.append(
+        findings.append(
             Finding(
                 details=details,
                 severity="info",
@@ -331,8 +335,8 @@ def _drifts(fitted: NoiseFit, start: float) -> list[Finding]:
             quantity=fitted.quantity, rate_unit=fitted.rate_unit, low=kelvin.low or 0.0, high=kelvin.high or 0.0
         )
         unit = f"{fitted.rate_unit}/K"
-        found.append(Finding(details=drift, severity="info", channels=channels, size=kelvin.value, unit=unit))
-    return found
+        findings.append(Finding(details=drift, severity="info", channels=channels, size=kelvin.value, unit=unit))
+    return findings
 
 
 def by_channel(
@@ -347,20 +351,20 @@ def by_channel(
     ]
 
 
-def without_consequences(found: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
+def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
     """Findings of the samples, without what the drifts of the fits explain.
 
     Steps of the mean are left out: `sigmatau.quality.check.check_fits` looks for them beside the drift. Axes that share slow
     noise alone are an info.
     """
     drifting = {channel for channel, fitted in fits.items() if drifts(fitted)}
-    kept = []
-    for finding in found:
+    remaining = []
+    for finding in findings:
         details = finding.details
         explained = bool(finding.channels) and drifting.issuperset(finding.channels)
         if explained and isinstance(details, NotStatic) and details.steps and not details.bursts:
             continue
         if explained and isinstance(details, CorrelatedAxes) and details.only_slow:
             finding = replace(finding, severity="info")
-        kept.append(finding)
-    return kept
+        remaining.append(finding)
+    return remaining

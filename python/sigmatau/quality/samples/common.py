@@ -42,7 +42,7 @@ class SharedThresholds:
     """Share of such changes from which on they are rounding errors. [1] Derived: a hundred times what noise makes,
     see `dust`."""
 
-    looked_at: int = 1 << 16
+    examined: int = 1 << 16
     """Samples by which rounding errors are recognised. [samples] Derived: 650 changes are `dusty` of them."""
 
     fine: float = 30.0
@@ -108,8 +108,8 @@ def sample_of(stream: Stream, channel: str, *, most: int, thresholds: SharedThre
 
 def present(x: Floats) -> Floats:
     """The samples that are there."""
-    there = np.isfinite(x)
-    return x if there.all() else x[there]
+    is_present = np.isfinite(x)
+    return x if is_present.all() else x[is_present]
 
 
 _SHORT_ROW = 32  # values in a row below which NumPy is slow, so that its columns are summed
@@ -121,9 +121,9 @@ def row_means(rows: Floats, *, least: float = 0.5) -> Floats:
     means = functools.reduce(np.add, rows.T) / rows.shape[1] if rows.shape[1] < _SHORT_ROW else rows.mean(axis=1)
     torn = np.flatnonzero(np.isnan(means))
     if len(torn):
-        known = ~np.isnan(rows[torn])
-        number = known.sum(axis=1)
-        sums = np.where(known, rows[torn], 0.0).sum(axis=1)
+        is_present = ~np.isnan(rows[torn])
+        number = is_present.sum(axis=1)
+        sums = np.where(is_present, rows[torn], 0.0).sum(axis=1)
         means[torn] = np.where(number >= least * rows.shape[1], sums / np.maximum(number, 1), np.nan)
     return np.asarray(means)
 
@@ -168,7 +168,7 @@ def without_dust(stream: Stream, *, thresholds: SharedThresholds = THRESHOLDS) -
         return stream
     for channel in stream.channels:
         x = stream.column(channel)
-        sample = sample_of(stream, channel, most=thresholds.looked_at, thresholds=thresholds)
+        sample = sample_of(stream, channel, most=thresholds.examined, thresholds=thresholds)
         some = np.abs(np.diff(sample))
         some = some[some > 0]
         scale = block_rms(
@@ -211,16 +211,16 @@ def growing_step(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> flo
 def full_ends(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> list[float]:
     """The largest and the smallest value, where more samples have it than have the next one inwards: no tail has."""
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
-    found = []
+    ends = []
     for end, sign in ((low, 1.0), (high, -1.0)):
-        at = int(np.count_nonzero(x == end))
-        if not low < high or at < max(thresholds.full * len(x), 2):
+        count = int(np.count_nonzero(x == end))
+        if not low < high or count < max(thresholds.full * len(x), 2):
             continue
         inside = x[sign * x > sign * end]
-        beside = inside.min() if sign > 0 else inside.max()
-        if at > np.count_nonzero(x == beside):
-            found.append(end)
-    return found
+        next_value = inside.min() if sign > 0 else inside.max()
+        if count > np.count_nonzero(x == next_value):
+            ends.append(end)
+    return ends
 
 
 def white_level(x: Floats, tau0: float, *, thresholds: SharedThresholds = THRESHOLDS) -> tuple[float, int]:

@@ -45,7 +45,7 @@ class StretchThresholds:
     lags: int = 8
     """Distances between equal keys that are looked at, the most frequent. [1] Judgement: bounds the time."""
 
-    looked_at: int = 4096
+    examined: int = 4096
     """Samples by which the axis with the most values is chosen. [samples] Judgement: the order of the axes is seen
     in a few thousand."""
 
@@ -63,7 +63,7 @@ def copied_stretches(stream: Stream, *, thresholds: StretchThresholds = THRESHOL
     if n < 2 * thresholds.least_rows:
         return []
     axis = max(
-        stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[: thresholds.looked_at])))
+        stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[: thresholds.examined])))
     )
     best = (0, 0, 0)
     for lag in _frequent_lags(stream.column(axis), thresholds=thresholds):
@@ -112,14 +112,14 @@ def _keys_of(x: Floats, start: int, *, thresholds: StretchThresholds) -> tuple[N
     mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
     fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)  # of coarse values pairs are too few
-    at = np.flatnonzero(
+    places = np.flatnonzero(
         (fours[: len(x) - thresholds.key + 1] >> np.uint64(_HIGH)) & np.uint64(thresholds.part_of_keys - 1) == 0
     )
-    at = at[(x[at] != x[at + thresholds.key - 1]) & np.isfinite(x[at])]  # neither stuck nor missing
-    keys = fours[at]
+    places = places[(x[places] != x[places + thresholds.key - 1]) & np.isfinite(x[places])]  # neither stuck nor missing
+    keys = fours[places]
     for k in range(4, thresholds.key):
-        keys = (keys ^ mixed[at + k]) * np.uint64(_MIX)
-    return at + start, keys
+        keys = (keys ^ mixed[places + k]) * np.uint64(_MIX)
+    return places + start, keys
 
 
 def _longest_equal(stream: Stream, lag: int) -> tuple[int, int]:

@@ -149,39 +149,41 @@ def dense_spikes(x: Floats, step: float, *, thresholds: HumpThresholds = THRESHO
     if tail.clustered or beyond < thresholds.count or beyond < thresholds.hump * (len(tail.far) - beyond):
         return None
     share = beyond / tail.count
-    least = _threshold(thresholds.false_share * share, thresholds=thresholds)
-    near = np.count_nonzero((tail.far > least) & (tail.far < least + thresholds.near_width))
-    if near > thresholds.near_share * len(tail.far):
-        least = _threshold(thresholds.near_false_share * share, thresholds=thresholds)
-    far = np.concatenate([_strength(x, start, tail, step, thresholds=thresholds) for start in range(0, len(x), CHUNK)])
-    found = np.zeros(len(x), dtype=bool)
+    threshold = _threshold(thresholds.false_share * share, thresholds=thresholds)
+    close = np.count_nonzero((tail.far > threshold) & (tail.far < threshold + thresholds.near_width))
+    if close > thresholds.near_share * len(tail.far):
+        threshold = _threshold(thresholds.near_false_share * share, thresholds=thresholds)
+    strength = np.concatenate(
+        [_strength(x, start, tail, step, thresholds=thresholds) for start in range(0, len(x), CHUNK)]
+    )
+    is_spike = np.zeros(len(x), dtype=bool)
     rest, part = x, 0.5 if share < thresholds.spoiled else 0.25
-    candidates = np.flatnonzero(far > least)
+    candidates = np.flatnonzero(strength > threshold)
     residual = np.abs(_residual_at(x, candidates, tail.side, thresholds=thresholds))
-    kept = candidates[
+    new = candidates[
         _stands_alone(x, candidates, tail.side, residual, part, thresholds.scatter_factor_many, thresholds=thresholds)
     ]
-    almost = np.flatnonzero(far > least - thresholds.almost)
+    below = np.flatnonzero(strength > threshold - thresholds.almost)
     size = (
-        np.abs(_residual_at(x, almost, tail.side, thresholds=thresholds)) / far[almost]
+        np.abs(_residual_at(x, below, tail.side, thresholds=thresholds)) / strength[below]
     )  # of one standard deviation there
     for _ in range(thresholds.rounds):
-        if len(kept) == 0:
+        if len(new) == 0:
             break
         if rest is x:
             rest = x.copy()
-        found[kept], rest[kept] = True, np.nan
-        left = ~found[almost]
-        almost, size = almost[left], size[left]
-        away = np.abs(_residual_at(rest, almost, tail.side, thresholds=thresholds))
-        beyond_it = np.flatnonzero(away > least * size)
-        kept = almost[beyond_it]
-        kept = kept[
+        is_spike[new], rest[new] = True, np.nan
+        is_open = ~is_spike[below]
+        below, size = below[is_open], size[is_open]
+        away = np.abs(_residual_at(rest, below, tail.side, thresholds=thresholds))
+        beyond_it = np.flatnonzero(away > threshold * size)
+        new = below[beyond_it]
+        new = new[
             _stands_alone(
-                rest, kept, tail.side, away[beyond_it], 0.5, thresholds.scatter_factor_many, thresholds=thresholds
+                rest, new, tail.side, away[beyond_it], 0.5, thresholds.scatter_factor_many, thresholds=thresholds
             )
         ]
-    return found if found.any() else None
+    return is_spike if is_spike.any() else None
 
 
 def hidden(rest: Floats, step: float, *, thresholds: HumpThresholds = THRESHOLDS) -> bool:
@@ -212,10 +214,10 @@ def _tail(x: Floats, step: float, *, thresholds: HumpThresholds) -> _Tail | None
     best: tuple[float, int, list[Floats]] | None = None
     for side in thresholds.sides:
         away = [np.abs(_residual(part, side, step)) for part in parts]
-        known = present(np.concatenate(away))
-        if len(known) < thresholds.least_residuals:
+        residuals_present = present(np.concatenate(away))
+        if len(residuals_present) < thresholds.least_residuals:
             return None
-        usual = median(known)
+        usual = median(residuals_present)
         if best is None or usual < best[0]:
             best = usual, side, away
     if best is None or not best[0] / _NORMAL.inv_cdf(0.75) > step:
@@ -224,35 +226,43 @@ def _tail(x: Floats, step: float, *, thresholds: HumpThresholds) -> _Tail | None
     relative = [each / _local(each, usual, thresholds=thresholds) for each in away]
     ordered = np.sort(present(np.concatenate(relative)))
     scale, share = _scale(ordered, thresholds=thresholds)
-    far, spread = [], []
+    heights, spread = [], []
     for part, size, each in zip(parts, away, relative, strict=True):
-        at = np.flatnonzero(each > thresholds.remaining * scale)
+        places = np.flatnonzero(each > thresholds.remaining * scale)
         quantile = 0.5 if share < thresholds.spoiled else 0.25
-        kept = at[_stands_alone(part, at, side, size[at], quantile, thresholds.scatter_factor, thresholds=thresholds)]
-        far.append(each[kept])
-        spread.append(_with_others(kept[each[kept] > thresholds.tail * scale], thresholds=thresholds))
+        alone = places[
+            _stands_alone(part, places, side, size[places], quantile, thresholds.scatter_factor, thresholds=thresholds)
+        ]
+        heights.append(each[alone])
+        spread.append(_with_others(alone[each[alone] > thresholds.tail * scale], thresholds=thresholds))
     return _Tail(
         side=side,
         usual=usual,
         scale=scale,
         share=share,
-        far=np.concatenate(far) / scale,
+        far=np.concatenate(heights) / scale,
         count=len(ordered),
         clustered=_more_than_chance(np.concatenate(spread), len(ordered), thresholds=thresholds),
     )
 
 
-def _with_others(at: Ints, *, thresholds: HumpThresholds) -> Bools:
+def _with_others(places: Ints, *, thresholds: HumpThresholds) -> Bools:
     """Which of some indices have another one near, but not next to them."""
-    after = np.searchsorted(at, at + thresholds.reach, side="right") > np.searchsorted(at, at + thresholds.apart)
-    before = np.searchsorted(at, at - thresholds.apart, side="right") > np.searchsorted(at, at - thresholds.reach)
+    after = np.searchsorted(places, places + thresholds.reach, side="right") > np.searchsorted(
+        places, places + thresholds.apart
+    )
+    before = np.searchsorted(places, places - thresholds.apart, side="right") > np.searchsorted(
+        places, places - thresholds.reach
+    )
     return np.asarray(after | before)
 
 
-def _more_than_chance(near: Bools, n: int, *, thresholds: HumpThresholds) -> bool:
-    chance = 1 - (1 - min(len(near) / n, 1.0)) ** (2 * (thresholds.reach - thresholds.apart + 1))
-    expected = len(near) * chance
-    return bool(np.count_nonzero(near) > thresholds.clustered * expected + thresholds.sigmas * math.sqrt(expected + 1))
+def _more_than_chance(has_others: Bools, n: int, *, thresholds: HumpThresholds) -> bool:
+    chance = 1 - (1 - min(len(has_others) / n, 1.0)) ** (2 * (thresholds.reach - thresholds.apart + 1))
+    expected = len(has_others) * chance
+    return bool(
+        np.count_nonzero(has_others) > thresholds.clustered * expected + thresholds.sigmas * math.sqrt(expected + 1)
+    )
 
 
 def _scale(ordered: Floats, *, thresholds: HumpThresholds) -> tuple[float, float]:
@@ -281,8 +291,8 @@ def _local(away: Floats, usual: float, *, thresholds: HumpThresholds) -> Floats:
     padded = np.full(blocks * thresholds.block, np.nan)
     padded[: len(away)] = away
     rows = padded.reshape(blocks, thresholds.block)
-    known = np.isfinite(rows).sum(axis=1) >= thresholds.block // 2
-    here = np.where(known, medians(rows), usual)
+    has_scale = np.isfinite(rows).sum(axis=1) >= thresholds.block // 2
+    here = np.where(has_scale, medians(rows), usual)
     wide = np.concatenate((here[:1], here, here[-1:]))
     largest = np.maximum(np.maximum(wide[:-2], wide[1:-1]), wide[2:])
     return np.repeat(np.maximum(largest, usual), thresholds.block)[: len(away)]
@@ -293,31 +303,31 @@ def _strength(x: Floats, start: int, tail: _Tail, step: float, *, thresholds: Hu
     before = min(start, thresholds.block)
     part = x[start - before : start + CHUNK + thresholds.block]
     away = np.abs(_residual(part, tail.side, step))
-    far = away / (_local(away, tail.usual, thresholds=thresholds) * tail.scale)
-    return np.nan_to_num(far[before : before + CHUNK])
+    strength = away / (_local(away, tail.usual, thresholds=thresholds) * tail.scale)
+    return np.nan_to_num(strength[before : before + CHUNK])
 
 
-def _residual_at(x: Floats, at: Ints, side: int, *, thresholds: HumpThresholds) -> Floats:
+def _residual_at(x: Floats, places: Ints, side: int, *, thresholds: HumpThresholds) -> Floats:
     """Some samples less the median of those on both sides; 0 where these are all missing."""
-    result = np.zeros(len(at))
-    for start in range(0, len(at), CHUNK):
-        some = at[start : start + CHUNK]
-        near = neighbours(x, some, -side, side)
-        near[:, side] = np.nan
-        known = np.isfinite(near).sum(axis=1) >= min(thresholds.sides)
-        result[start : start + CHUNK][known] = x[some[known]] - medians(near[known])
+    result = np.zeros(len(places))
+    for start in range(0, len(places), CHUNK):
+        some = places[start : start + CHUNK]
+        others = neighbours(x, some, -side, side)
+        others[:, side] = np.nan
+        enough = np.isfinite(others).sum(axis=1) >= min(thresholds.sides)
+        result[start : start + CHUNK][enough] = x[some[enough]] - medians(others[enough])
     return result
 
 
 def _stands_alone(
-    x: Floats, at: Ints, side: int, away: Floats, part: float, times: float, *, thresholds: HumpThresholds
+    x: Floats, places: Ints, side: int, away: Floats, part: float, times: float, *, thresholds: HumpThresholds
 ) -> Bools:
     """Whether samples are far from either side, compared with the scatter of their neighbours."""
-    alone = np.zeros(len(at), dtype=bool)
-    for start in range(0, len(at), CHUNK):
+    alone = np.zeros(len(places), dtype=bool)
+    for start in range(0, len(places), CHUNK):
         piece = slice(start, start + CHUNK)
-        beside = np.abs(residuals(x, at[piece], side))
-        alone[piece] = (beside > thresholds.one_side * away[piece]) & (
-            away[piece] > times * scatter(x, at[piece], part)
+        on_sides = np.abs(residuals(x, places[piece], side))
+        alone[piece] = (on_sides > thresholds.one_side * away[piece]) & (
+            away[piece] > times * scatter(x, places[piece], part)
         )
     return alone

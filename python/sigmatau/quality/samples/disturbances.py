@@ -63,21 +63,21 @@ class Disturbance:
 @stream_fact
 def disturbances(stream: Stream, *, thresholds: DisturbanceThresholds = THRESHOLDS) -> tuple[Disturbance, ...]:
     """The disturbances of a stream, in the order of `CAUSES`."""
-    found: list[Disturbance] = []
+    collected: list[Disturbance] = []
     even = without_dust(stream)
     for cause, looked_for in CAUSES.items():
-        here = masked_by(even if cause in _EQUAL else stream, found)
+        here = masked_by(even if cause in _EQUAL else stream, collected)
         for finding, mask in looked_for(here):
             usable = mask is not None and mask.mean(axis=0).max() <= thresholds.most_left_out
-            found.append(Disturbance(cause, finding, mask if usable else None))
-    return tuple(found)
+            collected.append(Disturbance(cause, finding, mask if usable else None))
+    return tuple(collected)
 
 
-def masked_by(stream: Stream, found: Iterable[Disturbance]) -> Stream:
+def masked_by(stream: Stream, disturbed: Iterable[Disturbance]) -> Stream:
     """The stream with the samples of some disturbances taken for missing; the same object if there are none."""
-    for one in found:
-        if one.mask is not None:
-            stream = masked(stream, one.mask)
+    for disturbance in disturbed:
+        if disturbance.mask is not None:
+            stream = masked(stream, disturbance.mask)
     return stream
 
 
@@ -85,15 +85,15 @@ def without(
     stream: Stream, *, keep: Iterable[str] = (), thresholds: DisturbanceThresholds = THRESHOLDS
 ) -> tuple[Stream, list[Finding]]:
     """The stream without its disturbances, except for the causes to `keep`, and the findings about all of them."""
-    kept, found = set(keep), disturbances(stream, thresholds=thresholds)
-    told = []
-    for one in found:
-        if one.mask is None or one.cause in kept:
-            told.append(one.finding)
+    causes, disturbed = set(keep), disturbances(stream, thresholds=thresholds)
+    findings = []
+    for disturbance in disturbed:
+        if disturbance.mask is None or disturbance.cause in causes:
+            findings.append(disturbance.finding)
         else:
-            count = int(np.count_nonzero(one.mask, axis=0).max())
-            told.append(_left_out(one.finding, count))
-    return masked_by(stream, (one for one in found if one.cause not in kept)), told
+            count = int(np.count_nonzero(disturbance.mask, axis=0).max())
+            findings.append(_left_out(disturbance.finding, count))
+    return masked_by(stream, (disturbance for disturbance in disturbed if disturbance.cause not in causes)), findings
 
 
 def _left_out(finding: Finding, count: int) -> Finding:

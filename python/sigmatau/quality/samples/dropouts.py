@@ -44,7 +44,7 @@ class DropoutThresholds:
     """Rows of a record by chance, with which one or two rows are reported. [1] Judgement: one false alarm in 1000
     such records."""
 
-    looked_at: int = 1 << 17
+    examined: int = 1 << 17
     """Samples by which the chance of a zero is computed. [samples] Judgement: bounds the time."""
 
 
@@ -84,7 +84,7 @@ def zero_rows(stream: Stream, *, thresholds: DropoutThresholds = THRESHOLDS) -> 
 
 def _chance_of_zero(stream: Stream, channel: str, *, thresholds: DropoutThresholds) -> float:
     """The largest part of a channel's samples that can be 0 without a fault."""
-    x = present(sample_of(stream, channel, most=thresholds.looked_at))
+    x = present(sample_of(stream, channel, most=thresholds.examined))
     if len(x) < 2:
         return 1.0
     (middle, spread), zero = median_and_spread(x), zero_rate(stream, channel)

@@ -57,11 +57,11 @@ def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool, thresholds: T
     """Whether three axes measure gravity: in m/s², or in any unit."""
     if len(means) != 3 or means[0].quantity != "acceleration":
         return False
-    second = [one.by_octave[one.second] for one in means]
+    second = [axis.by_octave[axis.second] for axis in means]
     length = median(present(np.asarray(np.sqrt(sum(x * x for x in second)))))
     if in_si:
         return abs(length / STANDARD_GRAVITY - 1) < thresholds.tolerance
-    noise = max(one.floor for one in means) / math.sqrt(means[0].tau(means[0].second))
+    noise = max(axis.floor for axis in means) / math.sqrt(means[0].tau(means[0].second))
     return length > thresholds.over_noise * noise and (
         length > thresholds.least_gravity or abs(length / thresholds.in_g - 1) < thresholds.tolerance
     )
@@ -73,7 +73,7 @@ def gravity_tilts(
     """Stretches in which the direction of gravity changes, within a minute or from one end to another, with its motion."""
     if not measures_gravity(means, in_si=False, thresholds=thresholds):
         return []
-    x = np.stack([one.by_octave[one.second] for one in means])
+    x = np.stack([mean.by_octave[mean.second] for mean in means])
     size = max(min(x.shape[1] // thresholds.least_blocks, thresholds.block), 1)
     blocks = np.stack([row_means(axis[: len(axis) // size * size].reshape(-1, size)) for axis in x])
     with np.errstate(invalid="ignore"):
@@ -89,13 +89,13 @@ def gravity_tilts(
         cosines = [(run[:, k:] * run[:, : b - a - k]).sum(axis=0) for k in range(1, apart + 1)]
         angles = [math.acos(min(float(c.min()), 1.0)) for c in cosines]
         lag = 1 + angles.index(max(angles))
-        at = int(cosines[lag - 1].argmin())
+        place = int(cosines[lag - 1].argmin())
         if angles[lag - 1] <= thresholds.tilt:
-            at, lag = _farthest(run)
-            angles = [_angle(run[:, at], run[:, at + lag])]
+            place, lag = _farthest(run)
+            angles = [_angle(run[:, place], run[:, place + lag])]
         if max(angles) <= thresholds.tilt:
             continue
-        change = np.abs(run[:, at + lag] - run[:, at])
+        change = np.abs(run[:, place + lag] - run[:, place])
         axis = means[int(change.argmax())]
         motion = axis.motion("tilts", max(angles), max(angles) / thresholds.tilt, lag * length)
         tilts.append((axis.span(a * length, b * length), motion))
@@ -105,8 +105,8 @@ def gravity_tilts(
 def _farthest(directions: Floats) -> tuple[int, int]:
     """First of two directions that are nearly as far apart as any, and how many blocks the second is behind it."""
     some = int((directions[:, 0] @ directions).argmin())
-    other = int((directions[:, some] @ directions).argmin())
-    return min(some, other), abs(some - other)
+    opposite = int((directions[:, some] @ directions).argmin())
+    return min(some, opposite), abs(some - opposite)
 
 
 def _angle(a: Floats, b: Floats) -> float:

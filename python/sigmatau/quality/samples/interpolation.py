@@ -47,7 +47,7 @@ class InterpolationThresholds:
     """Part of all second differences that are 0 by chance, beyond which lines are not told. [1] Judgement: see
     `LineThresholds`."""
 
-    looked_at: int = 1 << 15
+    examined: int = 1 << 15
     """Samples by which a channel is judged. [samples] Judgement: a share of 5 % is known to 0.1 %."""
 
 
@@ -79,7 +79,7 @@ def upsampling(stream: Stream, channel: str, *, thresholds: InterpolationThresho
 
     None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
     """
-    x = sample_of(stream, channel, most=thresholds.looked_at)
+    x = sample_of(stream, channel, most=thresholds.examined)
     zero = tolerance(stream, channel, x)
     if zero is None:
         return None

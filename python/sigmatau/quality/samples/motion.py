@@ -148,12 +148,12 @@ def summary(stream: Stream, channel: str, *, thresholds: MotionThresholds = THRE
         steps = np.diff(x, axis=1)
         power = np.einsum("ij,ij->i", steps, steps) / (w - 1)
         mean = np.einsum("ij->i", x) / w
-        bad = np.flatnonzero(~np.isfinite(mean))
-        if len(bad):
-            mean[bad], count = _mean_of_present(x[bad])
-            power[bad], changes = _mean_of_present(steps[bad] ** 2)
-            few = bad[(count < w / 2) | (changes == 0)]
-            mean[few] = power[few] = np.nan
+        torn = np.flatnonzero(~np.isfinite(mean))
+        if len(torn):
+            mean[torn], count = _mean_of_present(x[torn])
+            power[torn], changes = _mean_of_present(steps[torn] ** 2)
+            sparse = torn[(count < w / 2) | (changes == 0)]
+            mean[sparse] = power[sparse] = np.nan
         means.append(mean)
         powers.append(power)
     return Summary(channel, w, first, np.concatenate(means), np.concatenate(powers))
@@ -161,18 +161,18 @@ def summary(stream: Stream, channel: str, *, thresholds: MotionThresholds = THRE
 
 def _mean_of_present(x: Floats) -> tuple[Floats, Ints]:
     """Mean of each row over the samples that it has, and how many those are."""
-    there = ~np.isnan(x)
-    count = there.sum(axis=1)
-    return np.where(there, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
+    is_present = ~np.isnan(x)
+    count = is_present.sum(axis=1)
+    return np.where(is_present, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
 
 
-def bursts(stream: Stream, found: Summary, *, thresholds: MotionThresholds = THRESHOLDS) -> list[Burst]:
+def bursts(stream: Stream, windows: Summary, *, thresholds: MotionThresholds = THRESHOLDS) -> list[Burst]:
     """Stretches in which the samples of a channel change far more than usual, in order of time; none for few windows.
 
     The mean square of the changes from sample to sample in each window is compared with its distribution over the record:
     its cube root in robust standard deviations, and itself over the usual one. One or two spikes are not a burst.
     """
-    channel, power, w = found.channel, found.power, found.window
+    channel, power, w = windows.channel, windows.power, windows.window
     if np.count_nonzero(np.isfinite(power)) < thresholds.least_windows:
         return []
     root = np.cbrt(power)
@@ -183,12 +183,12 @@ def bursts(stream: Stream, found: Summary, *, thresholds: MotionThresholds = THR
         return []
     step = step_of(stream, channel)
     # Values that alternate between two steps change by one step at each sample.
-    at = np.flatnonzero(power > max(limit**3, thresholds.burst_power * step**2))
-    at = at[[_without_peaks(stream, channel, int(i), w, thresholds=thresholds) > limit**3 for i in at]]
-    if len(at) == 0:
+    loud = np.flatnonzero(power > max(limit**3, thresholds.burst_power * step**2))
+    loud = loud[[_without_peaks(stream, channel, int(i), w, thresholds=thresholds) > limit**3 for i in loud]]
+    if len(loud) == 0:
         return []
     apart = max(round(thresholds.burst_gap / (w * stream.grid.tau0)), 1)
-    groups = np.split(at, np.flatnonzero(np.diff(at) > apart) + 1)
+    groups = np.split(loud, np.flatnonzero(np.diff(loud) > apart) + 1)
     floor = max(usual, step**2 / 12)
     ratios = [math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf for g in groups]
     return [Burst(channel, int(g[0]) * w, (int(g[-1]) + 1) * w, r) for g, r in zip(groups, ratios, strict=True)]
@@ -201,7 +201,7 @@ def _without_peaks(stream: Stream, channel: str, window: int, w: int, *, thresho
     return float(squares.mean()) if len(squares) else 0.0
 
 
-def level_changes(stream: Stream, found: Summary, *, thresholds: MotionThresholds = THRESHOLDS) -> list[LevelChange]:
+def level_changes(stream: Stream, windows: Summary, *, thresholds: MotionThresholds = THRESHOLDS) -> list[LevelChange]:
     """Lasting steps of a channel's mean that its noise does not make, in order of time; none for fewer than 48 windows.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
@@ -209,8 +209,8 @@ def level_changes(stream: Stream, found: Summary, *, thresholds: MotionThreshold
     τ; of several windows that show it, the clearest counts. The windows before and after missing samples are compared with
     others as far apart, because slow noise continues where nothing is recorded.
     """
-    channel, mean, w = found.channel, found.mean, found.window
-    seen: list[LevelChange] = []
+    channel, mean, w = windows.channel, windows.mean, windows.window
+    candidates: list[LevelChange] = []
     half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
     while len(half) >= 2 * thresholds.least_windows:
         window = (half[:-1] + half[1:]) / 2
@@ -218,29 +218,29 @@ def level_changes(stream: Stream, found: Summary, *, thresholds: MotionThreshold
         judged = _departures(stream, channel, differences, thresholds.step_spreads, thresholds=thresholds)
         if judged is None:
             break
-        far, spread, limit = judged
-        farthest = np.argsort(-far)[: thresholds.most_steps]  # NaN last
-        for i in farthest[far[farthest] > limit].tolist():
+        distances, spread, limit = judged
+        farthest = np.argsort(-distances)[: thresholds.most_steps]  # NaN last
+        for i in farthest[distances[farthest] > limit].tolist():
             before = present(half[max(i + 2 - thresholds.half_windows, 0) : i + 2])
             after = present(half[i + 2 : i + 2 + thresholds.half_windows])
             if len(before) < 2 or len(after) < 2:
                 continue
             size = median(after) - median(before)
             if size * differences[i] > 0 and abs(size) > thresholds.lasts * abs(differences[i]):
-                times = float(far[i]) / spread if spread > 0 else math.inf
-                at = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
-                gradual = _gradual(mean, at // shortest, 2 * w // shortest, thresholds=thresholds)
-                around = 2 * w if gradual else max(2 * shortest, w // 8)
-                seen.append(LevelChange(channel, at, size, 2 * w, times, around, gradual))
-        seen += _across_gaps(stream, channel, half, w, thresholds=thresholds)
+                times = float(distances[i]) / spread if spread > 0 else math.inf
+                place = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
+                gradual = _gradual(mean, place // shortest, 2 * w // shortest, thresholds=thresholds)
+                half_width = 2 * w if gradual else max(2 * shortest, w // 8)
+                candidates.append(LevelChange(channel, place, size, 2 * w, times, half_width, gradual))
+        candidates += _across_gaps(stream, channel, half, w, thresholds=thresholds)
         even = len(half) // 2 * 2
         half = (half[0:even:2] + half[1:even:2]) / 2
         w *= 2
-    kept: list[LevelChange] = []
-    for change in sorted(seen, key=lambda change: -change.times):
-        if all(abs(change.sample - other.sample) > 3 * max(change.window, other.window) for other in kept):
-            kept.append(change)
-    return sorted(kept, key=lambda change: change.sample)
+    changes: list[LevelChange] = []
+    for change in sorted(candidates, key=lambda change: -change.times):
+        if all(abs(change.sample - stronger.sample) > 3 * max(change.window, stronger.window) for stronger in changes):
+            changes.append(change)
+    return sorted(changes, key=lambda change: change.sample)
 
 
 def _across_gaps(
@@ -261,22 +261,22 @@ def _across_gaps(
         judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (thresholds.least_windows + 2))
         if judged_lag < 2 or lag > thresholds.longer * judged_lag:
             continue  # too long for a distribution of others
-        others = window[judged_lag:] - window[:-judged_lag]
-        judged = _departures(stream, channel, others, thresholds.gap_spreads, apart=judged_lag, thresholds=thresholds)
+        usual = window[judged_lag:] - window[:-judged_lag]
+        judged = _departures(stream, channel, usual, thresholds.gap_spreads, apart=judged_lag, thresholds=thresholds)
         if judged is None:
             continue
         _, spread, limit = judged
         growth = lag / judged_lag
-        centre = median(present(others)) * growth
-        far = abs(float(window[b]) - float(window[a - 2]) - centre)
+        centre = median(present(usual)) * growth
+        distance = abs(float(window[b]) - float(window[a - 2]) - centre)
         before, after = (
             present(half[max(a - thresholds.half_windows, 0) : a]),
             present(half[b : b + thresholds.half_windows]),
         )
-        if far > limit * math.sqrt(growth) and len(before) > 1 and len(after) > 1:
+        if distance > limit * math.sqrt(growth) and len(before) > 1 and len(after) > 1:
             size = float(np.median(after) - np.median(before))
-            if abs(size) > thresholds.lasts * far:
-                times = far / spread / math.sqrt(growth) if spread > 0 else math.inf
+            if abs(size) > thresholds.lasts * distance:
+                times = distance / spread / math.sqrt(growth) if spread > 0 else math.inf
                 gradual = _gradual(
                     half, (a + b) // 2, (b - a) // 2 + 2 * thresholds.half_windows, thresholds=thresholds
                 )
@@ -294,11 +294,11 @@ def _departures(
     if independent < thresholds.least_windows:
         return None
     centre, spread = median_and_spread(x[finite])
-    far = np.abs(x - centre)
+    distances = np.abs(x - centre)
     limit = spreads * (1 + thresholds.few_windows / independent) * spread
-    if np.any(far > limit):
+    if np.any(distances > limit):
         limit = max(limit, thresholds.rounding * step_of(stream, channel))
-    return far, spread, limit
+    return distances, spread, limit
 
 
 def _not_of_peaks(
@@ -306,27 +306,30 @@ def _not_of_peaks(
 ) -> float:
     """Distance of the mean of a window from `base` without its four farthest samples, which spikes may be."""
     x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
-    kept = x[np.argsort(np.abs(x))][: -thresholds.peaks]
-    return abs(float(kept.mean())) if len(kept) else 0.0
+    inner = x[np.argsort(np.abs(x))][: -thresholds.peaks]
+    return abs(float(inner.mean())) if len(inner) else 0.0
 
 
-def _gradual(mean: Floats, at: int, around: int, *, thresholds: MotionThresholds) -> bool:
+def _gradual(mean: Floats, place: int, half_width: int, *, thresholds: MotionThresholds) -> bool:
     """Whether a line fits better about a place than two constant parts."""
-    start = max(at - around, 0)
-    x = mean[start : at + around]
-    there = np.isfinite(x)
-    k = at - start
-    if np.count_nonzero(there[:k]) < thresholds.least_on_side or np.count_nonzero(there[k:]) < thresholds.least_on_side:
+    start = max(place - half_width, 0)
+    x = mean[start : place + half_width]
+    is_present = np.isfinite(x)
+    k = place - start
+    if (
+        np.count_nonzero(is_present[:k]) < thresholds.least_on_side
+        or np.count_nonzero(is_present[k:]) < thresholds.least_on_side
+    ):
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
-    t, y = np.flatnonzero(there).astype(float), x[there]
+    t, y = np.flatnonzero(is_present).astype(float), x[is_present]
     t, y = t - t.mean(), y - y.mean()
     line = np.sum(t * y) / np.sum(t * t) * t
-    return float(np.sum((y - line) ** 2)) < float(np.sum((x - levels)[there] ** 2))
+    return float(np.sum((y - line) ** 2)) < float(np.sum((x - levels)[is_present] ** 2))
 
 
 def excursions(
-    stream: Stream, found: Summary, changes: Sequence[LevelChange] = (), *, thresholds: MotionThresholds = THRESHOLDS
+    stream: Stream, windows: Summary, changes: Sequence[LevelChange] = (), *, thresholds: MotionThresholds = THRESHOLDS
 ) -> list[Burst]:
     """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
 
@@ -334,44 +337,46 @@ def excursions(
     Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold. Excursions
     beside one of the `changes` of the channel are ignored.
     """
-    mean, w = found.mean, found.window
-    seen: list[Burst] = []
+    mean, w = windows.mean, windows.window
+    candidates: list[Burst] = []
     for _ in range(thresholds.excursion_lengths):
         if len(mean) < 2 * thresholds.least_windows:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
-        judged = _departures(stream, found.channel, away, thresholds.step_spreads, thresholds=thresholds)
+        judged = _departures(stream, windows.channel, away, thresholds.step_spreads, thresholds=thresholds)
         if judged is None:
             break
-        far, spread, limit = judged
+        distances, spread, limit = judged
         # Beside what goes away half of it shows with the other sign.
-        at = np.flatnonzero(far > max(limit, thresholds.part_of_farthest * float(np.nanmax(far))))
-        for group in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
-            k = int(group[np.argmax(far[group])])
-            farthest = float(far[k])
-            near = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
-            base = found.first + float((mean[k] + mean[k + 4]) / 2)
+        places = np.flatnonzero(distances > max(limit, thresholds.part_of_farthest * float(np.nanmax(distances))))
+        for group in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if len(places) else ():
+            k = int(group[np.argmax(distances[group])])
+            farthest = float(distances[k])
+            overlaps = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
+            base = windows.first + float((mean[k] + mean[k + 4]) / 2)
             if (
-                not any(near)
-                and _not_of_peaks(stream, found.channel, (k + 2) * w, w, base, thresholds=thresholds)
+                not any(overlaps)
+                and _not_of_peaks(stream, windows.channel, (k + 2) * w, w, base, thresholds=thresholds)
                 > thresholds.lasts * farthest
             ):
                 times = farthest / spread if spread > 0 else math.inf
-                seen.append(Burst(found.channel, (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w, times, farthest))
+                candidates.append(
+                    Burst(windows.channel, (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w, times, farthest)
+                )
         even = len(mean) // 2 * 2
         mean, w = (mean[0:even:2] + mean[1:even:2]) / 2, 2 * w
-    kept: list[Burst] = []
-    for one in sorted(seen, key=lambda one: -one.ratio):
-        apart = 4 * (one.stop - one.start)
-        if all(one.start > other.stop + apart or other.start > one.stop + apart for other in kept):
-            kept.append(one)
-    return sorted(kept, key=lambda one: one.start)
+    separate: list[Burst] = []
+    for burst in sorted(candidates, key=lambda burst: -burst.ratio):
+        apart = 4 * (burst.stop - burst.start)
+        if all(burst.start > stronger.stop + apart or stronger.start > burst.stop + apart for stronger in separate):
+            separate.append(burst)
+    return sorted(separate, key=lambda burst: burst.start)
 
 
-def _where(mean: Floats, about: int, around: int) -> int:
+def _where(mean: Floats, about: int, half_width: int) -> int:
     """The window at which a step is, by least squares of two constant parts about a place."""
-    start = max(about - 2 * around, 0)
-    x = mean[start : about + 2 * around]
+    start = max(about - 2 * half_width, 0)
+    x = mean[start : about + 2 * half_width]
     x = np.where(np.isfinite(x), x, median(present(x)))
     k = np.arange(1, len(x))
     sums = np.cumsum(x)

@@ -21,7 +21,7 @@ from sigmatau.record.streams import Stream
 class ResolutionThresholds:
     """Thresholds of `resolution`, `step_of_changes`, `equal_by_chance` and `coarse_resolution`."""
 
-    looked_at: int = 16384
+    examined: int = 16384
     """Samples that the step is looked for in. [samples] Judgement: enough for each step of a channel with 10⁵ of
     them to the standard deviation."""
 
@@ -167,7 +167,7 @@ def white_sum(increments: Floats, *, thresholds: ResolutionThresholds = THRESHOL
 @channel_fact
 def resolution(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> Resolution | None:
     """Step and noise of a channel; None if its values have no common step that can be told from none."""
-    x = sample_of(stream, channel, most=thresholds.looked_at)
+    x = sample_of(stream, channel, most=thresholds.examined)
     # Rates may have been made outside of differences of angles: no step is so small beside the noise.
     rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
     step = common_step(x, rounding=rounding, thresholds=thresholds) or step_of_changes(
@@ -255,7 +255,7 @@ def _coarse(stream: Stream, channel: str, *, thresholds: ResolutionThresholds) -
     found = resolution(stream, channel, thresholds=thresholds)
     if found is None or found.ratio > thresholds.max_noise_steps:
         return None
-    sample = present(sample_of(stream, channel, most=thresholds.looked_at))
+    sample = present(sample_of(stream, channel, most=thresholds.examined))
     if 2 * len(np.unique(np.rint((sample - sample[0]) / found.step))) > len(sample):
         return None  # a line without noise has a step too, but no value twice
     tau0 = stream.grid.tau0

@@ -29,7 +29,7 @@ class ShockThresholds:
     """Windows of 1 s in a burst, up to which it is a shock. [windows] Judgement: a knock rings for less than a
     second, and may lie across two windows."""
 
-    windows_beside: int = 3
+    side_windows: int = 3
     """Windows of a step whose means before and after it are compared. [windows] Judgement: a median of three
     tolerates one that is disturbed."""
 
@@ -50,15 +50,15 @@ def shocks(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> list[
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
     light, alone = light_shocks(stream), spikes_missing(stream)
-    seen = movements(alone, thresholds=thresholds)
-    moved = [*seen.moved, *_not_in(light, seen.moved)]
+    movement = movements(alone, thresholds=thresholds)
+    moved = [*movement.moved, *_not_in(light, movement.moved)]
     if not moved:
         return []
-    margins = ((b, max(seen.window, b.stop - b.start) if b.away else seen.window) for b in moved)
+    margins = ((b, max(movement.window, b.stop - b.start) if b.away else movement.window) for b in moved)
     bad = mask_of(stream.grid.n, [(b.start - margin, b.stop + margin) for b, margin in margins])
     return [
         (
-            _motion(stream, moved, seen.window, thresholds=thresholds),
+            _motion(stream, moved, movement.window, thresholds=thresholds),
             np.repeat(bad[:, None], len(stream.channels), axis=1),
         )
     ]
@@ -79,29 +79,31 @@ def not_static(
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    seen = movements(spikes_missing(stream), thresholds=thresholds)
-    found = []
-    for channel, changes in seen.changed.items():
-        if left := [
-            one for one in changes if still is None or _is_left(summary(still, channel), one, thresholds=thresholds)
+    movement = movements(spikes_missing(stream), thresholds=thresholds)
+    findings = []
+    for channel, changes in movement.changed.items():
+        if lasting := [
+            change
+            for change in changes
+            if still is None or _remains(summary(still, channel), change, thresholds=thresholds)
         ]:
-            found.append(level_finding(stream, channel, left))
-    return found
+            findings.append(level_finding(stream, channel, lasting))
+    return findings
 
 
-def _is_left(seen: Summary, change: LevelChange, *, thresholds: ShockThresholds) -> bool:
+def _remains(windows: Summary, change: LevelChange, *, thresholds: ShockThresholds) -> bool:
     """Whether the mean before a step and after it differ without the shocks beside it."""
-    at, size = change.sample // seen.window, thresholds.windows_beside * change.window // seen.window
-    before, after = present(seen.mean[:at])[-size:], present(seen.mean[at:])[:size]
+    place, size = change.sample // windows.window, thresholds.side_windows * change.window // windows.window
+    before, after = present(windows.mean[:place])[-size:], present(windows.mean[place:])[:size]
     if not (len(before) and len(after)):
         return True
     return abs(median(after) - median(before)) > thresholds.returned * abs(change.size)
 
 
-def between_steps(stream: Stream, found: Sequence[Finding]) -> Stream:
+def between_steps(stream: Stream, findings: Sequence[Finding]) -> Stream:
     """The stream with the neighbourhood of steps of the mean taken for missing, by findings about them."""
     mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
-    for finding in found:
+    for finding in findings:
         if isinstance(finding.details, NotStatic) and finding.channel in stream.channels:
             for step in finding.details.steps:
                 first, last = map(stream.grid.sample, (step.time - step.uncertainty, step.time + step.uncertainty))
@@ -134,41 +136,41 @@ def movements(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> Mo
     changed: dict[str, list[LevelChange]] = {}
     window = 0
     for channel in stream.channels:
-        seen = summary(stream, channel)
-        window = seen.window
-        here = bursts(stream, seen)
+        windows = summary(stream, channel)
+        window = windows.window
+        here = bursts(stream, windows)
         moved += here
         if here:  # the mean during motion is not used; across a shock it steps from the mean before to the mean after
-            mean = seen.mean.copy()
+            mean = windows.mean.copy()
             for burst in here:
                 first, last = burst.start // window, burst.stop // window
                 short = last - first <= thresholds.shock_windows and first > 0 and last < len(mean)
                 middle = (first + last) // 2
                 mean[first:middle] = mean[first - 1] if short else np.nan
                 mean[middle:last] = mean[last] if short else np.nan
-            seen = replace(seen, mean=mean)
-        changes = level_changes(stream, seen)
+            windows = replace(windows, mean=mean)
+        changes = level_changes(stream, windows)
         if changes:  # the two edges of an excursion of some seconds are not steps
-            gone = excursions(stream, seen)
+            gone = excursions(stream, windows)
             changes = [
                 change
                 for change in changes
-                if not any(_comes_back(seen, change, one, thresholds=thresholds) for one in gone)
+                if not any(_comes_back(windows, change, burst_away, thresholds=thresholds) for burst_away in gone)
             ]
         if changes:
             changed[channel] = changes
-        moved += excursions(stream, seen, changes)
+        moved += excursions(stream, windows, changes)
     return Movements(moved=moved, changed=changed, window=window)
 
 
-def _comes_back(seen: Summary, change: LevelChange, one: Burst, *, thresholds: ShockThresholds) -> bool:
+def _comes_back(windows: Summary, change: LevelChange, excursion: Burst, *, thresholds: ShockThresholds) -> bool:
     """Whether a step is an edge of an excursion after which the mean is what it was before."""
-    size = one.stop - one.start
-    if not one.start - 2 * size <= change.sample <= one.stop + 2 * size:
+    size = excursion.stop - excursion.start
+    if not excursion.start - 2 * size <= change.sample <= excursion.stop + 2 * size:
         return False
-    w = seen.window
-    before = present(seen.mean[max(one.start - 6 * size, 0) // w : max(one.start - 2 * size, 0) // w])
-    after = present(seen.mean[(one.stop + 2 * size) // w : (one.stop + 6 * size) // w])
+    w = windows.window
+    before = present(windows.mean[max(excursion.start - 6 * size, 0) // w : max(excursion.start - 2 * size, 0) // w])
+    after = present(windows.mean[(excursion.stop + 2 * size) // w : (excursion.stop + 6 * size) // w])
     if not (len(before) and len(after)):
         return False
     return abs(median(after) - median(before)) < thresholds.returned * abs(change.size)
@@ -184,7 +186,7 @@ def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, thresholds: 
             groups.append([burst])
     spans = [(min(b.start for b in group), max(b.stop for b in group)) for group in groups]
     times = in_seconds(stream, spans)
-    told = tuple(
+    bursts_of_motion = tuple(
         _burst(
             stream,
             group,
@@ -195,11 +197,11 @@ def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, thresholds: 
     )
     axes = tuple(c for c in stream.channels if any(b.channel == c for b in moved))
     return Finding(
-        details=NotStatic(quantity=stream.quantity, unit=stream.unit, bursts=told),
+        details=NotStatic(quantity=stream.quantity, unit=stream.unit, bursts=bursts_of_motion),
         severity="warning",
         channels=axes,
         spans=times,
-        size=max(burst.ratio for burst in told),
+        size=max(burst.ratio for burst in bursts_of_motion),
     )
 
 

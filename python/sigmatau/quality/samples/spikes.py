@@ -38,7 +38,7 @@ class SpikeThresholds:
     The residual (a sample less a median of its neighbours) of Gaussian noise no smoother than a random walk is
     Gaussian in its tail, and a spike must be one on both sides."""
 
-    least: float = 6.0
+    least_height: float = 6.0
     """Height of a spike, at least. [standard deviations] Judgement: a smaller one in a short record would be a guess
     at its tail."""
 
@@ -111,60 +111,62 @@ def find_spikes(x: Floats, *, thresholds: SpikeThresholds = THRESHOLDS) -> Bools
     """
     x = np.asarray(x, dtype=np.float64)
     n = len(x)
-    found = np.zeros(n, dtype=bool)
+    spikes_at = np.zeros(n, dtype=bool)
     if n < thresholds.min_samples:
-        return found
+        return spikes_at
     rest, part = x, 0.5
     multiple = _multiple(n, thresholds=thresholds)
     for k in range(thresholds.rounds):
-        seen = _scale(rest, thresholds=thresholds)
-        if k == 0 and seen.far >= thresholds.tail_count:
-            many = dense_spikes(x, seen.step)
+        scale = _scale(rest, thresholds=thresholds)
+        if k == 0 and scale.far >= thresholds.tail_count:
+            many = dense_spikes(x, scale.step)
             if many is not None:
-                found[_beyond_smooth(x, np.flatnonzero(many), seen, multiple, thresholds=thresholds)] = True
-                rest = np.where(found, np.nan, x)
-                seen = _scale(rest, thresholds=thresholds)
-        least = thresholds.steps * seen.step
-        threshold = multiple * max(seen.noise, thresholds.unseen * seen.step) + least
+                spikes_at[_beyond_smooth(x, np.flatnonzero(many), scale, multiple, thresholds=thresholds)] = True
+                rest = np.where(spikes_at, np.nan, x)
+                scale = _scale(rest, thresholds=thresholds)
+        rounding = thresholds.steps * scale.step
+        threshold = multiple * max(scale.noise, thresholds.unseen * scale.step) + rounding
         if not (math.isfinite(threshold) and threshold > 0):
             break
-        more = outliers(rest, threshold=threshold, multiple=multiple, least=least, side=seen.side, part=part)
-        more = _beyond_smooth(x, more, seen, multiple, thresholds=thresholds)
-        if len(more) == 0:
+        new = outliers(rest, threshold=threshold, multiple=multiple, least=rounding, side=scale.side, part=part)
+        new = _beyond_smooth(x, new, scale, multiple, thresholds=thresholds)
+        if len(new) == 0:
             break
-        found[more] = True
+        spikes_at[new] = True
         if rest is x:
             rest = x.copy()
-        rest[more] = np.nan
-        part = 0.25 if seen.side == thresholds.wide else 0.5  # where half of the changes about a spike may be to others
-    return found
+        rest[new] = np.nan
+        part = (
+            0.25 if scale.side == thresholds.wide else 0.5
+        )  # where half of the changes about a spike may be to others
+    return spikes_at
 
 
 @channel_fact
 def spike_mask(stream: Stream, channel: str, *, thresholds: SpikeThresholds = THRESHOLDS) -> Bools:
     """The spikes of a channel, see `find_spikes`; read-only."""
-    found = find_spikes(stream.column(channel), thresholds=thresholds)
-    found.setflags(write=False)
-    return found
+    mask = find_spikes(stream.column(channel), thresholds=thresholds)
+    mask.setflags(write=False)
+    return mask
 
 
 def more_below(rest: Floats, *, thresholds: SpikeThresholds = THRESHOLDS) -> bool:
     """Whether a record without its spikes has more outliers than noise makes: smaller spikes remain."""
-    seen = _scale(rest, thresholds=thresholds)
-    return not seen.smooth and hidden(rest, seen.step)
+    scale = _scale(rest, thresholds=thresholds)
+    return not scale.smooth and hidden(rest, scale.step)
 
 
 @stream_fact
 def spikes(stream: Stream, *, thresholds: SpikeThresholds = THRESHOLDS) -> list[Found]:
     """Spikes of each channel: number, time and height; at most one finding a channel."""
-    found: list[Found] = []
+    findings: list[Found] = []
     for k, channel in enumerate(stream.channels):
-        at = spike_mask(stream, channel, thresholds=thresholds)
-        if at.any():
+        is_spike = spike_mask(stream, channel, thresholds=thresholds)
+        if is_spike.any():
             mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
-            mask[:, k] = at
-            found.append((_finding(stream, channel, at, thresholds=thresholds), mask))
-    return found
+            mask[:, k] = is_spike
+            findings.append((_finding(stream, channel, is_spike, thresholds=thresholds), mask))
+    return findings
 
 
 @stream_fact
@@ -175,23 +177,23 @@ def spikes_missing(stream: Stream, *, thresholds: SpikeThresholds = THRESHOLDS) 
     )
 
 
-def _finding(stream: Stream, channel: str, found: Bools, *, thresholds: SpikeThresholds) -> Finding:
-    x, at = stream.column(channel), np.flatnonzero(found)
-    clean = np.where(found, np.nan, x)
-    heights = _heights(x, clean, at, thresholds=thresholds)
+def _finding(stream: Stream, channel: str, is_spike: Bools, *, thresholds: SpikeThresholds) -> Finding:
+    x, places = stream.column(channel), np.flatnonzero(is_spike)
+    clean = np.where(is_spike, np.nan, x)
+    heights = _heights(x, clean, places, thresholds=thresholds)
     largest = int(np.argmax(np.abs(heights)))
-    times = stream.grid.lead + at * stream.grid.tau0
+    times = stream.grid.lead + places * stream.grid.tau0
     spans, more_spans = longest_spans(times, times)
     heavy = more_below(clean, thresholds=thresholds)
     tail = read_tail(clean, heights) if heavy else TailReading(factor=1.0, error=0.0)
     return Finding(
         details=Spikes(
             unit=stream.unit,
-            count=len(at),
+            count=len(places),
             samples=len(x),
-            share=len(at) / int(np.count_nonzero(np.isfinite(x))),
+            share=len(places) / int(np.count_nonzero(np.isfinite(x))),
             height=float(heights[largest]),
-            time=stream.grid.time(int(at[largest])),
+            time=stream.grid.time(int(places[largest])),
             more_below=heavy,
             tail_factor=tail.factor,
             tail_error=tail.error,
@@ -209,21 +211,21 @@ def _finding(stream: Stream, channel: str, found: Bools, *, thresholds: SpikeThr
 def _multiple(n: int, *, thresholds: SpikeThresholds = THRESHOLDS) -> float:
     """Threshold in standard deviations: six, more for long records, and for short ones, whose scale is uncertain."""
     needed = -NormalDist().inv_cdf(thresholds.false_spikes / (2 * n))
-    return max(thresholds.least, needed) * (
+    return max(thresholds.least_height, needed) * (
         1 + 2 / math.sqrt(min(n, thresholds.stretch * thresholds.stretches) / thresholds.scatter_side)
     )
 
 
-def _heights(x: Floats, clean: Floats, at: Ints, *, thresholds: SpikeThresholds) -> Floats:
+def _heights(x: Floats, clean: Floats, places: Ints, *, thresholds: SpikeThresholds) -> Floats:
     """Distance of spikes from the median of the good samples beside them, or of all good samples where there are none."""
-    heights = np.empty(len(at))
-    for start in range(0, len(at), _BATCH):
-        some = at[start : start + _BATCH]
-        near = neighbours(clean, some, -thresholds.wide, thresholds.wide)
-        lonely = ~np.isfinite(near).any(axis=1)
+    heights = np.empty(len(places))
+    for start in range(0, len(places), _BATCH):
+        some = places[start : start + _BATCH]
+        around_each = neighbours(clean, some, -thresholds.wide, thresholds.wide)
+        lonely = ~np.isfinite(around_each).any(axis=1)
         if lonely.any():
-            near[lonely] = np.nanmedian(clean)
-        heights[start : start + _BATCH] = x[some] - np.nanmedian(near, axis=1)
+            around_each[lonely] = np.nanmedian(clean)
+        heights[start : start + _BATCH] = x[some] - np.nanmedian(around_each, axis=1)
     return heights
 
 
@@ -239,15 +241,15 @@ class _Scale:
     smooth: bool  # whether that is small: a low-pass filter is far below the sampling rate
 
 
-def _beyond_smooth(x: Floats, at: Ints, seen: _Scale, multiple: float, *, thresholds: SpikeThresholds) -> Ints:
+def _beyond_smooth(x: Floats, places: Ints, scale: _Scale, multiple: float, *, thresholds: SpikeThresholds) -> Ints:
     """Of some samples those that stand out in the fourth differences too, if the noise is smooth; all if it is not."""
-    if len(at) == 0 or not seen.smooth:
-        return at
-    there = np.flatnonzero(np.isfinite(x))
-    middle = np.clip(np.searchsorted(there, at), 2, len(there) - 3)
-    fourth = np.abs(np.diff(x[there[middle[:, None] + np.arange(-2, 3)]], n=4)[:, 0]) / _MIDDLE
+    if len(places) == 0 or not scale.smooth:
+        return places
+    present_at = np.flatnonzero(np.isfinite(x))
+    middle = np.clip(np.searchsorted(present_at, places), 2, len(present_at) - 3)
+    fourth = np.abs(np.diff(x[present_at[middle[:, None] + np.arange(-2, 3)]], n=4)[:, 0]) / _MIDDLE
     return np.asarray(
-        at[fourth > multiple * max(seen.fourth, thresholds.unseen * seen.step) + thresholds.steps * seen.step]
+        places[fourth > multiple * max(scale.fourth, thresholds.unseen * scale.step) + thresholds.steps * scale.step]
     )
 
 
@@ -279,23 +281,23 @@ def _scale(x: Floats, *, thresholds: SpikeThresholds) -> _Scale:
     scale, side = block_rms(residual), thresholds.side
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = median(np.abs(present(residual))) / NormalDist().inv_cdf(0.75)
-    far = int(np.count_nonzero(np.abs(residual) > thresholds.tail_from * min(scale, usual + step / 2)))
+    in_tail = int(np.count_nonzero(np.abs(residual) > thresholds.tail_from * min(scale, usual + step / 2)))
     fourth = present(np.abs(np.diff(rows, n=4, axis=1)).ravel())
     fourth_scale = (
         median(fourth) / NormalDist().inv_cdf(0.75) / _MIDDLE if len(fourth) >= thresholds.min_samples else math.inf
     )
     if scale > thresholds.spoiled * (usual + step):
         scale, side = usual + step / 2, thresholds.wide
-    return _Scale(scale, step, side, far, fourth_scale, smooth=fourth_scale < thresholds.smooth * scale)
+    return _Scale(scale, step, side, in_tail, fourth_scale, smooth=fourth_scale < thresholds.smooth * scale)
 
 
 def _where_two_are(x: Floats, *, thresholds: SpikeThresholds) -> Floats:
     """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
-    there = np.flatnonzero(np.isfinite(x))
-    before = there[2:] - there[:-2] <= thresholds.side
-    at = there[2:][before][: thresholds.stretch * thresholds.stretches]
-    near = neighbours(x, at, -thresholds.side, -1)
-    return np.asarray(x[at] - np.nanmedian(near, axis=1)) if len(at) else at.astype(float)
+    present_at = np.flatnonzero(np.isfinite(x))
+    before = present_at[2:] - present_at[:-2] <= thresholds.side
+    places = present_at[2:][before][: thresholds.stretch * thresholds.stretches]
+    before_each = neighbours(x, places, -thresholds.side, -1)
+    return np.asarray(x[places] - np.nanmedian(before_each, axis=1)) if len(places) else places.astype(float)
 
 
 def _median(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:

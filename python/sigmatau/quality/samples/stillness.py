@@ -136,18 +136,20 @@ def moved(
     second differences is beyond noise at some averaging time.
     """
     by_stream = [_octave_means(stream, threads, thresholds=thresholds) for stream in streams]
-    means = [one for alike in by_stream for one in alike]
-    handled = [_seconds(one, thresholds=thresholds) for one in means]
-    gone = joined([span for one in handled for span in one.spans], thresholds=thresholds)
-    for one in means:
-        one.leave_out(gone)
+    means = [axis for alike in by_stream for axis in alike]
+    handled = [_seconds(axis, thresholds=thresholds) for axis in means]
+    gone = joined([span for axis in handled for span in axis.spans], thresholds=thresholds)
+    for axis in means:
+        axis.leave_out(gone)
     tilted = [Moved((span,), motion) for alike in by_stream for span, motion in _tilts(alike)]
-    found = [*handled, *tilted, *(_blocks(one, thresholds=thresholds) for one in means)]
-    if not any(one.spans for one in found) and (motion := shaken(means)) is not None:
+    stretches = [*handled, *tilted, *(_blocks(axis, thresholds=thresholds) for axis in means)]
+    if not any(axis.spans for axis in stretches) and (motion := shaken(means)) is not None:
         whole = means[0].span(0.0, math.inf)
-        found.append(Moved((whole,), motion))
-    strongest = max((one.motion for one in found if one.motion is not None), key=lambda one: one.times, default=None)
-    return Moved(joined([span for one in found for span in one.spans], thresholds=thresholds), strongest)
+        stretches.append(Moved((whole,), motion))
+    strongest = max(
+        (axis.motion for axis in stretches if axis.motion is not None), key=lambda axis: axis.times, default=None
+    )
+    return Moved(joined([span for axis in stretches for span in axis.spans], thresholds=thresholds), strongest)
 
 
 def _tilts(means: Sequence[OctaveMeans]) -> Sequence[tuple[Span, Motion]]:
@@ -170,15 +172,17 @@ def _octave_means(stream: Stream, threads: int | None, *, thresholds: StillnessT
     if stream.grid.n < thresholds.least_seconds * base << max(times.second - first, 2):
         return ()
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
-    known = [
+    channels = [
         channel for channel, share in zip(stream.channels, missing, strict=True) if share <= thresholds.most_missing
     ]
-    found = in_threads(lambda channel: OctaveMeans(stream, channel, base, first, thresholds=times), known, threads)
-    means = [one for one in found.values() if one.floor > 0]  # a constant is not measured
+    by_channel = in_threads(
+        lambda channel: OctaveMeans(stream, channel, base, first, thresholds=times), channels, threads
+    )
+    means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant is not measured
     sure = measures_gravity(means, in_si=True)
-    for one in means:
-        one.unit_is_sure = sure
-        one.limit_floor()
+    for axis in means:
+        axis.unit_is_sure = sure
+        axis.limit_floor()
     return means
 
 
@@ -197,77 +201,77 @@ def joined(spans: Iterable[Span], *, thresholds: StillnessThresholds = THRESHOLD
     return tuple(united)
 
 
-def _blocks(found: OctaveMeans, *, thresholds: StillnessThresholds) -> Moved:
+def _blocks(axis: OctaveMeans, *, thresholds: StillnessThresholds) -> Moved:
     """Blocks that move, and the whole if those that are left move together; drifts are not white over longer means."""
-    if found.slow:
+    if axis.slow:
         return Moved((), None)
-    length = min(max(round(found.stream.grid.duration / thresholds.block), 1), thresholds.most_blocks)
-    block = found.stream.grid.duration / length
+    length = min(max(round(axis.stream.grid.duration / thresholds.block), 1), thresholds.most_blocks)
+    block = axis.stream.grid.duration / length
     spans: list[Span] = []
     motions: list[Motion] = []
     edges = np.arange(length + 1, dtype=np.float64) * block
     may_move, may_drift = (
-        _may_move(found, edges, thresholds=thresholds),
-        _may_drift(found, edges, thresholds=thresholds),
+        _may_move(axis, edges, thresholds=thresholds),
+        _may_drift(axis, edges, thresholds=thresholds),
     )
     for k in range(length):
         start, stop = k * block, (k + 1) * block
-        motion = _judged(found, start, stop, thresholds=thresholds) if may_move[k] else None
+        motion = _judged(axis, start, stop, thresholds=thresholds) if may_move[k] else None
         if motion is None and may_drift[k]:
-            motion = _drift(found, start, stop, thresholds=thresholds)
+            motion = _drift(axis, start, stop, thresholds=thresholds)
         if motion is not None:
-            spans.append(found.span(start, stop))
+            spans.append(axis.span(start, stop))
             motions.append(motion)
-    found.leave_out(spans)
-    whole = found.stream.grid.duration
-    whole_may_move = length > len(spans) and _may_move(found, np.array([0.0, whole]), thresholds=thresholds).any()
-    if whole_may_move and (motion := _judged(found, 0.0, whole, thresholds=thresholds)) is not None:
-        spans.append(found.span(0.0, whole))
+    axis.leave_out(spans)
+    whole = axis.stream.grid.duration
+    whole_may_move = length > len(spans) and _may_move(axis, np.array([0.0, whole]), thresholds=thresholds).any()
+    if whole_may_move and (motion := _judged(axis, 0.0, whole, thresholds=thresholds)) is not None:
+        spans.append(axis.span(0.0, whole))
         motions.append(motion)
     return Moved(tuple(spans), max(motions, key=lambda one: one.times, default=None))
 
 
-def _may_move(found: OctaveMeans, edges: Floats, *, thresholds: StillnessThresholds) -> Bools:
+def _may_move(axis: OctaveMeans, edges: Floats, *, thresholds: StillnessThresholds) -> Bools:
     """Whether stretches between edges reach the level that both conditions of `_judged` need."""
-    limit, high_limit = thresholds.level[found.quantity], thresholds.high_level[found.quantity]
-    return found.reach(min(high_limit, max(limit, thresholds.rise * found.floor)), edges)
+    limit, high_limit = thresholds.level[axis.quantity], thresholds.high_level[axis.quantity]
+    return axis.reach(min(high_limit, max(limit, thresholds.rise * axis.floor)), edges)
 
 
-def _judged(found: OctaveMeans, start: float, stop: float, *, thresholds: StillnessThresholds) -> Motion | None:
+def _judged(axis: OctaveMeans, start: float, stop: float, *, thresholds: StillnessThresholds) -> Motion | None:
     """The strongest motion by the median of second differences; None at rest."""
-    limit, high_limit = thresholds.level[found.quantity], thresholds.high_level[found.quantity]
+    limit, high_limit = thresholds.level[axis.quantity], thresholds.high_level[axis.quantity]
     lowest = math.inf
     motions: list[Motion] = []
-    for octave in range(found.first, found.thresholds.octaves):
-        tau = found.tau(octave)
-        inside = present(found.differences(octave, start, stop))
-        if len(inside) < found.thresholds.least_differences:
+    for octave in range(axis.first, axis.thresholds.octaves):
+        tau = axis.tau(octave)
+        inside = present(axis.differences(octave, start, stop))
+        if len(inside) < axis.thresholds.least_differences:
             break
         usual = median(inside)
         level = usual / NORMAL_MEDIAN * math.sqrt(tau)
-        times = level / found.floor if found.floor > 0 else math.inf
+        times = level / axis.floor if axis.floor > 0 else math.inf
         sure = level * (1 - thresholds.errors / math.sqrt(len(inside)))
         high = level > high_limit and sure > thresholds.rise_of_high * lowest
-        risen = octave > found.thresholds.floor and level > limit and times > thresholds.rise
-        if usual > found.thresholds.steps * found.step and (high or risen):
-            motions.append(found.motion("varies", usual / NORMAL_MEDIAN, max(times, level / limit), tau))
-        lowest = min(lowest, max(level, found.rounding_level(octave)))
-    return max(motions, key=lambda one: one.times, default=None)
+        risen = octave > axis.thresholds.floor and level > limit and times > thresholds.rise
+        if usual > axis.thresholds.steps * axis.step and (high or risen):
+            motions.append(axis.motion("varies", usual / NORMAL_MEDIAN, max(times, level / limit), tau))
+        lowest = min(lowest, max(level, axis.rounding_level(octave)))
+    return max(motions, key=lambda motion: motion.times, default=None)
 
 
-def _steepest(found: OctaveMeans, tau: float, *, thresholds: StillnessThresholds) -> tuple[float, float]:
+def _steepest(axis: OctaveMeans, tau: float, *, thresholds: StillnessThresholds) -> tuple[float, float]:
     """Change of the mean of a sensor from one averaging time to the next, and that beyond which it is a motion."""
-    steepest = SENSOR_CLASSES[found.quantity].noisiest["rate_ramp"] * tau
-    noise = max(found.floor / math.sqrt(tau), found.step)
+    steepest = SENSOR_CLASSES[axis.quantity].noisiest["rate_ramp"] * tau
+    noise = max(axis.floor / math.sqrt(tau), axis.step)
     return steepest, max(thresholds.drift * steepest, thresholds.drift_over_noise * noise)
 
 
-def _may_drift(found: OctaveMeans, edges: Floats, *, thresholds: StillnessThresholds) -> list[bool]:
+def _may_drift(axis: OctaveMeans, edges: Floats, *, thresholds: StillnessThresholds) -> list[bool]:
     """Whether half of the changes between edges are beyond that of a motion, as `_drift` needs it."""
-    octave = _octave_of_drift(found)
-    tau = found.tau(octave)
-    _, limit = _steepest(found, tau, thresholds=thresholds)
-    changes = np.abs(np.diff(found.by_octave[octave]))
+    octave = _octave_of_drift(axis)
+    tau = axis.tau(octave)
+    _, limit = _steepest(axis, tau, thresholds=thresholds)
+    changes = np.abs(np.diff(axis.by_octave[octave]))
     present_to = np.concatenate(([0], np.cumsum(np.isfinite(changes))))
     beyond_to = np.concatenate(([0], np.cumsum(changes > limit)))
     places = [min(round(edge / tau), len(changes) + 1) for edge in edges.tolist()]
@@ -275,91 +279,91 @@ def _may_drift(found: OctaveMeans, edges: Floats, *, thresholds: StillnessThresh
     return [2 * int(beyond_to[b] - beyond_to[a]) >= int(present_to[b] - present_to[a]) for a, b in spans]
 
 
-def _octave_of_drift(found: OctaveMeans) -> int:
+def _octave_of_drift(axis: OctaveMeans) -> int:
     """That of 4 s; in a record shorter than a block, one that has enough means."""
-    octave = found.thresholds.octaves - 1
-    while octave > found.thresholds.second and len(found.by_octave[octave]) <= found.thresholds.least_differences:
+    octave = axis.thresholds.octaves - 1
+    while octave > axis.thresholds.second and len(axis.by_octave[octave]) <= axis.thresholds.least_differences:
         octave -= 1
     return octave
 
 
-def _drift(found: OctaveMeans, start: float, stop: float, *, thresholds: StillnessThresholds) -> Motion | None:
+def _drift(axis: OctaveMeans, start: float, stop: float, *, thresholds: StillnessThresholds) -> Motion | None:
     """A motion with a steady change of the mean that no sensor has: the median of first differences of means of 4 s."""
-    octave = _octave_of_drift(found)
-    tau = found.tau(octave)
-    x = found.by_octave[octave][round(start / tau) : round(stop / tau)]
+    octave = _octave_of_drift(axis)
+    tau = axis.tau(octave)
+    x = axis.by_octave[octave][round(start / tau) : round(stop / tau)]
     changes = present(np.diff(x))
-    if len(changes) < found.thresholds.least_differences:
+    if len(changes) < axis.thresholds.least_differences:
         return None
-    usual, (steepest, limit) = abs(median(changes)), _steepest(found, tau, thresholds=thresholds)
+    usual, (steepest, limit) = abs(median(changes)), _steepest(axis, tau, thresholds=thresholds)
     if usual <= limit:
         return None
-    return found.motion("varies", usual, usual / steepest, tau)
+    return axis.motion("varies", usual, usual / steepest, tau)
 
 
-def _seconds(found: OctaveMeans, *, thresholds: StillnessThresholds) -> Moved:
+def _seconds(axis: OctaveMeans, *, thresholds: StillnessThresholds) -> Moved:
     """Stretches of seconds in which the sensor is handled."""
-    limit = thresholds.handled[found.quantity]
-    second = found.by_octave[found.second]
-    size, n = found.tau(found.second), len(second)
+    limit = thresholds.handled[axis.quantity]
+    second = axis.by_octave[axis.second]
+    size, n = axis.tau(axis.second), len(second)
     largest = np.zeros(n)
-    for octave in range(max(found.thresholds.floor, found.first), found.second + 1):
-        d = np.nan_to_num(found.differences(octave))
-        tau = found.tau(octave)
+    for octave in range(max(axis.thresholds.floor, axis.first), axis.second + 1):
+        d = np.nan_to_num(axis.differences(octave))
+        tau = axis.tau(octave)
         beyond = np.where(
             (d > limit)
-            & (d * math.sqrt(tau) > thresholds.handled_rise * found.floor)
-            & (d > found.thresholds.steps * found.step),
+            & (d * math.sqrt(tau) > thresholds.handled_rise * axis.floor)
+            & (d > axis.thresholds.steps * axis.step),
             d,
             0.0,
         )
-        at = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
-        np.maximum.at(largest, at, beyond)
-    is_short = found.stream.grid.duration < thresholds.block and not found.slow
+        second_of_mean = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
+        np.maximum.at(largest, second_of_mean, beyond)
+    is_short = axis.stream.grid.duration < thresholds.block and not axis.slow
     if is_short:
-        _raise_by_departures(found, largest, thresholds=thresholds)
-    turning = np.abs(np.nan_to_num(second)) if found.quantity == "angular_rate" else np.zeros(n)
-    turning[turning < max(thresholds.largest_bias, thresholds.handled_rise * found.floor / math.sqrt(size))] = 0.0
+        _raise_by_departures(axis, largest, thresholds=thresholds)
+    turning = np.abs(np.nan_to_num(second)) if axis.quantity == "angular_rate" else np.zeros(n)
+    turning[turning < max(thresholds.largest_bias, thresholds.handled_rise * axis.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
-    least = 1 if is_short else thresholds.least_handled
+    least_seconds = 1 if is_short else thresholds.least_handled
     spans: list[Span] = []
     strongest: Motion | None = None
     for a, b in _groups(flagged, thresholds=thresholds):
-        if np.count_nonzero(flagged[a:b]) < least and not _turned(found, second, a, b, thresholds=thresholds):
+        if np.count_nonzero(flagged[a:b]) < least_seconds and not _turned(axis, second, a, b, thresholds=thresholds):
             continue
-        spans.append(found.span((a - 1) * size, (b + 1) * size))
+        spans.append(axis.span((a - 1) * size, (b + 1) * size))
         amount, rate = float(largest[a:b].max()), float(turning[a:b].max())
-        times = amount * math.sqrt(size) / found.floor if found.floor > 0 else math.inf
-        varies = found.motion("varies", amount, times, size)
-        motion = varies if amount > 0 else found.motion("turns", rate, rate / thresholds.largest_bias, (b - a) * size)
+        times = amount * math.sqrt(size) / axis.floor if axis.floor > 0 else math.inf
+        varies = axis.motion("varies", amount, times, size)
+        motion = varies if amount > 0 else axis.motion("turns", rate, rate / thresholds.largest_bias, (b - a) * size)
         strongest = motion if strongest is None or motion.times > strongest.times else strongest
     return Moved(tuple(spans), strongest)
 
 
-def _raise_by_departures(found: OctaveMeans, largest: Floats, *, thresholds: StillnessThresholds) -> None:
+def _raise_by_departures(axis: OctaveMeans, largest: Floats, *, thresholds: StillnessThresholds) -> None:
     """Raise the largest change of each second of a short record to the departure of its means from their median."""
-    n, size = len(largest), found.tau(found.second)
-    for octave in range(max(thresholds.departs_from, found.first), found.second + 1):
-        x, tau = found.by_octave[octave], found.tau(octave)
+    n, size = len(largest), axis.tau(axis.second)
+    for octave in range(max(thresholds.departs_from, axis.first), axis.second + 1):
+        x, tau = axis.by_octave[octave], axis.tau(octave)
         away = np.nan_to_num(np.abs(x - median(present(x))))
         limit = max(
-            thresholds.departure * thresholds.handled[found.quantity],
-            thresholds.handled_rise * found.floor / math.sqrt(tau),
-            found.thresholds.steps * found.step,
+            thresholds.departure * thresholds.handled[axis.quantity],
+            thresholds.handled_rise * axis.floor / math.sqrt(tau),
+            axis.thresholds.steps * axis.step,
         )
-        at = np.minimum((np.arange(len(x)) * tau / size).astype(int), n - 1)
-        np.maximum.at(largest, at, np.where(away > limit, away, 0.0))
+        second_of_mean = np.minimum((np.arange(len(x)) * tau / size).astype(int), n - 1)
+        np.maximum.at(largest, second_of_mean, np.where(away > limit, away, 0.0))
 
 
 def _groups(flagged: Bools, *, thresholds: StillnessThresholds) -> Sequence[tuple[int, int]]:
-    at = np.flatnonzero(flagged)
-    if not len(at):
+    places = np.flatnonzero(flagged)
+    if not len(places):
         return ()
-    parts = np.split(at, np.flatnonzero(np.diff(at) > thresholds.gap) + 1)
+    parts = np.split(places, np.flatnonzero(np.diff(places) > thresholds.gap) + 1)
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
-def _turned(found: OctaveMeans, second: Floats, a: int, b: int, *, thresholds: StillnessThresholds) -> bool:
+def _turned(axis: OctaveMeans, second: Floats, a: int, b: int, *, thresholds: StillnessThresholds) -> bool:
     """Whether the sensor has another position after the seconds a to b: by gravity, or by the angle turned."""
     before, after = (
         present(part)
@@ -371,7 +375,7 @@ def _turned(found: OctaveMeans, second: Floats, a: int, b: int, *, thresholds: S
     if not (len(before) and len(after)):
         return False
     levels = median(before), median(after)
-    if found.quantity == "acceleration":
+    if axis.quantity == "acceleration":
         return abs(levels[1] - levels[0]) > thresholds.turned["acceleration"]
     inside = present(second[max(a - 1, 0) : b + 1]) - sum(levels) / 2
-    return abs(float(inside.sum())) * found.tau(found.second) > thresholds.turned["angular_rate"]
+    return abs(float(inside.sum())) * axis.tau(axis.second) > thresholds.turned["angular_rate"]

@@ -64,7 +64,7 @@ class LineThresholds:
     min_differences: int = 64
     """Differences that a share is taken from, at least. [1] Judgement: a share is then known to 0.06."""
 
-    looked_at: int = 1 << 16
+    examined: int = 1 << 16
     """Samples by which it is decided which differences are 0. [samples] Derived: 52 are below `nothing` by chance, a
     share that is known to a seventh."""
 
@@ -131,7 +131,7 @@ class Filled:
 
 def straight_parts(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHOLDS) -> StraightParts | None:
     """Samples on the line through their neighbours, to rounding; None if steps so coarse, or too few samples, hide lines."""
-    some = sample_of(stream, channel, most=thresholds.looked_at)
+    some = sample_of(stream, channel, most=thresholds.examined)
     zero = tolerance(stream, channel, some, thresholds=thresholds)
     if zero is None or zero.chance > thresholds.too_coarse:
         return None
@@ -139,10 +139,10 @@ def straight_parts(stream: Stream, channel: str, *, thresholds: LineThresholds =
     beyond = 0
     for start, x in pieces(stream, channel, overlap=2):
         size = np.abs(np.diff(x, n=2))
-        near = np.flatnonzero(size <= 3 * zero.largest)
-        on = size[near] <= zero.largest
-        beyond += len(near) - int(np.count_nonzero(on))
-        places.append(near[on] + start + 1)
+        small = np.flatnonzero(size <= 3 * zero.largest)
+        on = size[small] <= zero.largest
+        beyond += len(small) - int(np.count_nonzero(on))
+        places.append(small[on] + start + 1)
     # Noise has nearly the same density a little beyond; noise that comes and goes has more near zero than its mean tells.
     chance = max(zero.chance, beyond / (2 * max(stream.grid.n, 1)))
     # Counts to which a slow bias was added have no common step, but changes of nearly zero as often as lines; of white noise
@@ -198,15 +198,15 @@ def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHO
     single &= ~level
     if float(lengths[single].sum()) < needed * n or not _noise_between(x, parts.at, thresholds=thresholds):
         single[:] = False
-    kept = long | single
-    if not kept.any():
+    is_filled = long | single
+    if not is_filled.any():
         return None
     random_walk, short = _of_singles(first[single], lengths[single], n)
     part = float(lengths[single].sum()) / n
     true = max(1 - chance / part, 0.0) if part else 0.0
     return Filled(
-        first[kept],
-        lengths[kept],
+        first[is_filled],
+        lengths[is_filled],
         thresholds.min_stretch,
         part * true,
         1 + (random_walk - 1) * true,
@@ -223,11 +223,11 @@ def _noise_between(x: Floats, straight: Ints, *, thresholds: LineThresholds) -> 
     """
     between = np.ones(len(x), dtype=bool)
     between[straight] = False
-    far = between[1:-1] & between[2:] & between[:-2]
+    apart_from_lines = between[1:-1] & between[2:] & between[:-2]
     change = np.diff(x)
-    a, b = change[:-1][far], change[1:][far]
-    known = np.isfinite(a) & np.isfinite(b)
-    a, b = a[known], b[known]
+    a, b = change[:-1][apart_from_lines], change[1:][apart_from_lines]
+    is_present = np.isfinite(a) & np.isfinite(b)
+    a, b = a[is_present], b[is_present]
     if len(a) < thresholds.min_differences:
         return False
     if float(a @ b) < -0.1 * float(a @ a):

@@ -60,7 +60,7 @@ class StuckThresholds:
     """Part of the visits to zero that are in runs, at least. [1] Judgement: single samples of a sensor whose range
     ends at zero, or whose numbers are coarse, are zero too."""
 
-    looked_at: int = 1 << 14
+    examined: int = 1 << 14
     """Samples by which it is decided whether the noise is smooth. [samples] Judgement: a power is then known to 1 %."""
 
 
@@ -118,7 +118,7 @@ def stuck_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = TH
 
 def _is_smooth(x: Floats, *, thresholds: StuckThresholds) -> bool:
     """Whether noise is smoother than a random walk."""
-    changes = np.diff(present(x[: thresholds.looked_at]))
+    changes = np.diff(present(x[: thresholds.examined]))
     return 0 < block_rms(np.diff(changes)) ** 2 < thresholds.smooth * block_rms(changes) ** 2
 
 

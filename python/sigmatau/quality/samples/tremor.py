@@ -104,7 +104,7 @@ class TremorThresholds:
     """Noise of the loudest axis over that of the noisiest sensor from which on it is not that of a sensor, where a
     tremor cannot show. [1] Judgement: twice the power, for sensors that are worse than their datasheet."""
 
-    looked_at: int = 1 << 17
+    examined: int = 1 << 17
     """Samples whose density is computed. [samples] Judgement: bounds the time; 65 periodograms at 1 kHz."""
 
     parts: int = 4
@@ -236,18 +236,18 @@ def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool, thresholds: TremorThr
 
 
 def _peaks(
-    axes: Sequence[OctaveMeans], least: _LeastRatios, *, by_median: bool, thresholds: TremorThresholds
+    axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool, thresholds: TremorThresholds
 ) -> Sequence[_Peak]:
     """The peaks of all axes, if each stands out from what is above it, and those of each sensor from what is below."""
     peaks: list[_Peak] = []
     for axis in axes:
         peak = _peak(axis, by_median=by_median, thresholds=thresholds)
-        if peak is None or peak.rms < thresholds.least_tremor[axis.quantity] or peak.over_above < least.above:
+        if peak is None or peak.rms < thresholds.least_tremor[axis.quantity] or peak.over_above < ratios.above:
             return ()
         peaks.append(peak)
     quantities = dict.fromkeys(axis.quantity for axis in axes)
     by_sensor = [[peak for peak in peaks if peak.axis.quantity == quantity] for quantity in quantities]
-    if all(_stand_out([peak.over_below for peak in alike], least) for alike in by_sensor):
+    if all(_stand_out([peak.over_below for peak in alike], ratios) for alike in by_sensor):
         return peaks
     are_lobes = min(peak.over_above for peak in peaks) <= thresholds.lobes_over_above and any(
         _geometric_mean([peak.over_below for peak in alike]) <= thresholds.lobes_below for alike in by_sensor
@@ -256,8 +256,8 @@ def _peaks(
     return peaks if stand_out and not are_lobes else ()
 
 
-def _stand_out(ratios: Sequence[float], least: _LeastRatios) -> bool:
-    return _geometric_mean(ratios) > least.below_by_mean and min(ratios) > least.below
+def _stand_out(ratios: Sequence[float], limits: _LeastRatios) -> bool:
+    return _geometric_mean(ratios) > limits.below_by_mean and min(ratios) > limits.below
 
 
 def _geometric_mean(x: Sequence[float]) -> float:
@@ -295,7 +295,7 @@ def _densities(
     """
     rate = means.stream.grid.rate
     size = round(segment * rate)
-    x = sample_of(means.stream, means.channel, most=thresholds.looked_at)
+    x = sample_of(means.stream, means.channel, most=thresholds.examined)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
     if len(rows) < thresholds.least_segments:

@@ -118,7 +118,7 @@ class UnitThresholds:
     """Mean rate that is not a bias of gyros so quiet, at least. [rad/s] Derived: three times the Earth's rate; MEMS
     have 100 to 10⁵ deg/h."""
 
-    looked_at: int = 1 << 17
+    examined: int = 1 << 17
     """Samples that the noise is taken from. [samples] Judgement: it is compared with factors of two and more."""
 
     short: int = 64
@@ -335,7 +335,7 @@ def _levels(stream: Stream, channel: str, *, thresholds: UnitThresholds) -> tupl
     """A lower and an upper bound of the white noise: the least and the largest of √τ·σ(τ); NaN if no two samples follow
     each other. [unit of the stream/√Hz]
     """
-    x, tau0 = sample_of(stream, channel, most=thresholds.looked_at), stream.grid.tau0
+    x, tau0 = sample_of(stream, channel, most=thresholds.examined), stream.grid.tau0
     level, _ = white_level(x, tau0)
     levels = [
         m * tau0 * avar for m, avar, pairs in octaves(x) if m < thresholds.short or pairs > thresholds.least_pairs

@@ -150,10 +150,10 @@ def rest(record: Record, *, threads: int | None = None, thresholds: RestThreshol
     """
     begins = min(stream.grid.lead for stream in record.streams)
     ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
-    found = moved(record.streams, threads=threads)
-    if found.spans:  # bad samples move means too
-        found = moved(map(_without_faults, record.streams), threads=threads)
-    spans, motion = found.spans, found.motion
+    movement = moved(record.streams, threads=threads)
+    if movement.spans:  # bad samples move means too
+        movement = moved(map(_without_faults, record.streams), threads=threads)
+    spans, motion = movement.spans, movement.motion
     if motion is None:
         duration, shortest = judged_length(record.streams), shortest_record(record.streams)
         if is_too_short(duration, shortest):

@@ -1,0 +1,255 @@
+"""Calls that raise the documented errors of models, simulation and exports."""
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+
+import sigmatau as st
+from provoking import (
+    EXPORT,
+    MODEL,
+    NAN,
+    ONE,
+    QUANTIZED,
+    SIMULATE,
+    SLOW_RESONANCE,
+    STATE_SPACE,
+    WHITE,
+    arrays,
+    curve,
+    holes,
+    imperfect,
+    planned,
+    predicted,
+    record,
+    simulated_to,
+    spectrum,
+    text,
+    without,
+)
+from sigmatau.model.transform import avar_from_psd
+from sigmatau.noise import terms
+from sigmatau.simulation.imperfections import Outage, Temperature, WarmUp
+from sigmatau.units import to_si
+
+PROVOKED = {
+    "NoiseModel.from_result": {
+        st.DataError: (lambda: st.NoiseModel.from_result(st.analyze(record(), method="read-off")),)
+    },
+    "ChannelModel": {
+        st.DataError: (
+            lambda: st.ChannelModel(terms={"drift": 1.0}),
+            lambda: st.ChannelModel(terms={"random_walk": -1.0}),
+            lambda: st.ChannelModel(),
+            lambda: st.ChannelModel(terms={"bias_instability": 1e-5}, bandwidth=st.LowPass(order=1, corner=10.0)),
+        )
+    },
+    "ChannelModel.avar": {
+        ValueError: (lambda: ONE.avar(m=[0], tau0=0.1), lambda: ONE.avar(m=[1], tau0=0.0)),
+    },
+    "ChannelModel.adev": {
+        st.OptionError: (
+            lambda: ONE.adev(),
+            lambda: ONE.adev([-1.0]),
+            lambda: ONE.adev(m=[1]),
+            lambda: ONE.adev([1.0], m=[1]),
+        ),
+    },
+    "ChannelModel.psd": {
+        st.OptionError: (
+            lambda: QUANTIZED.psd([1.0]),
+            lambda: ONE.psd([0.0]),
+            lambda: ONE.psd([6.0], tau0=0.1),
+        )
+    },
+    "ChannelModel.autocovariance": {
+        st.DataError: tuple(
+            functools.partial(st.ChannelModel(terms={term: 1e-6}).autocovariance, [0], tau0=0.1)
+            for term in ("bias_instability", "rate_random_walk", "rate_ramp")
+        ),
+        st.OptionError: (lambda: ONE.autocovariance([0.5], tau0=0.1), lambda: ONE.autocovariance([0], tau0=0.0)),
+    },
+    "ChannelModel.phase_autocovariance": {
+        st.OptionError: (
+            lambda: ONE.phase_autocovariance([0.5], tau0=0.1),
+            lambda: ONE.phase_autocovariance([0], tau0=-1.0),
+        )
+    },
+    "ChannelModel.scaled": {st.DataError: (lambda: ONE.scaled(0.0), lambda: ONE.scaled(-1.0))},
+    "Choices": {
+        st.OptionError: (
+            lambda: st.Choices(axes="first"),
+            lambda: st.Choices(filter_rate=-1.0),
+            lambda: st.Choices(walk={"gyro": "much"}),
+            lambda: st.Choices(noise_factor=0.0),
+        )
+    },
+    "GaussMarkov": {
+        st.DataError: (lambda: st.GaussMarkov(sigma=-1.0, time=1.0), lambda: st.GaussMarkov(sigma=1.0, time=0.0))
+    },
+    "Imperfections": {
+        st.OptionError: (
+            lambda: st.Imperfections(lost=0.6),
+            lambda: st.Imperfections(jitter=-1.0),
+            lambda: st.Imperfections(output="angles"),
+        )
+    },
+    "Imperfections.check": {
+        st.OptionError: (
+            lambda: imperfect(level={"accel_z": 9.8}),
+            lambda: st.Imperfections(temperature=Temperature(start=20.0, end=30.0)).check(["temperature"], 0.1, 100.0),
+            lambda: imperfect(outages=(Outage(start=200.0, length=1.0),)),
+            lambda: imperfect(outages=(Outage(start=0.0, length=100.0),)),
+            lambda: imperfect(jitter=0.02),
+        )
+    },
+    "LowPass": {st.DataError: (lambda: st.LowPass(order=10, corner=1.0), lambda: st.LowPass(order=1, corner=0.0))},
+    "NoiseModel": {
+        st.DataError: (
+            lambda: st.NoiseModel(channels={}),
+            lambda: st.NoiseModel(channels={"gyro_x": {"drift": 1.0}}),
+            lambda: st.NoiseModel(channels={"gyro_x": WHITE}, correlation={"random_walk": {("gyro_x", "gyro_y"): 0.5}}),
+        )
+    },
+    "NoiseModel.read": {
+        st.DataError: (
+            lambda: st.NoiseModel.read("missing.toml"),
+            lambda: st.NoiseModel.read(text("model.toml", "[channels.gyro_x]\nrandom_walk = 'much'\n")),
+        )
+    },
+    "NoiseModel.from_dict": {
+        st.DataError: (
+            lambda: st.NoiseModel.from_dict({"channels": {"gyro_x": {"drift": "1 deg/h"}}}),
+            lambda: st.NoiseModel.from_dict({"channels": {"gyro_x": {"random_walk": "1 deg"}}}),
+        )
+    },
+    "NoiseModel.write": {st.DataError: (lambda: MODEL.write("missing/model.toml"),)},
+    "Resonance": {
+        st.DataError: (
+            lambda: st.Resonance(sigma=0.0, frequency=1.0, width=0.1),
+            lambda: st.Resonance(sigma=1.0, frequency=1.0, width=1.0),
+        )
+    },
+    "Sinusoid": {st.DataError: (lambda: st.Sinusoid(amplitude=0.0, frequency=1.0),)},
+    "arma": {
+        st.OptionError: (lambda: st.arma(MODEL, dt=0.1), lambda: st.arma(ONE, dt=0.0)),
+        st.DataError: (
+            lambda: st.arma(st.ChannelModel(sinusoid=(st.Sinusoid(amplitude=1.0, frequency=1.0),)), dt=0.1),
+            lambda: st.arma(st.ChannelModel(terms={"rate_ramp": 1e-6}), dt=0.1),
+        ),
+    },
+    "export": EXPORT,
+    "plan": {
+        st.OptionError: (
+            lambda: planned(duration=None),
+            lambda: planned(term="drift"),
+            lambda: planned(others={}),
+            lambda: planned(rate=0.0),
+            lambda: planned(value=0.0),
+            lambda: planned(duration=-1.0),
+            lambda: planned(duration=1.0),
+        )
+    },
+    "predict": {
+        st.OptionError: (
+            lambda: predicted(ONE),
+            lambda: predicted(after=[-1.0]),
+            lambda: predicted(earth="hollow"),
+            lambda: predicted(turn_on={"gyro_z": 1e-5}),
+            lambda: predicted(turn_on={"gyro_x": 1e-5}, calibration=10.0),
+        ),
+        st.DataError: (
+            lambda: predicted(
+                st.NoiseModel(channels={"baro": st.ChannelModel(terms=WHITE, quantity="signal", unit="Pa")})
+            ),
+        ),
+    },
+    "simulate": {st.OptionError: SIMULATE},
+    "simulate_to": {
+        st.OptionError: (lambda: simulated_to(rate=0.0), lambda: simulated_to("log.doc")),
+        st.DataError: (
+            lambda: simulated_to("missing/log.csv"),
+            lambda: without("pyarrow", lambda: simulated_to("log.parquet")),
+        ),
+    },
+    "state_space": {st.OptionError: (*STATE_SPACE, lambda: st.state_space(ONE, dt=0.1, output="angles"))},
+    "transfer": {
+        st.OptionError: (
+            lambda: st.transfer(st.psd(record(), method="multitaper")["gyro_x"]),
+            lambda: st.transfer(spectrum(), random_walk=0.0),
+            lambda: st.transfer(spectrum(), taps=0),
+        ),
+        st.DataError: (lambda: st.transfer(st.psd(arrays(gyro_x=np.zeros(2000)))["gyro_x"]),),
+    },
+    "verify": {
+        st.OptionError: (
+            lambda: st.verify(replace(ONE, quantity="acceleration", unit="m/s^2"), curve()),
+            lambda: st.verify(ONE, st.allan(record(), overlap="none")["gyro_x"]),
+            lambda: st.verify(ONE, st.allan(record(), taus=[0.1])["gyro_x"]),
+            lambda: st.verify(ONE, curve(), level=1.5),
+            lambda: st.verify(ONE, curve(), tau_min=-1.0),
+        ),
+        st.DataError: (
+            lambda: st.verify(ONE, st.allan(holes())["gyro_x"]),
+            lambda: st.verify(st.ChannelModel(terms={"rate_ramp": 1e-6}), curve()),
+            lambda: st.verify(
+                st.ChannelModel(terms=WHITE, sinusoid=(st.Sinusoid(amplitude=1.0, frequency=0.01),)), curve()
+            ),
+        ),
+    },
+    "write": {
+        st.OptionError: (lambda: st.write(record(), "log.doc"),),
+        st.DataError: (
+            lambda: st.write(arrays(gyro_x=np.zeros(20), accel_x=np.zeros(30)), "log.csv"),
+            lambda: st.write(record(), "missing/log.csv"),
+            lambda: without("pyarrow", lambda: st.write(record(), "log.parquet")),
+        ),
+    },
+    "sigmatau.units.to_si": {st.OptionError: (lambda: to_si(1.0, "furlong"),)},
+    "sigmatau.noise.terms.avar": {
+        ValueError: (
+            lambda: terms.avar("drift", 1.0, m=[1], tau0=1.0),
+            lambda: terms.avar("random_walk", 1.0, m=[0], tau0=1.0),
+            lambda: terms.avar("random_walk", 1.0, m=[1], tau0=0.0),
+            lambda: terms.avar("bias_instability", 1.0, m=[1], tau0=1.0, cutoff=0.0),
+        )
+    },
+    "sigmatau.noise.terms.psd": {
+        ValueError: (lambda: terms.psd("drift", 1.0, [1.0]), lambda: terms.psd("quantization", 1.0, [1.0]))
+    },
+    "sigmatau.model.transform.avar_from_psd": {
+        st.DataError: (
+            lambda: avar_from_psd(lambda f: f**-3.0, [1.0]),
+            lambda: avar_from_psd(lambda f: f**2, [1.0]),
+            lambda: avar_from_psd(lambda f: -1.0 + 0 * f, [1.0]),
+            lambda: avar_from_psd(lambda f: NAN * f, [1.0]),
+        ),
+        st.OptionError: (
+            lambda: avar_from_psd(lambda f: 1.0 + 0 * f, [0.0]),
+            lambda: avar_from_psd(lambda f: 1.0 + 0 * f, [0.15], tau0=0.1),
+        ),
+    },
+    "sigmatau.statespace.state_space.StateSpace.avar": {
+        st.OptionError: (
+            lambda: st.state_space(ONE, dt=0.1).avar([0]),
+            lambda: st.state_space(ONE, dt=0.1).avar([1.5]),
+        )
+    },
+    "sigmatau.statespace.arma.Arma.ar": {st.DataError: (lambda: st.arma(SLOW_RESONANCE, dt=0.01).ar,)},
+    "sigmatau.statespace.arma.Arma.ma": {st.DataError: (lambda: st.arma(SLOW_RESONANCE, dt=0.01).ma,)},
+    "sigmatau.statespace.arma.Arma.sections": {st.DataError: (lambda: st.arma(SLOW_RESONANCE, dt=0.01).sections,)},
+    "sigmatau.simulation.imperfections.WarmUp": {
+        st.OptionError: (lambda: WarmUp(amplitude=NAN, time=1.0), lambda: WarmUp(amplitude=1.0, time=0.0))
+    },
+    "sigmatau.simulation.imperfections.Temperature": {
+        st.OptionError: (
+            lambda: Temperature(start=-300.0, end=20.0),
+            lambda: Temperature(start=20.0, end=20.0, time=0.0),
+            lambda: Temperature(start=20.0, end=20.0, resolution=-1.0),
+        )
+    },
+    "sigmatau.simulation.imperfections.Outage": {
+        st.OptionError: (lambda: Outage(start=-1.0, length=1.0), lambda: Outage(start=0.0, length=0.0))
+    },
+}

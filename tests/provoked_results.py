@@ -1,0 +1,225 @@
+"""Calls that raise the documented errors of fits, results, datasheets, lots and stores."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import sigmatau as st
+from provoking import (
+    MODEL,
+    NAN,
+    analysis,
+    arrays,
+    compared,
+    curve,
+    fitted,
+    holes,
+    jointly,
+    lot,
+    open_sheet,
+    record,
+    sheet,
+    store,
+    text,
+    without,
+)
+from sigmatau.store.naming import Naming
+
+PROVOKED = {
+    "Analysis.plot_stability": {st.OptionError: (lambda: analysis().plot_stability(),)},
+    "Analysis.from_dict": {st.DataError: (lambda: st.Analysis.from_dict({}), lambda: st.Analysis.from_dict(3))},
+    "Analysis.from_json": {
+        st.DataError: (lambda: st.Analysis.from_json("missing.json"), lambda: st.Analysis.from_json("{}"))
+    },
+    "Analysis.mask": {
+        KeyError: (lambda: analysis().mask("gyro_q"),),
+        st.DataError: (lambda: replace(analysis(), masks={}).mask("gyro_x"),),
+    },
+    "Analysis.model": {st.DataError: (lambda: st.analyze(record(), method="read-off").model,)},
+    "NoiseFit.to_model": {st.DataError: (lambda: replace(analysis()["gyro_x"], verdict="too_short").to_model(),)},
+    "Analysis.export": {
+        st.OptionError: (lambda: analysis().export(to="nothing"),),
+        st.DataError: (lambda: analysis().export(to="kalibr"),),
+    },
+    "Tabular.to_dataframe": {ImportError: (lambda: without("pandas", curve().to_dataframe),)},
+    "Datasheet.read": {st.DataError: (lambda: st.Datasheet.read("missing.toml"),)},
+    "Datasheet.from_dict": {
+        st.DataError: (
+            lambda: sheet(gyro={"noise": "1 deg/h"}),
+            lambda: sheet(gyro={"noise_density": {"typical": "much"}}),
+        )
+    },
+    "Datasheet.model": {
+        st.OptionError: (lambda: open_sheet().model(), lambda: open_sheet().model(use="mean")),
+        st.DataError: (lambda: sheet(gyro={"full_scale": ["300 deg/s"]}).model(),),
+    },
+    "Lot.plot": {KeyError: (lambda: lot().plot("accel_x"),)},
+    "RunComparison.plot": {st.OptionError: (lambda: compared().plot("accel_x"),)},
+    "Store": {
+        st.OptionError: (lambda: st.Store("mysql://host/name"),),
+        st.DataError: (lambda: st.Store(text("lab.db", "no store")), lambda: st.Store("missing.db", create=False)),
+        ImportError: (lambda: without("sqlalchemy", lambda: st.Store("lab.db")),),
+    },
+    "Store.add": {
+        st.DataError: (
+            lambda: store().add(st.store.rows.Entry(result=analysis(), unit=" ")),
+            lambda: store().add(analysis()),
+        ),
+        st.OptionError: (lambda: store().add(analysis(), batch=0),),
+        TypeError: (lambda: store().add(5),),
+    },
+    "Store.trend": {
+        st.DataError: (lambda: store().trend(),),
+        st.OptionError: (
+            lambda: store().trend("drift"),
+            lambda: store().trend(by="hour"),
+            lambda: store().trend(level=1.5),
+        ),
+    },
+    "Store.compare": {st.DataError: (lambda: store().compare(),)},
+    "Store.latest": {
+        st.DataError: (
+            lambda: store().latest("A1"),
+            lambda: store(analysis(), unit="A1").latest("A1", run="day 2"),
+        )
+    },
+    "Verdict.fails": {
+        st.OptionError: (lambda: st.compare_with(MODEL, "icm42688p", sided="one", bias="minimum").fails("perhaps"),)
+    },
+    "analyze": {
+        st.DataError: (
+            lambda: st.analyze(arrays(gyro_x=np.zeros(1000))),
+            lambda: st.analyze(holes(), long="strided"),
+        ),
+        st.OptionError: (lambda: st.analyze(record(), method="eye"), lambda: st.analyze(record(), terms=["drift"])),
+    },
+    "compare_runs": {
+        st.DataError: (lambda: st.compare_runs(["missing.json"]),),
+        st.OptionError: (
+            lambda: st.compare_runs([analysis()], names=["a", "b"]),
+            lambda: st.compare_runs([analysis()], by="day"),
+            lambda: st.compare_runs([analysis()], level=2.0),
+        ),
+    },
+    "compare_with": {
+        st.OptionError: (
+            lambda: st.compare_with(MODEL, "no sensor"),
+            lambda: st.compare_with(MODEL, "icm42688p", level=0.1),
+            lambda: st.compare_with(MODEL, "icm42688p", factor=0.5),
+            lambda: st.compare_with(MODEL, "icm42688p", sided="three"),
+        ),
+        st.DataError: (lambda: st.compare_with({}, "icm42688p"), lambda: st.compare_with(MODEL, "missing.toml")),
+    },
+    "datasheet": {
+        st.OptionError: (lambda: st.datasheet("no sensor"),),
+        st.DataError: (lambda: st.datasheet("missing.toml"),),
+    },
+    "fit": {
+        TypeError: (lambda: st.fit(st.allan(record())),),
+        st.OptionError: (
+            lambda: st.fit(st.allan(record(), overlap="none")["gyro_x"]),
+            lambda: st.fit(curve(), level=0.3),
+            lambda: st.fit(curve(), terms=["drift"]),
+            lambda: st.fit(curve(), terms=[]),
+            lambda: st.fit(curve(), tau_min=50.0),
+        ),
+    },
+    "fit_channel": {
+        st.OptionError: (
+            lambda: fitted(method="eye"),
+            lambda: fitted(terms=["drift"]),
+            lambda: fitted(method="gls", processes=[1.0]),
+            lambda: fitted(processes=[0.0]),
+            lambda: fitted(regressors={"supply": [1.0, 2.0]}),
+            lambda: fitted(regressors={"supply": np.full(2000, NAN)}),
+            lambda: fitted(regressors={"supply": np.ones(2000)}),
+            lambda: fitted(level=0.3),
+        ),
+        st.DataError: (lambda: st.fit_channel(arrays(gyro_x=np.zeros(1000)), "gyro_x"),),
+        KeyError: (lambda: st.fit_channel(record(), "gyro_z"),),
+    },
+    "fit_jointly": {
+        st.OptionError: (
+            lambda: jointly(record()),
+            lambda: jointly(record(), record("gyro_y")),
+            lambda: jointly(common=["drift"]),
+            lambda: jointly(names=["one"]),
+            lambda: jointly(*[record(n=1000)] * 101),
+        ),
+        st.DataError: (
+            lambda: jointly(record(), record(rate=20.0)),
+            lambda: jointly(arrays(gyro_x=np.zeros(1000)), record()),
+            lambda: jointly(record(), record()),
+        ),
+    },
+    "judge_lot": {
+        st.OptionError: (
+            lambda: st.judge_lot([]),
+            lambda: st.judge_lot([analysis()], level=0.1),
+            lambda: st.judge_lot([analysis()], undecided="perhaps"),
+        ),
+        st.DataError: (lambda: st.judge_lot([analysis()], "missing.toml"),),
+    },
+    "lot_report": {
+        st.OptionError: (lambda: st.lot_report(lot(), "lot.doc"),),
+        st.DataError: (lambda: st.lot_report(lot(), "missing/lot.json"),),
+        ImportError: (lambda: without("typst", lambda: st.lot_report(lot(), "lot.pdf")),),
+    },
+    "plot_overlay": {
+        st.OptionError: (
+            lambda: st.plot_overlay({}),
+            lambda: st.plot_overlay({"a": {"x": curve()}, "b": {"x": replace(curve(), unit="m/s^2")}}),
+            lambda: st.plot_overlay({"a": {"x": curve()}}, ax=[]),
+        )
+    },
+    "random_effects": {
+        st.DataError: (
+            lambda: st.random_effects([1.0, NAN], [0.1, 0.1]),
+            lambda: st.random_effects([1.0, -1.0], [0.1, 0.1]),
+            lambda: st.random_effects([1.0, 1.0], [0.1, 0.0]),
+            lambda: st.random_effects([], []),
+        ),
+        st.OptionError: (
+            lambda: st.random_effects([1.0, 1.1], None, level=2.0),
+            lambda: st.random_effects([1.0, 1.1], None, scale="cubic"),
+        ),
+    },
+    "read_off": {
+        st.OptionError: (
+            lambda: st.read_off(curve(), random_walk=(10.0, 1.0)),
+            lambda: st.read_off(curve(), random_walk=(1e4, 2e4)),
+        ),
+        TypeError: (lambda: st.read_off(record()),),
+    },
+    "report": {
+        st.OptionError: (
+            lambda: st.report(analysis(), "report.doc"),
+            lambda: st.report(analysis(), "report.html", record=record(n=1000)),
+        ),
+        st.DataError: (lambda: st.report(analysis(), "missing/report.html"),),
+        ImportError: (lambda: without("typst", lambda: st.report(analysis(), "report.pdf")),),
+    },
+    "sigmatau.store.naming.Naming.check": {
+        st.OptionError: (
+            lambda: Naming(unit="A1", unit_from="folder").check(),
+            lambda: Naming(unit=" ").check(),
+            lambda: Naming(date="yesterday").check(),
+            lambda: Naming(unit_from="SN").check(),
+        )
+    },
+    "sigmatau.store.naming.Naming.entry": {
+        st.DataError: (
+            lambda: Naming().entry(analysis(), Path("result.json")),
+            lambda: Naming(unit="A1").entry(replace(analysis(), notes={"date": "yesterday"}), Path("result.json")),
+            lambda: Naming(unit="A1").entry(replace(analysis(), notes={"temperature": "warm"}), Path("result.json")),
+        )
+    },
+    "sigmatau.fitting.read_off.Coefficient.to": {
+        st.OptionError: (lambda: st.read_off(curve(), random_walk=(1.0, 10.0))["random_walk"].to("deg/h"),)
+    },
+    "sigmatau.fitting.fitted_values.FittedTerm.to": {
+        ValueError: (lambda: analysis()["gyro_x"]["rate_random_walk"].to("deg/h/sqrt(h)"),),
+        st.OptionError: (lambda: analysis()["gyro_x"]["random_walk"].to("deg/h"),),
+    },
+}

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,10 @@ import numpy as np
 
 from sigmatau import Record
 from sigmatau._native import kernels
+from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fitted_values import FittedTerm
-from sigmatau.fitting.rounding import allowing_for_rounding
+from sigmatau.fitting.rounding import rounding_of
 from sigmatau.quality.samples.resolution import resolution
 from studies.runner import run
 
@@ -43,7 +45,7 @@ def rows(seed: int, mixture: str, ratio: float) -> list[dict[str, Any]]:
         if steps is None:
             continue
         plain = fit_channel(record, "gyro_x")
-        wide = allowing_for_rounding(plain, step=steps.step, noise=steps.noise)
+        wide = adjusted(plain, partial(rounding_of, step=steps.step, noise=steps.noise))
         found.append(
             {
                 "seen": steps.ratio,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,10 @@ import numpy as np
 
 import sigmatau as st
 from sigmatau import Record
+from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.rounding import allowing_for_rounding
+from sigmatau.fitting.rounding import rounding_of
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.selection.window import choose
 
@@ -53,9 +55,9 @@ def fitted(record: Record, channel: str) -> NoiseFit:
     """As `analyze` fits a channel."""
     found = fit_channel(record, channel)
     steps = resolution(record.stream_of(channel), channel)
-    return (
-        found if steps is None or steps.ratio > 3 else allowing_for_rounding(found, step=steps.step, noise=steps.noise)
-    )
+    if steps is None or steps.ratio > 3:
+        return found
+    return adjusted(found, partial(rounding_of, step=steps.step, noise=steps.noise))
 
 
 def deviate(one: NoiseFit, other: NoiseFit, term: str) -> float | None:

@@ -98,6 +98,8 @@ def of_dataclass(kind, *, details, within):
 def nullable(schema):
     if "additionalProperties" in schema and "properties" not in schema:  # values of a mapping
         return schema | {"additionalProperties": nullable(schema["additionalProperties"])}
+    if "enum" in schema:
+        return schema | {"enum": [*schema["enum"], None]}
     return schema | {"type": [schema["type"], "null"]}
 
 

@@ -14,10 +14,11 @@ from known import seed_of
 from sigmatau import Analysis, DataError, analyze
 from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.reasons import BandLeftOut, Misfit, StatedReason
+from sigmatau.fitting.adjustment import Adjustment, Change, Ends
 from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, WarmUp
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.response import FittedFilter
-from sigmatau.model.parameters import Covariance
+from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import LowPass
 
 SCHEMA = jsonschema.Draft202012Validator(
@@ -140,6 +141,21 @@ FULL = NoiseFit(
     level=0.9,
     method="likelihood",
     runs=(100.0, 240.0),
+    adjustments=(
+        Adjustment(
+            cause="rounding",
+            findings=("coarse_resolution",),
+            changes=(
+                Change(
+                    Parameter("random_walk"), "widen", Ends(0.95e-4, 1.05e-4, None), Ends(0.9e-4, 1.1e-4, None), 2.0
+                ),
+                Change(Parameter("gauss_markov", 1, "time"), "limit", Ends(1.0, 2.0, None), Ends(None, None, None)),
+            ),
+            verdict="widened",
+            without=("second",),
+            tau_min=0.04,
+        ),
+    ),
     trust="partial",
 )
 

@@ -15,7 +15,8 @@ from sigmatau.findings.decoding import FindingForm
 from sigmatau.findings.finding import Span
 from sigmatau.findings.reasons import Reason
 from sigmatau.findings.rest import Motion
-from sigmatau.fitting.fitted_noise import Trust, Verdict
+from sigmatau.fitting.adjustment import Adjustment, Verdict
+from sigmatau.fitting.fitted_noise import Trust
 from sigmatau.fitting.fitted_values import GaussMarkov, Interval, Resonance, SecondModel, Sinusoid
 from sigmatau.fitting.read_off import Source as RangeSource
 from sigmatau.fitting.response import Shape
@@ -211,6 +212,10 @@ class FitForm:
     terms: TermsForm
     covariance: CovarianceForm | None = key(default=None, always=True)
     runs_s: tuple[float, ...] = key("lengths of the runs of a joint fit", default=(), exclusiveMinimum=0)
+    adjustments: tuple[Adjustment, ...] = key(
+        "what checks of the record changed in the intervals of the fit, in the order in which they were applied",
+        default=(),
+    )
 
 
 @frozen
@@ -422,6 +427,7 @@ class BriefFitForm(FitForm):
     discrepancy: tuple[tuple[float, float], ...] = field(default=(), init=False)
     covariance: None = field(default=None, init=False)
     runs_s: tuple[float, ...] = field(default=(), init=False)
+    adjustments: tuple[Adjustment, ...] = field(default=(), init=False)
 
 
 @frozen

@@ -334,6 +334,7 @@ def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit
         level=next((term.level for term in terms.values()), 0.95),
         method=form.method,
         runs=form.runs_s,
+        adjustments=form.adjustments,
         trust=channel.trust,
     )
 

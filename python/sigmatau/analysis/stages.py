@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,14 +16,15 @@ from sigmatau.findings.curves import NoMap
 from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.units import ImplausibleUnit
 from sigmatau.findings.values import CoarseResolution
+from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.coarse_counts import fit_sums
-from sigmatau.fitting.known_biases import allowing_for_biases, tail_error, walk_factors
+from sigmatau.fitting.known_biases import bias, walk_bias
 from sigmatau.fitting.mean_stability import MeanStability, mean_stability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import ReadOff
 from sigmatau.fitting.read_off_at import ReadOffAt
-from sigmatau.fitting.rounding import allowing_for_rounding
+from sigmatau.fitting.rounding import rounding_of
 from sigmatau.options import stated
 from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
 from sigmatau.quality.curves import curves_of
@@ -155,7 +157,7 @@ def fit(state: State) -> State:
         if curve.overlap == "full":
             curve = with_freedom(curve, first)
         if steps is not None and steps.rounding != "quantization":
-            return first, allowing_for_rounding(first, step=steps.step, noise=steps.noise), curve
+            return first, adjusted(first, partial(rounding_of, step=steps.step, noise=steps.noise)), curve
         return first, first, curve
 
     fits, final_curves, streams = {}, {}, _streams_by_channel(record)
@@ -176,8 +178,7 @@ def judge(state: State) -> State:
         of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=options.threads)
         findings = (*without_consequences(findings, fits), *of_fits)
         fits = {
-            name: allowing_for_biases(fitted, walk_factors(findings, name), error=tail_error(findings, name))
-            for name, fitted in fits.items()
+            name: adjusted(fitted, partial(bias, biases=[walk_bias(findings, name)])) for name, fitted in fits.items()
         }
         state = replace(state, fits=fits)
     if not state.moves:

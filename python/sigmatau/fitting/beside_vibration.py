@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 
 from sigmatau._native.likelihood import ChannelFit
 from sigmatau.findings.reasons import CrowdedLines
+from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Ends
 from sigmatau.fitting.disturbance import is_narrow, vibration_share
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.observed import limit_of
+from sigmatau.model.parameters import Parameter
 
 # Lines, and their part of the band, from which they may be noise that they were taken from. Of the quiet real records only
 # ch104.mat has both; noise whose level changes 5 to 30 times has 7 to 550 lines and 0.07 to 0.8 of the band, and not one
@@ -24,52 +24,59 @@ _MANY_LINES, _CROWDED = 10, 0.05
 _SHAKEN, _UNSTEADY = 0.1, 1e-3
 
 
-def crowded_share(lines: Sequence[tuple[float, float]], *, spacing: float, highest: float) -> float:
-    """Part of the band that lines leave out if they are many and it is much; 0 otherwise.
+_WALK = Parameter("random_walk")
+
+
+def crowded_lines(
+    fitted: NoiseFit, *, native: ChannelFit, without_lines: Callable[[], ChannelFit], spacing: float
+) -> Adjustment | None:
+    """The random walk with the interval of the model in which no line is left out too, if lines crowd the band.
+
+    Narrow resonances of that model stand for lines: their power in the band is noise as well.
 
     Parameters
     ----------
-    lines : sequence of (float, float)
-        Ends of what each leaves out. [Hz]
+    fitted : NoiseFit
+    native : ChannelFit
+        The same fit.
+    without_lines : callable
+        Makes the fit of the other model.
     spacing : float
         Distance of the densities. [Hz]
-    highest : float
-        Top of the band. [Hz]
+    """
+    highest = native.highest or 0.5 / fitted.tau0
+    share = _crowded_share(native.left_out, spacing=spacing, highest=highest)
+    if not share or not fitted.quantified:
+        return None
+    plain = without_lines()
+    walk, term = fitted.terms.get("random_walk"), dict(plain.terms).get("random_walk")
+    interval = None if term is None else term.profile
+    if walk is None or interval is None or interval.low is None or interval.high is None:
+        return None
+    shaken = sum(variance for variance, frequency, width in plain.resonances if is_narrow(frequency, width))
+    high = math.sqrt(interval.high**2 + shaken / (2 * highest))
+    reason = CrowdedLines(lines=len(fitted.sinusoid), share=share, highest=high)
+    return _joined(walk, interval.low, high, cause="crowded_lines", reason=reason)
+
+
+def _crowded_share(lines: Sequence[tuple[float, float]], *, spacing: float, highest: float) -> float:
+    """Part of the band up to `highest` that lines leave out if they are many and it is much; 0 otherwise.
+
+    `lines`: ends of what each leaves out; `spacing`: distance of the densities. [Hz]
     """
     share = sum(min(high, highest) - low + spacing for low, high in lines if low < highest) / highest
     return share if len(lines) >= _MANY_LINES and share > _CROWDED else 0.0
 
 
-def with_lines_as_noise(fitted: NoiseFit, plain: ChannelFit, share: float, *, highest: float) -> NoiseFit:
-    """The fit with the interval of the random walk joined with that of the model `plain`, in which no line is left out.
-
-    Narrow resonances of that model stand for lines: their power in the band up to `highest` is noise as well. [Hz]
-    """
-    walk, term = fitted.terms.get("random_walk"), dict(plain.terms).get("random_walk")
-    interval = None if term is None else term.profile
-    if walk is None or interval is None or interval.low is None or interval.high is None:
-        return fitted
-    shaken = sum(variance for variance, frequency, width in plain.resonances if is_narrow(frequency, width))
-    low, high = interval.low, math.sqrt(interval.high**2 + shaken / (2 * highest))
-    if walk.value is None or walk.low is None or walk.high is None:
-        limit = None if walk.upper_limit is None else max(walk.upper_limit, high)
-        joined = replace(walk, upper_limit=limit)
-    else:
-        joined = replace(walk, low=min(walk.low, low), high=max(walk.high, high))
-    reason = CrowdedLines(lines=len(fitted.sinusoid), share=share, highest=high)
-    return replace(_with_walk(fitted, joined), verdict="widened", reasons=(reason, *fitted.reasons))
-
-
-def as_wide(fitted: NoiseFit, other: FittedTerm, reason: CrowdedLines) -> NoiseFit:
-    """A joint fit whose random walk has an interval at least as wide, relative, as that of a run with crowded lines."""
+def as_wide(fitted: NoiseFit, *, alone: FittedTerm, reason: CrowdedLines) -> Adjustment | None:
+    """The random walk of a joint fit with an interval at least as wide, relative, as that of a run with crowded lines."""
     walk = fitted.terms.get("random_walk")
     if walk is None or not walk.observed:
-        return fitted
-    low, high = _relative(other)
+        return None
+    low, high = _relative(alone)
     value, ends = walk.value or 0.0, _relative(walk)
-    joined = replace(walk, low=value * min(low, ends[0]), high=value * max(high, ends[1]))
-    reasons = fitted.reasons if reason in fitted.reasons else (reason, *fitted.reasons)
-    return replace(_with_walk(fitted, joined), verdict="widened", reasons=reasons)
+    low, high = value * min(low, ends[0]), value * max(high, ends[1])
+    return _changed(walk, Ends(low, high, None), cause="crowded_lines", reason=reason)
 
 
 def _relative(term: FittedTerm) -> tuple[float, float]:
@@ -79,24 +86,36 @@ def _relative(term: FittedTerm) -> tuple[float, float]:
     return term.low / term.value, term.high / term.value
 
 
-def allowing_for_changes(fitted: NoiseFit, unsteadiness: tuple[float, float]) -> NoiseFit:
-    """The fit with the levels of the eighths of the record in the interval of the random walk, if vibration changes it.
+def changing_level(fitted: NoiseFit, *, unsteadiness: tuple[float, float]) -> Adjustment | None:
+    """The random walk with the levels of the eighths of the record in its interval, if vibration changes it.
 
     `unsteadiness`: standard deviation of the white level over eighths, relative, and p-value of none.
     """
     spread, p_value = unsteadiness
     walk = fitted.terms.get("random_walk")
     if p_value >= _UNSTEADY or walk is None or vibration_share(fitted) < _SHAKEN:
-        return fitted
+        return None
     if walk.value is None or walk.low is None or walk.high is None:
-        return fitted
+        return None
     low, high = walk.value * math.sqrt(max(1 - spread, 0.0)), walk.value * math.sqrt(1 + spread)
-    return _with_walk(fitted, replace(walk, low=min(walk.low, low), high=max(walk.high, high)))
+    return _joined(walk, low, high, cause="changing_level")
 
 
-def _with_walk(fitted: NoiseFit, walk: FittedTerm) -> NoiseFit:
-    """The fit with another random walk, which is a limit if its interval begins at 0."""
-    unclear = fitted.unclear
-    if walk.observed and not (walk.low or 0.0) > 0:
-        walk, unclear = limit_of(walk), tuple(dict.fromkeys((*unclear, "random_walk")))
-    return replace(fitted, terms={**fitted.terms, "random_walk": walk}, unclear=unclear)
+def _joined(
+    walk: FittedTerm, low: float, high: float, *, cause: Cause, reason: CrowdedLines | None = None
+) -> Adjustment:
+    """The random walk with another interval in its interval or below its limit."""
+    if walk.value is None or walk.low is None or walk.high is None:
+        limit = None if walk.upper_limit is None else max(walk.upper_limit, high)
+        return _changed(walk, Ends(walk.low, walk.high, limit), cause=cause, reason=reason)
+    return _changed(walk, Ends(min(walk.low, low), max(walk.high, high), None), cause=cause, reason=reason)
+
+
+def _changed(walk: FittedTerm, after: Ends, *, cause: Cause, reason: CrowdedLines | None = None) -> Adjustment:
+    return Adjustment(
+        cause=cause,
+        findings=() if reason is None else ("widened",),
+        changes=(Change(_WALK, "widen", Ends.of(walk), after),),
+        verdict=None if reason is None else "widened",
+        reason=reason,
+    )

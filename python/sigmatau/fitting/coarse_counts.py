@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from sigmatau.findings.reasons import BandLeftOut, CoarseCounts
+from sigmatau.findings.reasons import CoarseCounts
+from sigmatau.fitting.adjust import adjusted
+from sigmatau.fitting.adjustment import Adjustment, Part
 from sigmatau.fitting.channel import by_likelihood, fit_channel
-from sigmatau.fitting.disturbance import with_limits
+from sigmatau.fitting.disturbance import limits_alone
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import usable
 from sigmatau.record.record import Record
@@ -39,28 +42,32 @@ def fit_sums(
         if not fitted.terms:
             return fitted
         # Lines and resonances of such counts are those of the rounding.
-        bare = replace(fitted, sinusoid=(), resonance=(), highest=None, reasons=())
-        return with_limits(bare, stream, CoarseCounts(summed=summed, hidden=True))
+        without: tuple[Part, ...] = ("sinusoid", "resonance", "highest", "reasons")
+        return adjusted(fitted, partial(_hidden, stream=stream, summed=summed, without=without))
     streams = tuple(sums if each is stream else each for each in record.streams)
     fitted = by_likelihood(replace(record, streams=streams), channel, terms=terms)
+    fitted = replace(fitted, n=stream.grid.n, tau0=stream.grid.tau0)
     if fitted.verdict == "disturbed":
-        fitted = replace(fitted, n=stream.grid.n, tau0=stream.grid.tau0)
-        return with_limits(fitted, stream, CoarseCounts(summed=summed, hidden=True))
-    # What the sums show of lines, resonances and a filter is folded at half their rate.
+        return adjusted(fitted, partial(_hidden, stream=stream, summed=summed))
+    return adjusted(fitted, partial(_of_sums, summed=summed, tau_min=sums.grid.tau0))
+
+
+def _hidden(fitted: NoiseFit, *, stream: Stream, summed: int | None, without: tuple[Part, ...] = ()) -> Adjustment:
+    """Upper limits alone: the rounding hides the noise."""
+    reason = CoarseCounts(summed=summed, hidden=True)
+    return limits_alone(fitted, stream, cause="coarse_counts", reason=reason, without=without)
+
+
+def _of_sums(fitted: NoiseFit, *, summed: int, tau_min: float) -> Adjustment:
+    """A fit of sums: what they show of lines, resonances and a filter is folded at half their rate."""
     has_process = bool(fitted.gauss_markov) or fitted.warm_up is not None
-    reasons = tuple(reason for reason in fitted.reasons if not isinstance(reason, BandLeftOut))
-    return replace(
-        fitted,
-        n=stream.grid.n,
-        tau0=stream.grid.tau0,
-        tau_min=max(fitted.tau_min or 0.0, sums.grid.tau0),
-        verdict="adequate" if fitted.verdict == "adequate_with" and not has_process else fitted.verdict,
-        reasons=(CoarseCounts(summed=summed, hidden=False), *reasons),
-        sinusoid=(),
-        resonance=(),
-        response=None,
-        highest=None,
-        covariance=fitted.covariance.select(lambda each: None if each.part == "resonance" else each),
+    return Adjustment(
+        cause="coarse_counts",
+        findings=("coarse_resolution",),
+        verdict="adequate" if fitted.verdict == "adequate_with" and not has_process else None,
+        without=("sinusoid", "resonance", "response", "highest"),
+        tau_min=max(fitted.tau_min or 0.0, tau_min),
+        reason=CoarseCounts(summed=summed, hidden=False),
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -13,18 +12,18 @@ import numpy as np
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.arrays import Floats
 from sigmatau.estimators.octaves import octaves
-from sigmatau.findings.reasons import Reason, VibrationPower
-from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.findings.reasons import CoarseCounts, VibrationPower
+from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Part
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
-from sigmatau.model.parameters import Covariance
+from sigmatau.model.parameters import Parameter
 from sigmatau.noise.terms import avar
 from sigmatau.record.streams import Stream
 
 
 @frozen
 class HidingThresholds:
-    """Thresholds of `is_disturbed` and `with_limits`."""
+    """Thresholds of `is_disturbed` and `limits_alone`."""
 
     max_share: float = 0.85
     """Share of lines and narrow resonances in the power of a quiet sensor, at most. [1] Study:
@@ -109,6 +108,12 @@ class HidingThresholds:
 
 
 THRESHOLDS = HidingThresholds()
+
+_WITHOUT: tuple[Part, ...] = (
+    *("gauss_markov", "response", "warm_up", "alike_from", "alike_sigma", "second", "unclear", "discrepancy"),
+    "covariance",
+)
+"""What a fit loses if the noise is hidden: lines and resonances are those of the vibration."""
 
 
 def vibration_share(fitted: NoiseFit, *, thresholds: HidingThresholds = THRESHOLDS) -> float:
@@ -233,35 +238,33 @@ def vibration_of(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThreshol
     )
 
 
-def with_limits(
-    fitted: NoiseFit, stream: Stream, reason: Reason, *, thresholds: HidingThresholds = THRESHOLDS
-) -> NoiseFit:
-    """The fit of a record whose noise is hidden: upper limits of all terms."""
+def hidden_by_vibration(fitted: NoiseFit, *, stream: Stream, unsteady: float) -> Adjustment | None:
+    """Upper limits alone if vibration hides the noise; see `is_disturbed`."""
+    if not is_disturbed(fitted, stream, unsteady=unsteady):
+        return None
+    return limits_alone(fitted, stream, cause="vibration", reason=vibration_of(fitted, stream))
+
+
+def limits_alone(
+    fitted: NoiseFit,
+    stream: Stream,
+    *,
+    cause: Cause,
+    reason: VibrationPower | CoarseCounts,
+    without: Sequence[Part] = (),
+    thresholds: HidingThresholds = THRESHOLDS,
+) -> Adjustment:
+    """Upper limits of all terms, for a record whose noise is hidden."""
     x = _samples(fitted, stream, most=thresholds.longest)
     limits = upper_limits(x, fitted.tau0, tuple(fitted.terms), thresholds=thresholds)
-    walk = limits.get("random_walk", math.inf)
-    return replace(
-        fitted,
+    finite = {name: limit for name, limit in limits.items() if math.isfinite(limit)}
+    return Adjustment(
+        cause=cause,
+        findings=("disturbed",) if cause == "vibration" else ("coarse_resolution",),
+        changes=tuple(Change.limiting(Parameter(name), term, finite.get(name)) for name, term in fitted.terms.items()),
         verdict="disturbed",
-        terms={name: _limit(term, limits.get(name)) for name, term in fitted.terms.items()},
-        model={"random_walk": walk} if math.isfinite(walk) else {},
-        reasons=(reason, *fitted.reasons),
-        gauss_markov=(),
-        response=None,
-        warm_up=None,
-        alike_from=None,
-        alike_sigma=None,
-        second=(),
-        unclear=(),
-        discrepancy=(),
-        covariance=Covariance(),
-    )
-
-
-def _limit(term: FittedTerm, limit: float | None) -> FittedTerm:
-    known = limit is not None and math.isfinite(limit)
-    return FittedTerm(
-        term=term.term, unit=term.unit, observed=False, level=term.level, upper_limit=limit if known else None
+        without=(*_WITHOUT, *without),
+        reason=reason,
     )
 
 

@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native.arguments import whole_sizes
 from sigmatau._native.likelihood import FittedModel
 from sigmatau.findings.reasons import Reason
+from sigmatau.fitting.adjustment import Adjustment, Verdict
 from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, WarmUp
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Covariance
 
-Verdict = Literal["adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"]
 Trust = Literal["good", "partial", "poor"]
 QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
@@ -58,6 +58,7 @@ class FittedNoise:
     level: float = 0.95
     method: str = "gls"
     runs: tuple[float, ...] = ()
+    adjustments: tuple[Adjustment, ...] = ()
     trust: Trust | None = None
 
     @property

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
+from sigmatau.decoding import key
 from sigmatau.frozen import frozen
 from sigmatau.results import plain
 from sigmatau.units import find
@@ -199,7 +200,7 @@ class SecondModel:
 
     terms: Mapping[str, float]
     gauss_markov: tuple[tuple[float, float], ...] = ()
-    warm_up: float | None = None
+    warm_up: float | None = key("time constant of a warm-up in s", default=None)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""

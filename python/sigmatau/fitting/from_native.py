@@ -20,7 +20,7 @@ from sigmatau._native.likelihood import (
 )
 from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, Sinusoid, WarmUp
 from sigmatau.model.parameters import Covariance, Parameter
-from sigmatau.noise.terms import coefficient_unit
+from sigmatau.noise.terms import coefficient_units
 
 _T = TypeVar("_T")
 
@@ -76,13 +76,14 @@ def fitted_terms(
     terms: Iterable[tuple[str, TermEstimate]], *, quantity: str, rate_unit: str, level: float
 ) -> dict[str, FittedTerm]:
     """The terms of a fit with their units."""
+    units = coefficient_units(quantity, rate_unit)
     return {
         name: typed(
             FittedTerm,
             term,
             rate_unit,
             term=name,
-            unit=coefficient_unit(name, quantity, rate_unit),
+            unit=units[name],
             level=level,
         )
         for name, term in terms

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Literal, get_args
 
 from sigmatau._native import likelihood as native
@@ -14,18 +15,21 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.joint import UNFIT_WORDS, Unfit
 from sigmatau.findings.reasons import CrowdedLines, VibrationPower
 from sigmatau.fitting import likelihood
+from sigmatau.fitting.adjust import adjusted
+from sigmatau.fitting.adjustment import Adjustment
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import as_wide
 from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.disturbance import is_disturbed, vibration_share, with_limits
+from sigmatau.fitting.disturbance import is_disturbed, limits_alone, vibration_share
 from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.from_native import named_interval
 from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint, Spread
-from sigmatau.fitting.misfit import without_unknown_terms
+from sigmatau.fitting.misfit import misfit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of, usable
 from sigmatau.frozen import frozen
+from sigmatau.model.parameters import Parameter
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
@@ -270,7 +274,15 @@ def join(
     longest = max(runs, key=lambda run: run.summary.duration)
     fitted = likelihood.noise_fit_of(longest.stream, channel, joint.fit, level=level)
     fitted = replace(fitted, runs=tuple(run.stream.grid.duration for run in runs))
-    fitted = without_unknown_terms(_beside_vibration(fitted, runs, longest))
+    fitted = adjusted(fitted, partial(_hidden_by_vibration, runs=runs, longest=longest))
+    if fitted.verdict != "disturbed":
+        crowded = [
+            partial(as_wide, alone=run.fit["random_walk"], reason=reason)
+            for run in runs
+            for reason in run.fit.reasons
+            if isinstance(reason, CrowdedLines)
+        ]
+        fitted = adjusted(fitted, *crowded, misfit)
     spreads = () if fitted.verdict == "disturbed" else joint.spreads
     return JointChannel(
         fit=fitted,
@@ -292,32 +304,33 @@ def join(
     )
 
 
-def _beside_vibration(fitted: NoiseFit, runs: Sequence[Run], longest: Run) -> NoiseFit:
-    """The joint fit with upper limits if vibration hides the noise of it or of one of its runs, or with an interval of the
-    random walk that is at least as wide as that of a run whose lines may be noise.
-    """
+def _hidden_by_vibration(fitted: NoiseFit, *, runs: Sequence[Run], longest: Run) -> Adjustment | None:
+    """Upper limits alone if vibration hides the noise of the joint fit or of one of its runs."""
     alone = replace(fitted, channel=longest.channel)
-    if any(run.fit.verdict == "disturbed" for run in runs) or is_disturbed(alone, longest.stream, unsteady=1.0):
-        shares = [cause.share for run in runs for cause in run.fit.reasons if isinstance(cause, VibrationPower)]
-        vibration = VibrationPower(
-            lines=len(fitted.sinusoid),
-            resonances=len(fitted.resonance),
-            share=max([vibration_share(fitted), *shares]),
-            start=0.0,
-            stop=0.0,
-            quietest=None,
-        )
-        limited = [with_limits(replace(fitted, channel=run.channel), run.stream, vibration) for run in runs]
-        # Each run bounds the noise of one sensor, but an axis only its own.
-        of_axes = len({run.channel for run in runs}) > 1
-        limits = [one["random_walk"].upper_limit or math.inf if "random_walk" in one else math.inf for one in limited]
-        at = limits.index(max(limits) if of_axes else min(limits))
-        return replace(limited[at], channel=fitted.channel)
-    for run in runs:
-        for reason in run.fit.reasons:
-            if isinstance(reason, CrowdedLines):
-                fitted = as_wide(fitted, run.fit["random_walk"], reason)
-    return fitted
+    if all(run.fit.verdict != "disturbed" for run in runs) and not is_disturbed(alone, longest.stream, unsteady=1.0):
+        return None
+    shares = [cause.share for run in runs for cause in run.fit.reasons if isinstance(cause, VibrationPower)]
+    vibration = VibrationPower(
+        lines=len(fitted.sinusoid),
+        resonances=len(fitted.resonance),
+        share=max([vibration_share(fitted), *shares]),
+        start=0.0,
+        stop=0.0,
+        quietest=None,
+    )
+    of_runs = [
+        limits_alone(replace(fitted, channel=run.channel), run.stream, cause="vibration", reason=vibration)
+        for run in runs
+    ]
+    # Each run bounds the noise of one sensor, but an axis only its own.
+    of_axes = len({run.channel for run in runs}) > 1
+    return (max if of_axes else min)(of_runs, key=_walk_limit)
+
+
+def _walk_limit(adjustment: Adjustment) -> float:
+    """The limit that an adjustment leaves of the random walk; inf without one."""
+    limits = (change.after.upper_limit for change in adjustment.changes if change.parameter == Parameter("random_walk"))
+    return next(limits, None) or math.inf
 
 
 def _lines(fit: NoiseFit) -> list[LineEstimate]:

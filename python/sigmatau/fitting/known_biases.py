@@ -3,80 +3,79 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.fitting.adjustment import Adjustment, Change, Ends
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
 
-_TERM = "random_walk"
+_WALK = Parameter("random_walk")
 
 
-def walk_factors(findings: Sequence[Finding], channel: str) -> tuple[float, float]:
-    """Factors by which the random walk of a fit is larger than that of the sensor, by all findings that compute one: without
-    the finding of spikes, and with it. Spikes of a continuous tail, which were left out, and small ones, which were not, may
-    be noise of the sensor.
+@frozen
+class WalkBias:
+    """What findings on a channel state of the bias of its random walk.
 
-    The other findings are rounding near a step, samples that are held, repeated or filled in, saturation and aliasing.
+    Attributes
+    ----------
+    factors : tuple of (float, float)
+        Random walk of the fit over that of the sensor: without the finding of spikes, and with it. Spikes of a continuous
+        tail, which were left out, and small ones, which were not, may be noise of the sensor. [1]
+    tail_error : float
+        Relative standard error of the random walk with the spikes that were left out of a continuous tail; 0 without one.
+    findings : tuple of str
+        Their codes: rounding near a step, samples that are held, repeated or filled in, saturation, aliasing, spikes.
     """
-    certain, spikes = 1.0, 1.0
+
+    factors: tuple[float, float]
+    tail_error: float
+    findings: tuple[str, ...]
+
+
+def walk_bias(findings: Sequence[Finding], channel: str) -> WalkBias:
+    """The bias of the random walk of a channel by all findings that compute one."""
+    certain, spikes, tail_error, codes = 1.0, 1.0, 0.0, []
     for finding in findings:
-        factor = finding.walk_factor
-        if factor is None or channel not in finding.channels:
+        if channel not in finding.channels:
             continue
-        if isinstance(finding.details, Spikes):
+        details, factor = finding.details, finding.walk_factor
+        if isinstance(details, Spikes) and finding.left_out:
+            tail_error = max(tail_error, details.tail_error)
+        if factor is None:
+            continue
+        codes.append(finding.code)
+        if isinstance(details, Spikes):
             spikes *= factor
         else:
             certain *= factor
-    return certain, certain * spikes
+    return WalkBias(factors=(certain, certain * spikes), tail_error=tail_error, findings=tuple(dict.fromkeys(codes)))
 
 
-def tail_error(findings: Iterable[Finding], channel: str) -> float:
-    """Relative standard error of the random walk with the spikes that were left out of a continuous tail; 0 without one."""
-    errors = (
-        finding.details.tail_error
-        for finding in findings
-        if isinstance(finding.details, Spikes) and finding.left_out and channel in finding.channels
-    )
-    return max(errors, default=0.0)
+def bias(fitted: NoiseFit, *, biases: Sequence[WalkBias]) -> Adjustment | None:
+    """The interval or limit of the random walk with that of the log and that of the sensor; values stay those of the log.
 
-
-def allowing_for_biases(fitted: NoiseFit, factors: Iterable[float], *, error: float = 0.0) -> NoiseFit:
-    """A fit whose interval or limit of the random walk holds that of the log and that of the sensor; values stay those
-    of the log.
-
-    Parameters
-    ----------
-    fitted : NoiseFit
-    factors : iterable of float
-        Random walk of the log over that of the sensor; of a joint fit, those of its runs.
-    error : float
-        Relative standard error of the random walk by the smallest factor, in addition to that of the fit.
+    `biases`: of the channel; of a joint fit, those of its runs.
     """
-    all_factors, walk = (1.0, *factors), fitted.terms.get(_TERM)
-    largest, smallest = max(all_factors), min(all_factors)
+    factors, walk = (1.0, *(factor for each in biases for factor in each.factors)), fitted.terms.get("random_walk")
+    largest, smallest = max(factors), min(factors)
     if walk is None or largest == smallest:
-        return fitted
+        return None
+    error = max(each.tail_error for each in biases)
     low, high, limit = walk.low, walk.high, walk.upper_limit
     if high is not None and walk.value is not None and error > 0:
         added = float(normal_quantile(0.5 + 0.5 * walk.level)) * error * walk.value
         high = walk.value + math.hypot(high - walk.value, added)
-    widened = replace(
-        walk,
-        low=None if low is None else low / largest,
-        high=None if high is None else high / smallest,
-        upper_limit=None if limit is None else limit / smallest,
+    after = Ends(
+        None if low is None else low / largest,
+        None if high is None else high / smallest,
+        None if limit is None else limit / smallest,
     )
-    before = _width(walk)
-    scale = _width(widened) / before if before > 0 else 1.0
-    return replace(
-        fitted, terms={**fitted.terms, _TERM: widened}, covariance=fitted.covariance.scaled({Parameter(_TERM): scale})
+    return Adjustment(
+        cause="bias",
+        findings=tuple(dict.fromkeys(code for each in biases for code in each.findings)),
+        changes=(Change.widening(_WALK, Ends.of(walk), after),),
     )
-
-
-def _width(walk: FittedTerm) -> float:
-    return 0.0 if walk.low is None or walk.high is None else walk.high - walk.low

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native.likelihood import ChannelFit, FilterEstimate
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.reasons import BandLeftOut, BandsOff, Reason
+from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.arguments import check_level, wanted_terms
-from sigmatau.fitting.beside_vibration import allowing_for_changes, crowded_share, with_lines_as_noise
+from sigmatau.fitting.beside_vibration import changing_level, crowded_lines
 from sigmatau.fitting.components import LINEAR
-from sigmatau.fitting.disturbance import is_disturbed, vibration_of, with_limits
+from sigmatau.fitting.disturbance import hidden_by_vibration
 from sigmatau.fitting.fitted_values import SecondModel
 from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, named_interval, typed
-from sigmatau.fitting.misfit import without_unknown_terms
+from sigmatau.fitting.misfit import misfit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of
 from sigmatau.fitting.response import FittedFilter
@@ -87,14 +89,18 @@ def fit_samples(
         )
 
     channel_fit = fitted_with(lines=True)
-    fitted = noise_fit_of(stream, channel, channel_fit, regressors=tuple(regressors or ()), level=level)
-    spread, unsteady = channel_fit.unsteadiness
-    if is_disturbed(fitted, stream, unsteady=unsteady):
-        return with_limits(fitted, stream, vibration_of(fitted, stream))
-    highest = channel_fit.highest or 0.5 / stream.grid.tau0
-    if share := crowded_share(channel_fit.left_out, spacing=summary.spacing, highest=highest):
-        fitted = with_lines_as_noise(fitted, fitted_with(lines=False), share, highest=highest)
-    return without_unknown_terms(allowing_for_changes(fitted, (spread, unsteady)))
+    return adjusted(
+        noise_fit_of(stream, channel, channel_fit, regressors=tuple(regressors or ()), level=level),
+        partial(hidden_by_vibration, stream=stream, unsteady=channel_fit.unsteadiness[1]),
+        partial(
+            crowded_lines,
+            native=channel_fit,
+            without_lines=partial(fitted_with, lines=False),
+            spacing=summary.spacing,
+        ),
+        partial(changing_level, unsteadiness=channel_fit.unsteadiness),
+        misfit,
+    )
 
 
 def _refuse(

@@ -88,6 +88,9 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
     method : str
     runs : tuple of float
         Lengths of the runs of a joint fit, in which `n` is that of the longest run; otherwise empty. [s]
+    adjustments : tuple of Adjustment
+        What checks of the record changed in the intervals of the likelihood or of least squares, in the order in which
+        they were applied; see ``docs/numbers.md``.
     trust : {"good", "partial", "poor"} or None
         How far to trust the coefficients of a channel of an analysis. "poor": without intervals or with p < 1e-6, or a
         finding states that a coefficient is wrong by half or more. "partial": wider intervals, or a warning about the
@@ -318,6 +321,8 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
             known += " filter=response warm_up regressors highest_hz=highest"
             known += " alike_from_s=alike_from alike_sigma second discrepancy"
         more: dict[str, Any] = {"runs_s": self.runs} if self.runs else {}
+        if self.adjustments:
+            more["adjustments"] = self.adjustments
         if self.reasons:
             more["reasons"] = plain_details(self.reasons)
         return plain(

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_below
 from sigmatau.findings.reasons import CoarseValues
-from sigmatau.fitting.fitted_values import FittedTerm, Interval
+from sigmatau.fitting.adjustment import Adjustment, Change, Ends
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.observed import limit_of
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
 
@@ -73,8 +72,8 @@ def _rounded(phase: float) -> Floats:
     return np.asarray(np.sqrt(shares @ levels**2 - (shares @ levels) ** 2))
 
 
-def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> NoiseFit:
-    """A fit whose intervals and limits hold wherever between two steps the mean lies; values stay those of the log.
+def rounding_of(fitted: NoiseFit, *, step: float, noise: float) -> Adjustment | None:
+    """Intervals and limits that hold wherever between two steps the mean lies; values stay those of the log.
 
     The random walk is that of the log, rounding included: the square root of σ² + step²/12 a sample, on average over the
     mean. Slow changes differ before and after rounding by at most `Rounding.slow_error`, and in slope by twice `dither`.
@@ -88,7 +87,7 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         Standard deviation of the white part of the samples in the log. [rate unit]
     """
     rounding = Rounding(noise / step)
-    told = fitted.quantified and rounding.slow_error > _COARSE
+    coarse = fitted.quantified and rounding.slow_error > _COARSE
     error, slope = rounding.slow_error * step, 2 * rounding.dither
     duration = fitted.n * fitted.tau0
     # The coefficient whose noise has the largest difference as its standard deviation in the record: of B in all octaves,
@@ -110,57 +109,31 @@ def allowing_for_rounding(fitted: NoiseFit, *, step: float, noise: float) -> Noi
         most = rounding.white[1]
         return high * most if most < math.inf else high + step / 2 * math.sqrt(fitted.tau0)
 
-    def term(name: str, one: FittedTerm) -> FittedTerm:
-        found = widened_term(name, one)
-        return limit_of(found) if found.observed and (found.low or 0.0) * (found.high or 0.0) <= 0 else found
-
-    def widened_term(name: str, one: FittedTerm) -> FittedTerm:
-        if one.low is None or one.high is None:
-            return one if one.upper_limit is None else replace(one, upper_limit=limit(name, one.upper_limit))
+    def widened(name: str, before: Ends) -> Ends:
+        if before.low is None or before.high is None:
+            limit = before.upper_limit
+            if limit is None:
+                return before
+            higher = white_most(limit) if name == "random_walk" else ends(0.0, limit, errors[name])[1]
+            return replace(before, upper_limit=higher)
         if name == "random_walk":
-            return replace(one, low=one.low * rounding.white[0], high=white_most(one.high))
+            return replace(before, low=before.low * rounding.white[0], high=white_most(before.high))
         if name == "rate_ramp":
-            return replace(one, low=one.low - errors[name], high=one.high + errors[name])
-        low, high = ends(one.low, one.high, errors[name])
-        return replace(one, low=low, high=high)
+            return replace(before, low=before.low - errors[name], high=before.high + errors[name])
+        low, high = ends(before.low, before.high, errors.get(name, error))
+        return replace(before, low=low, high=high)
 
-    def limit(name: str, high: float) -> float:
-        return white_most(high) if name == "random_walk" else ends(0.0, high, errors[name])[1]
-
-    def wider(sigma: Interval) -> Interval:
-        if sigma.low is None or sigma.high is None:
-            return sigma
-        low, high = ends(sigma.low, sigma.high, error)
-        return replace(sigma, low=low, high=high)
-
-    widened = replace(
-        fitted,
-        terms={name: term(name, one) for name, one in fitted.terms.items()},
-        gauss_markov=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.gauss_markov),
-        resonance=tuple(replace(p, sigma=wider(p.sigma)) for p in fitted.resonance),
+    numbers = [(Parameter(name), Ends.of(term)) for name, term in fitted.terms.items()]
+    numbers += [(Parameter("gauss_markov", k, "sigma"), Ends.of(p.sigma)) for k, p in enumerate(fitted.gauss_markov, 1)]
+    numbers += [(Parameter("resonance", k, "sigma"), Ends.of(p.sigma)) for k, p in enumerate(fitted.resonance, 1)]
+    changes = [Change.widening(each, before, widened(each.part, before)) for each, before in numbers]
+    changes = [change for change in changes if change.after != change.before]
+    if not changes and not coarse:
+        return None
+    return Adjustment(
+        cause="rounding",
+        findings=("coarse_resolution",),
+        changes=tuple(changes),
+        verdict="widened" if coarse else None,
+        reason=CoarseValues() if coarse else None,
     )
-    before, after = _widths(fitted), _widths(widened)
-    factors = {each: after[each] / before[each] for each in fitted.covariance.parameters if each in before}
-    return replace(
-        widened,
-        verdict="widened" if told else fitted.verdict,
-        reasons=(*fitted.reasons, CoarseValues()) if told else fitted.reasons,
-        covariance=fitted.covariance.scaled(factors),
-    )
-
-
-def _widths(fitted: NoiseFit) -> dict[Parameter, float]:
-    """Widths of intervals, by the parameters of the covariance."""
-    widths = {Parameter(name): _width(term) for name, term in fitted.terms.items()}
-    widths |= {
-        Parameter("gauss_markov", k, "sigma"): _width(each.sigma) for k, each in enumerate(fitted.gauss_markov, 1)
-    }
-    return widths | {
-        Parameter("resonance", k, "sigma"): _width(each.sigma) for k, each in enumerate(fitted.resonance, 1)
-    }
-
-
-def _width(term: FittedTerm | Interval) -> float:
-    if term.low is None or term.high is None or not term.high > term.low:
-        return 1.0
-    return term.high - term.low

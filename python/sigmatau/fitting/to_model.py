@@ -66,7 +66,7 @@ def to_model(fit: NoiseFit) -> ChannelModel:
             if term.low is not None and term.high is not None and name in fit.model
         },
         limits={name: term.upper_limit for name, term in fit.terms.items() if term.upper_limit is not None},
-        covariance=_of_resonances(fit.covariance, numbers),
+        covariance=fit.covariance if len(numbers) == len(fit.resonance) else _of_resonances(fit.covariance, numbers),
         level=next((term.level for term in fit.terms.values()), fit.level),
         tau_min=fit.tau_min or 0.0,
         duration=fit.n / rate,

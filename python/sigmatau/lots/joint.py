@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,13 +17,15 @@ from sigmatau.findings.finding import Finding, Findings, ranked
 from sigmatau.findings.joint import RunDiffers, RunLeftOut, RunsDiffer, Unfit
 from sigmatau.findings.reasons import CoarseCounts
 from sigmatau.findings.values import CoarseResolution
+from sigmatau.fitting.adjust import adjusted
+from sigmatau.fitting.adjustment import Adjustment
 from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of, why_unfit
 from sigmatau.fitting.joint_fit import ALPHA, JointChannel, JointFit
-from sigmatau.fitting.known_biases import allowing_for_biases, tail_error, walk_factors
+from sigmatau.fitting.known_biases import bias, walk_bias
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import overview
 from sigmatau.fitting.read_off import read_off
-from sigmatau.fitting.rounding import allowing_for_rounding
+from sigmatau.fitting.rounding import rounding_of
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.fit_findings import disturbed_findings
@@ -183,9 +186,9 @@ def fit_analysed(
         members, left_out = _without_disturbed(members, pool)
         findings += left_out
         joint = join([run for run, _ in members], pool, common=common, terms=terms)
-        factors = [factor for run, one in members for factor in walk_factors(one.findings, run.channel)]
-        error = max(tail_error(one.findings, run.channel) for run, one in members)
-        joint = replace(joint, fit=allowing_for_biases(_rounded(joint.fit, members), factors, error=error))
+        biases = [walk_bias(one.findings, run.channel) for run, one in members]
+        rounding = partial(_coarsest_rounding, members=members)
+        joint = replace(joint, fit=adjusted(joint.fit, rounding, partial(bias, biases=biases)))
         joints[pool] = joint
         curves[pool] = _pooled([one.curves[run.channel] for run, one in members], joint.fit)
         findings += _findings(joint)
@@ -242,8 +245,8 @@ def _findings(joint: JointChannel) -> list[Finding]:
     return findings
 
 
-def _rounded(fitted: NoiseFit, members: Sequence[tuple[Run, Analysis]]) -> NoiseFit:
-    """The fit with intervals that hold for any mean between two steps of coarse samples, of the coarsest run."""
+def _coarsest_rounding(fitted: NoiseFit, *, members: Sequence[tuple[Run, Analysis]]) -> Adjustment | None:
+    """Intervals that hold for any mean between two steps of coarse samples, of the coarsest run."""
     steps = [
         finding.details
         for run, analysis in members
@@ -251,9 +254,9 @@ def _rounded(fitted: NoiseFit, members: Sequence[tuple[Run, Analysis]]) -> Noise
         if finding.channel == run.channel and rounded(finding) and isinstance(finding.details, CoarseResolution)
     ]
     if not steps:
-        return fitted
+        return None
     coarsest = max(steps, key=lambda one: one.step / one.noise)
-    return allowing_for_rounding(fitted, step=coarsest.step, noise=coarsest.noise)
+    return rounding_of(fitted, step=coarsest.step, noise=coarsest.noise)
 
 
 def _pooled(curves: Sequence[DeviationCurve], fitted: NoiseFit) -> DeviationCurve:

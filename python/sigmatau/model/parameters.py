@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sigmatau.arrays import Floats
+from sigmatau.decoding import key
 from sigmatau.frozen import frozen
+from sigmatau.results import plain
 
 Quantity = Literal["sigma", "time", "frequency", "width"]
 
@@ -30,8 +32,18 @@ class Parameter:
     """
 
     part: str
-    number: int | None = None
-    quantity: Quantity | None = None
+    number: int | None = key("place of a process among those of its kind", default=None, always=True, null=True)
+    quantity: Quantity | None = key("number of a process", default=None, always=True, null=True)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Parameter) and (self.part, self.number, self.quantity) == (
+            other.part,
+            other.number,
+            other.quantity,
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.part, self.number, self.quantity))
 
     @classmethod
     def of(cls, name: str) -> Parameter:
@@ -56,6 +68,10 @@ class Parameter:
     def name(self) -> str:
         """Name in JSON: ``"random_walk"``, ``"gauss_markov_1.time"``."""
         return self.part if self.quantity is None else f"{self.part}_{self.number}.{self.quantity}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return plain(self, "part number quantity")
 
 
 @frozen(eq=False)
@@ -115,6 +131,7 @@ class Covariance:
         Parameters
         ----------
         parameter : Parameter
+            Which number.
 
         Returns
         -------

@@ -181,6 +181,11 @@ def coefficient_unit(term: str, quantity: str, unit: str) -> str:
     return f"({unit}){times}" if "/" in unit and times.startswith("*") else f"{unit}{times}"
 
 
+def coefficient_units(quantity: str, unit: str) -> dict[str, str]:
+    """SI units of the coefficients of all terms, see `coefficient_unit`."""
+    return {term: coefficient_unit(term, quantity, unit) for term in TERMS}
+
+
 def display_units(term: str, quantity: str, unit: str) -> tuple[tuple[str, float], ...]:
     """Usual units of a coefficient: ``(text, one such unit in SI)``, the most common first."""
     if quantity in _DISPLAY_UNITS:

@@ -1,0 +1,169 @@
+"""What a check of the record changes in a fit, as data; `sigmatau.fitting.adjust` applies it."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from sigmatau.decoding import key
+from sigmatau.findings.reasons import Reason
+from sigmatau.fitting.fitted_values import FittedTerm, Interval
+from sigmatau.frozen import frozen
+from sigmatau.model.parameters import Parameter
+from sigmatau.results import plain
+
+Verdict = Literal["adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"]
+Cause = Literal["vibration", "coarse_counts", "crowded_lines", "changing_level", "misfit", "rounding", "bias"]
+Part = Literal[
+    "gauss_markov",
+    "sinusoid",
+    "resonance",
+    "response",
+    "warm_up",
+    "highest",
+    "alike_from",
+    "alike_sigma",
+    "second",
+    "unclear",
+    "discrepancy",
+    "reasons",
+    "covariance",
+]
+
+
+@frozen(kw_only=False)
+class Ends:
+    """Interval of a number, or its upper limit.
+
+    Attributes
+    ----------
+    low, high : float or None
+        None without an interval. [SI]
+    upper_limit : float or None
+        Of a term that was not observed. [SI]
+    """
+
+    low: float | None
+    high: float | None
+    upper_limit: float | None
+
+    @classmethod
+    def of(cls, number: FittedTerm | Interval) -> Ends:
+        """The ends of a number.
+
+        Parameters
+        ----------
+        number : FittedTerm or Interval
+            A term, or a number of a process.
+
+        Returns
+        -------
+        Ends
+        """
+        return cls(number.low, number.high, getattr(number, "upper_limit", None))
+
+    @property
+    def width(self) -> float:
+        """Width of the interval; 0 without one. [SI]"""
+        return 0.0 if self.low is None or self.high is None else max(self.high - self.low, 0.0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return plain(self, "low high upper_limit")
+
+
+@frozen(kw_only=False)
+class Change:
+    """Change of the interval or of the upper limit of one number of a fit.
+
+    Attributes
+    ----------
+    parameter : Parameter
+    action : {"widen", "limit"}
+        "widen": the interval or limit is another. "limit": a limit alone remains, or nothing.
+    before, after : Ends
+    scale : float
+        Standard error in the covariance over that before. [1]
+    """
+
+    parameter: Parameter
+    action: Literal["widen", "limit"]
+    before: Ends
+    after: Ends
+    scale: float = key("standard error over that before", default=1.0, always=True)
+
+    @classmethod
+    def limiting(cls, parameter: Parameter, number: FittedTerm | Interval, limit: float | None = None) -> Change:
+        """A change that leaves only a limit of a number, or nothing.
+
+        Parameters
+        ----------
+        parameter : Parameter
+            Which number.
+        number : FittedTerm or Interval
+            As it was.
+        limit : float, optional
+            [SI]
+
+        Returns
+        -------
+        Change
+        """
+        return cls(parameter, "limit", Ends.of(number), Ends(None, None, limit))
+
+    @classmethod
+    def widening(cls, parameter: Parameter, before: Ends, after: Ends) -> Change:
+        """A change of an interval or limit; the standard error grows as the width of the interval.
+
+        Parameters
+        ----------
+        parameter : Parameter
+            Which number.
+        before, after : Ends
+            As it was, and as it is. [SI]
+
+        Returns
+        -------
+        Change
+        """
+        scale = after.width / before.width if before.width > 0 and after.width > 0 else 1.0
+        return cls(parameter, "widen", before, after, scale)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return plain(self, "parameter action before after scale")
+
+
+@frozen
+class Adjustment:
+    """What one check of the record changes in a fit.
+
+    Attributes
+    ----------
+    cause : str
+        The check, in the order in which adjustments are applied: "vibration" or "coarse_counts" that hide the noise,
+        "crowded_lines", "changing_level" of white noise, "misfit", "rounding", "bias" that findings state.
+    findings : tuple of str
+        Codes of the findings that state the cause.
+    changes : tuple of Change
+        Of numbers; a number that becomes a limit leaves the covariance.
+    verdict : str or None
+        Verdict of the fit; None if it remains.
+    without : tuple of str
+        Parts that the fit loses.
+    tau_min : float or None
+        Shortest averaging time that the fit describes; None if it remains. [s]
+    reason : Reason or None
+        Of the fit; it is not in JSON, where the fit has it.
+    """
+
+    cause: Cause
+    findings: tuple[str, ...] = key(default=(), always=True)
+    changes: tuple[Change, ...] = key(default=(), always=True)
+    verdict: Verdict | None = key(default=None, always=True, null=True)
+    without: tuple[Part, ...] = key(default=(), always=True)
+    tau_min: float | None = key("shortest averaging time that remains, in s", default=None, always=True, null=True)
+    reason: Reason | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return plain(self, "cause findings changes verdict without tau_min")

@@ -11,15 +11,11 @@ from sigmatau.units import STANDARD_GRAVITY
 _DEGREE = math.pi / 180
 
 
-@frozen
-class ByQuantity:
-    """A limit of gyros [rad/s and its derived units] and another one of accelerometers [m/s² and its derived units]."""
+class ByQuantity(dict[str, float]):
+    """A limit of gyros, `angular_rate`, and another one of accelerometers, `acceleration`: a constant with a hash."""
 
-    angular_rate: float
-    acceleration: float
-
-    def __getitem__(self, quantity: str) -> float:
-        return self.angular_rate if quantity == "angular_rate" else self.acceleration
+    def __hash__(self) -> int:  # type: ignore[override]  # a dict has none
+        return hash(tuple(self.items()))
 
 
 @frozen

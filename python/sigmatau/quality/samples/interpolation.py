@@ -29,7 +29,7 @@ class InterpolationThresholds:
 
     min_share: float = 0.05
     """Part of second differences that are zero beyond three times chance, at least. [1] Judgement: a record that was
-    resampled has half or more."""
+    resampled has far more."""
 
     sigmas: float = 6.0
     """Standard errors of that part that are added to it. [1] Judgement: no record reaches six standard errors by
@@ -40,8 +40,8 @@ class InterpolationThresholds:
     its log is not read."""
 
     right_from: int = 8
-    """Averaging time from which on σ is right. [samples of the sensor] Derived: of a line between two samples the
-    error of σ² is below 1 % by then."""
+    """Averaging time from which on σ is right. [samples of the sensor] Judgement: interpolation changes σ within a
+    few samples."""
 
     too_coarse: float = straight_lines.THRESHOLDS.too_coarse
     """Part of all second differences that are 0 by chance, beyond which lines are not told. [1] Judgement: see

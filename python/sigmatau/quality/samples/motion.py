@@ -79,7 +79,7 @@ class MotionThresholds:
 
     rounding: float = 1.5
     """Change of the difference of two means that rounding can make. [steps] Derived: each mean is moved by half a
-    step at most, and their step is not sure to half of one."""
+    step at most; the rest is a margin."""
 
     burst_gap: float = 5.0
     """Longest pause within a burst. [s] Judgement: a sensor that is handled is not at rest between two pushes."""

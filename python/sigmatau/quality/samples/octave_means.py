@@ -43,15 +43,15 @@ class OctaveThresholds:
 
     slow_octaves: int = 5
     """Number of averaging times of a stream that is too slow for means of a second, from its samples on. [1]
-    Judgement: a record of 16 samples has two means at the longest."""
+    Judgement: the longest means last 16 samples."""
 
     slow_second: int = 2
-    """The octave that such a stream has in place of 1 s: four samples. [octaves] Judgement: one octave has second
-    differences below it, one above."""
+    """The octave that such a stream has in place of 1 s: four samples. [octaves] Judgement: a shorter mean has the
+    noise of single samples."""
 
     steps: float = 3.0
-    """Second difference, as the deviation of a mean, that rounding can make. [steps] Derived: 4·½/√6 is 0.8; the
-    rest is for steps that are not sure."""
+    """Second difference, as the deviation of a mean, that rounding can make. [steps] Derived: 2/√6 = 0.8 if each
+    mean is moved by half a step; the rest is a margin for steps that are not sure."""
 
     least_differences: int = 5
     """Second differences that a level is taken from, at least. [1] Judgement: their median tolerates two that are
@@ -68,8 +68,7 @@ class OctaveThresholds:
     """Blocks for that share, at least. [1] Derived: one block is a tenth of ten."""
 
     correlated: float = 0.3
-    """Correlation of neighbouring means of 1/4 s that white noise does not reach. [1] Judgement: motion has more; a
-    first-order filter of 0.2 s has 0.3."""
+    """Correlation of neighbouring means of 1/4 s that white noise does not reach. [1] Judgement: motion has more."""
 
     correlated_errors: float = 3.0
     """The same in standard errors, in a short record. [1] Derived: probability 1.3·10⁻³."""

@@ -24,8 +24,8 @@ class RepeatThresholds:
     """Thresholds of `repeated_samples`."""
 
     min_share: float = 0.02
-    """Part of the record that is repeated beyond chance, at least. [1] Judgement: less changes no coefficient by
-    more than 1 %."""
+    """Part of the record that is repeated beyond chance, at least. [1] Derived: samples that count twice raise N² by
+    twice their share, N by 2 %."""
 
     sigmas: float = 6.0
     """Standard errors of that part that are added to it. [1] Judgement: no record reaches six standard errors by
@@ -71,7 +71,7 @@ class RepeatThresholds:
     """Factor of the random walk from which on it is reported. [1] Judgement: the usual interval is 5 %."""
 
     right_from: int = 8
-    """Averaging time from which on σ is right, at least. [samples] Judgement: the error of σ is below 1 % by then."""
+    """Averaging time from which on σ is right, at least. [samples] Judgement: copies change σ within a few samples."""
 
     right_from_times: int = 4
     """The same, per repetition. [samples] Judgement: see `right_from`."""

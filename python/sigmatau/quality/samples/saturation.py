@@ -38,8 +38,8 @@ class SaturationThresholds:
     """Noise from which on a channel has a tail. [steps] Derived: all values of coarser channels are extremes."""
 
     pulse_steps: float = 40.0
-    """Distance of the ends from which on no pulse of a counter is spread over neighbours. [steps] Derived: pulses of
-    up to 16 counts each way, see `SharedThresholds`, and their noise."""
+    """Distance of the ends from which on no pulse of a counter is spread over neighbours. [steps] Judgement: pulses
+    of up to 16 counts each way need 32."""
 
     summed: int = 8
     """Increments in the sums by which a rounded angle is recognised. [samples] Judgement: the rounding of an angle

@@ -47,7 +47,7 @@ class SpikeThresholds:
 
     unseen: float = 0.3
     """Noise below it leaves no trace in the scatter of numbers with this step. [steps] Study: docs/study/coarse.md;
-    noise of 0.2 steps may show none."""
+    noise of 0.2 steps shows 0.06 to 0.5."""
 
     spoiled: float = 2.0
     """Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike. [1] Derived:

@@ -62,18 +62,18 @@ class TremorThresholds:
     the band of tremor."""
 
     least_segments: int = 4
-    """Number of periodograms, at least. [1] Judgement: their mean scatters by 50 % at one frequency, by 16 % in the
-    band of tremor."""
+    """Number of periodograms, at least. [1] Judgement: their mean scatters by half at a single frequency, by less in
+    a band."""
 
     below_vibration: tuple[float, float] = (0.75, 2.0)
     """Band below the vibration of engines. [Hz] Study: docs/study/rest.md compares the noise below 2 Hz."""
 
     long_segment: float = 4.0
-    """Length of the periodograms of that band. [s] Derived: five frequencies in it."""
+    """Length of the periodograms of that band. [s] Derived: six frequencies in it."""
 
     beyond: float = 1.25
-    """Density there over that of the noisiest accelerometer from which on it is motion. [1] Measured: the factor of
-    `ClassThresholds`, which fits of 240 axes at the limits of their class do not exceed."""
+    """Density there over that of the noisiest accelerometer from which on it is motion. [1] Judgement: the factor of
+    `ClassThresholds`."""
 
     least_nyquist: float = 18.0
     """Half the sampling rate from which on a tremor shows. [Hz] Derived: there are frequencies above 15 Hz, see

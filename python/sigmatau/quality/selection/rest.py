@@ -46,8 +46,8 @@ class RestThresholds:
     """Thresholds of `rest` and `at_rest_only`."""
 
     least_still: float = 20.0
-    """Stretch at rest that is worth an analysis, at least. [s] Study: docs/study/rest.md; the shortest record with
-    accelerometers alone."""
+    """Stretch at rest that is worth an analysis, at least. [s] Judgement: as the shortest record with accelerometers
+    alone, see `LengthThresholds`."""
 
     least_share: float = 0.25
     """Part of the record that the longest stretch has, for the record to be partly at rest. [1] Judgement: less is

@@ -35,6 +35,7 @@ mod profile;
 mod running_mean;
 mod runs;
 mod select;
+mod slow_lines;
 
 pub use channel_fit::{ChannelFit, SecondModel, Verdict, WarmUpEstimate, fit_channel};
 pub use estimates::{Estimate, TermEstimate};

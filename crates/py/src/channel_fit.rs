@@ -127,11 +127,11 @@ frozen_class! {
 frozen_class! {
     /// A number of a model, a row of its covariance.
     Parameter {
-        /// A term, `gauss_markov` or `resonance`.
+        /// A term, `gauss_markov`, `resonance` or `sinusoid`.
         part: String,
         /// Place of a process among those of its kind, from 1; None for a term.
         number: Option<usize>,
-        /// `sigma`, `time`, `frequency` or `width` of a process; None for a term.
+        /// `sigma`, `time`, `frequency`, `width` or `amplitude` of a process; None for a term.
         quantity: Option<String>,
     }
 }
@@ -406,12 +406,14 @@ impl From<core::Parameter> for Parameter {
             core::Parameter::Term(term) => return core::TERM_NAMES[term].into(),
             core::Parameter::GaussMarkov(number, quantity) => ("gauss_markov", number, quantity),
             core::Parameter::Resonance(number, quantity) => ("resonance", number, quantity),
+            core::Parameter::Sinusoid(number, quantity) => ("sinusoid", number, quantity),
         };
         let quantity = match quantity {
             core::Number::Sigma => "sigma",
             core::Number::Time => "time",
             core::Number::Frequency => "frequency",
             core::Number::Width => "width",
+            core::Number::Amplitude => "amplitude",
         };
         Self { part: part.to_owned(), number: Some(number), quantity: Some(quantity.to_owned()) }
     }

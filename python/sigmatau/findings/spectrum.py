@@ -10,6 +10,8 @@ from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text, two_digits
 
+_SLOW = 0.2  # Hz, below which a period is stated in place of a frequency
+
 _QUANTITIES = {"rad/s": "angular_rate", "m/s^2": "acceleration"}
 
 
@@ -34,7 +36,7 @@ class Mains:
 
 @frozen
 class Line:
-    """A line in the spectrum of a channel, which the fit leaves out.
+    """A line in the spectrum of a channel, which the fit leaves out, or follows as a sinusoid if it is slow.
 
     Attributes
     ----------
@@ -43,11 +45,13 @@ class Line:
     amplitude : float
         Of a sinusoid with the same power. [unit of the finding]
     low, high : float
-        The band that was left out. [Hz]
+        The band that was left out, or the interval of the frequency of a slow line. [Hz]
     harmonics : tuple of Line
         Lines at multiples of its frequency, folded at half the sampling rate.
     mains : Mains or None
         None if it is not near a multiple of the mains frequency.
+    weakest, strongest : float or None
+        Interval of the amplitude, if the line has one. [unit of the finding]
     """
 
     frequency: float
@@ -56,6 +60,8 @@ class Line:
     high: float
     harmonics: tuple[Line, ...] = ()
     mains: Mains | None = None
+    weakest: float | None = None
+    strongest: float | None = None
 
 
 @frozen
@@ -75,7 +81,12 @@ class SpectralLines(Details, code="spectral_line"):
         unit, factor = display_units("bias_instability", _QUANTITIES.get(finding.unit, "signal"), finding.unit)[-1]
         what = f"{len(self.lines)} spectral lines, largest" if len(self.lines) > 1 else "spectral line"
         size = f"{number(strongest.amplitude / factor)} {unit}"
-        message = f"{what} of {size} at {strongest.frequency:.4g} Hz{_mains(strongest)}"
+        at = f"at {strongest.frequency:.4g} Hz{_mains(strongest)}"
+        if strongest.frequency < _SLOW and strongest.weakest is not None and strongest.strongest is not None:
+            half = (strongest.strongest - strongest.weakest) / (2 * factor)
+            size = f"{strongest.amplitude / factor:.3g} ± {two_digits(half)} {unit}"
+            at = f"with a period of {duration_text(1 / strongest.frequency)}"
+        message = f"{what} of {size} {at}"
         return Words(message, "No action needed: the coefficients are those without the lines")
 
 

@@ -36,7 +36,8 @@ def adjusted(fitted: NoiseFit, *subjects: Subject) -> NoiseFit:
 def _apply(fitted: NoiseFit, adjustment: Adjustment) -> NoiseFit:
     values: dict[str, Any] = {part: _WITHOUT[part] for part in adjustment.without}
     terms = dict(fitted.terms)
-    processes: dict[str, list[Any]] = {"gauss_markov": [*fitted.gauss_markov], "resonance": [*fitted.resonance]}
+    kinds = ("gauss_markov", "resonance", "sinusoid")
+    processes: dict[str, list[Any]] = {kind: [*getattr(fitted, kind)] for kind in kinds}
     for change in adjustment.changes:
         parameter = change.parameter
         if parameter.number is None or parameter.quantity is None:

@@ -30,12 +30,15 @@ def misfit(fitted: NoiseFit) -> Adjustment | None:
     numbers: tuple[tuple[str, tuple[Quantity, ...]], ...] = (
         ("gauss_markov", ("sigma", "time")),
         ("resonance", ("sigma", "frequency", "width")),
+        ("sinusoid", ("amplitude", "frequency")),
     )
+    of_lines = {parameter for parameter in fitted.covariance.parameters if parameter.part == "sinusoid"}
     changes += [
         Change.limiting(Parameter(kind, k, number), getattr(process, number))
-        for kind, several in numbers
+        for kind, quantities in numbers
         for k, process in enumerate(getattr(fitted, kind), 1)
-        for number in several
+        for number in quantities
+        if kind != "sinusoid" or Parameter(kind, k, number) in of_lines
     ]
     return Adjustment(
         cause="misfit",

@@ -10,11 +10,16 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau._native import kernels
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.parameters import Covariance, Parameter
+from sigmatau.model.processes import Sinusoid
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
+
+_LEAST_SHARE = 1e-6  # of the variance that an uncertain phase leaves
+_LEAST_CHANGE = 1e-9  # relative change of a frequency that is not rounding
 
 _CHANGE = 1e-3  # relative change of a number of a process for its derivative
 
@@ -46,9 +51,12 @@ def adev_interval(
     """
     avar, parts = model.avar(m=m, tau0=tau0), model.avar_of_parts(m=m, tau0=tau0)
     parameters, covariance = model.covariance.parameters, model.covariance.matrix
+    phases = _frequencies_of_lines(model)
     changed = changed_processes(model)
     gradient = np.zeros((len(parameters), len(avar)))
     for k, parameter in enumerate(parameters):
+        if parameter in phases:
+            continue  # not linear: a frequency that is uncertain by a turn says nothing of the phase
         if parameter in changed:
             more = changed[parameter].avar(m=m, tau0=tau0) - parts[parameter.part]
             gradient[k] = more / step_of(model, parameter)
@@ -62,6 +70,13 @@ def adev_interval(
     deviates = _largest(errors / np.where(spread > 0, spread, 1.0), level) if simultaneous else None
     wide = np.exp((deviates or NormalDist().inv_cdf(0.5 + level / 2)) * spread)
     low, high = np.sqrt(avar) / wide, np.sqrt(avar) * wide
+    deviate = NormalDist().inv_cdf(0.5 + level / 2)
+    for line, error in phases.values():
+        least, most = _avar_of_near_frequencies(line, deviate * error, m=m, tau0=tau0)
+        plain = kernels.sinusoid_avar(line.amplitude, line.frequency, np.asarray(m), tau0)
+        # As shares of the variance, so that the interval stays above 0.
+        low = low * np.sqrt(np.maximum(1 - (plain - least) / avar, _LEAST_SHARE))
+        high = high * np.sqrt(1 + (most - plain) / avar)
     for other in explanations(model)[1:]:
         if other.covariance.parameters:
             lower, higher = adev_interval(other, m=m, tau0=tau0, level=level, simultaneous=simultaneous)
@@ -74,6 +89,29 @@ def adev_interval(
     if absent:
         high = np.sqrt(high**2 + ChannelModel(terms=absent).avar(m=m, tau0=tau0))
     return low, high
+
+
+def _frequencies_of_lines(model: ChannelModel) -> dict[Parameter, tuple[Sinusoid, float]]:
+    """The lines whose frequency has a known error, and the error [Hz], by the rows of the covariance."""
+    lines = {}
+    for parameter in model.covariance.parameters:
+        if _is_phase(parameter) and parameter.number is not None and parameter.number <= len(model.sinusoid):
+            variance = model.covariance.variance_of(parameter) or 0.0
+            lines[parameter] = (model.sinusoid[parameter.number - 1], float(np.sqrt(variance)))
+    return lines
+
+
+def _avar_of_near_frequencies(line: Sinusoid, apart: float, *, m: ArrayLike, tau0: float) -> tuple[Floats, Floats]:
+    """Least and largest Allan variance of a line whose frequency may be off by `apart` [Hz]: sin⁴ over a range of phases."""
+    sizes = np.asarray(m, dtype=np.float64)
+    middle, half = line.frequency * sizes * tau0, apart * sizes * tau0  # turns of half a cycle
+    ends = np.stack([np.sin(np.pi * (middle + side * half)) ** 2 for side in (-1, 1)])
+    has_zero = np.floor(middle + half) > np.floor(middle - half)
+    has_top = np.floor(middle + half - 0.5) > np.floor(middle - half - 0.5)
+    least = np.where(has_zero, 0.0, ends.min(axis=0))
+    most = np.where(has_top, 1.0, ends.max(axis=0))
+    scale = (line.amplitude / (sizes * np.sin(np.pi * line.frequency * tau0))) ** 2
+    return scale * least**2, scale * most**2
 
 
 def _largest(directions: Floats, level: float) -> float:
@@ -135,4 +173,11 @@ def step_of(model: ChannelModel, parameter: Parameter) -> float:
     assert parameter.number is not None
     assert parameter.quantity is not None
     process = getattr(model, parameter.part)[parameter.number - 1]
+    if _is_phase(parameter):
+        variance = model.covariance.variance_of(parameter) or 0.0
+        return float(max(_CHANGE * np.sqrt(variance), _LEAST_CHANGE * process.frequency))
     return float(_CHANGE * getattr(process, "width" if parameter.quantity == "frequency" else parameter.quantity))
+
+
+def _is_phase(parameter: Parameter) -> bool:
+    return parameter.part == "sinusoid" and parameter.quantity == "frequency"

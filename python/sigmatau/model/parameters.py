@@ -14,7 +14,7 @@ from sigmatau.decoding import key
 from sigmatau.frozen import frozen
 from sigmatau.results import plain
 
-Quantity = Literal["sigma", "time", "frequency", "width"]
+Quantity = Literal["sigma", "time", "frequency", "width", "amplitude"]
 
 
 @frozen(kw_only=False)
@@ -24,10 +24,10 @@ class Parameter:
     Attributes
     ----------
     part : str
-        A key of `sigmatau.noise.terms.TERMS`, ``"gauss_markov"`` or ``"resonance"``.
+        A key of `sigmatau.noise.terms.TERMS`, ``"gauss_markov"``, ``"resonance"`` or ``"sinusoid"``.
     number : int or None
         Place of a process among those of its kind, from 1; None for a term.
-    quantity : {"sigma", "time", "frequency", "width"} or None
+    quantity : {"sigma", "time", "frequency", "width", "amplitude"} or None
         Which number of a process; None for a term.
     """
 
@@ -60,7 +60,7 @@ class Parameter:
         """
         process, _, quantity = name.partition(".")
         part, _, number = process.rpartition("_")
-        if quantity in ("sigma", "time", "frequency", "width") and number.isdecimal():
+        if quantity in ("sigma", "time", "frequency", "width", "amplitude") and number.isdecimal():
             return cls(part, int(number), quantity)  # type: ignore[arg-type]  # mypy does not narrow by `in`
         return cls(name)
 

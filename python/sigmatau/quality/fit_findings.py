@@ -264,6 +264,8 @@ def _line(line: Sinusoid, rate: float, harmonics: tuple[Line, ...] = (), *, thre
         high=line.frequency.high or line.frequency.value,
         harmonics=harmonics,
         mains=_mains(line.frequency.value, rate, _half_width(line), thresholds=thresholds),
+        weakest=line.amplitude.low,
+        strongest=line.amplitude.high,
     )
 
 

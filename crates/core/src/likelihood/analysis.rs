@@ -21,6 +21,7 @@ use crate::likelihood::pass::{PARTS, Summary};
 use crate::likelihood::profile::{Bounds, of_part, of_resonance, of_time};
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::Allowed;
+use crate::likelihood::slow_lines::slow_lines;
 use std::sync::Arc;
 
 /// P-value below which a model is not adequate, and its intervals are widened.
@@ -44,6 +45,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     let found = inferred(&plain, &bins, test.p_value, tails, allowed(record, options), options.level);
     Outcome {
         lines,
+        slow_lines: if options.lines { slow_lines(&plain, &bins) } else { Vec::new() },
         highest,
         ramp: drifts.ramp,
         ramp_observed: drifts.ramp_observed,
@@ -69,7 +71,7 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
             return with_series;
         }
     }
-    drifting(attempt, regressors, options)
+    drifting(attempt, &regressors, options)
 }
 
 /// The same with no filter but a series.
@@ -79,7 +81,7 @@ pub(crate) fn fitted_with_series<'a>(record: &'a Summary, options: &Options) -> 
     let lines = if options.lines { beyond_band(record, &mask) } else { Vec::new() };
     let (mask, lines) = without_lines(record, mask, lines, None, options);
     let attempt = best_attempt(record, &mask, &lines, &regressors, options);
-    drifting(attempt, regressors, options)
+    drifting(attempt, &regressors, options)
 }
 
 /// The mask without lines above running medians, and all lines; `filter`: powers of a filter that is known.
@@ -104,10 +106,11 @@ fn without_lines(
 /// The model with what its mean does.
 fn drifting<'a>(
     mut attempt: Attempt<'a>,
-    regressors: Arc<Vec<Regressor>>,
+    regressors: &Arc<Vec<Regressor>>,
     options: &Options,
 ) -> (Attempt<'a>, Drifts) {
-    attempt.bins.regressors = regressors;
+    let of_lines = attempt.bins.regressors.iter().skip(regressors.len()).cloned();
+    attempt.bins.regressors = Arc::new(regressors.iter().cloned().chain(of_lines).collect());
     let drifts = with_drifts(&mut attempt.fit, &mut attempt.bins, thresholds(options.level), options.drifts);
     (attempt, drifts)
 }
@@ -199,6 +202,7 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
         mean: reduced.model.mean,
         filter_interval: bins.spacing as f64 * bins.record.tau0,
         lines: Vec::new(),
+        slow_lines: Vec::new(),
         highest: None,
         ramp: Drift { value: f64::NAN, error: f64::NAN },
         ramp_observed: false,

@@ -12,7 +12,7 @@ use crate::likelihood::model::{Fit, Model};
 use crate::likelihood::outcome::Options;
 use crate::likelihood::pass::Summary;
 use crate::likelihood::running_mean::RunningMean;
-use crate::likelihood::select::{Allowed, GOOD, select};
+use crate::likelihood::select::{Allowed, GOOD, select, select_with_lines};
 use std::sync::Arc;
 
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
@@ -146,7 +146,12 @@ pub(crate) fn attempt<'a>(
     let bare = Model { mean, ..Model::new(parts, used) };
     let mut start = informed(bare.fit(&bins), &mut bins);
     with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
-    let mut fit = select(start, &bins, allowed);
+    let mut fit;
+    if options.lines {
+        (fit, bins) = select_with_lines(start, bins, allowed);
+    } else {
+        fit = select(start, &bins, allowed);
+    }
     for _ in 0..if options.lines { LINE_SEARCHES } else { 0 } {
         let mut mask = bins.mask.to_vec();
         let found = above_model(&bins, &fit.model, &mut mask);

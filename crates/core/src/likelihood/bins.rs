@@ -35,6 +35,14 @@ const EDGE: f64 = 0.5;
 pub(crate) struct Regressor {
     /// Cosine modes.
     pub modes: Vec<f64>,
+    /// Frequency of a cosine whose sine is the next regressor. [Hz]
+    pub line: Option<f64>,
+}
+
+impl Regressor {
+    pub(crate) fn of_modes(modes: Vec<f64>) -> Self {
+        Self { modes, line: None }
+    }
 }
 
 /// The regressors that are the end values of the angle; quantization noise has them, with the variance Q².
@@ -348,6 +356,14 @@ impl<'a> Bins<'a> {
         }
         let means = high.chunks_exact(POINTS).map(|x| x.iter().sum::<f64>() / POINTS as f64);
         low.iter().copied().chain(means).collect()
+    }
+
+    /// Bin, and number less 1, of every mode that counts below the band of the periodogram.
+    pub(crate) fn low_modes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let last = self.record.low_modes();
+        let of_bin =
+            |bin: usize| self.kept[self.edges[bin]..self.edges[bin + 1]].iter().map(move |&k| (bin, k));
+        (0..self.low).flat_map(of_bin).filter(move |&(_, k)| k < last)
     }
 
     /// Modes of a low bin, some of many. [Hz]

@@ -173,7 +173,10 @@ impl ChannelFit {
         let mut coefficients = [0.0; 5];
         coefficients[..4].copy_from_slice(&outcome.reduced.map(|theta| theta.max(0.0).sqrt()));
         let noise: [f64; 4] = std::array::from_fn(|k| coefficients[k]);
-        let (parameters, covariance) = covariance(outcome, &noise);
+        let filter = filter(outcome, span.tau0, level);
+        let parts = Parts::of(outcome, filter.as_ref(), level);
+        let (parameters, covariance) = parts.with_lines(covariance(outcome, &noise));
+        let Parts { gauss_markov, resonance, sinusoid, .. } = parts;
         let mut terms = terms(outcome, options, &noise, |term| {
             let row = parameters.iter().position(|&parameter| parameter == Parameter::Term(term));
             row.map_or(0.0, |row| covariance[row * (parameters.len() + 1)].max(0.0).sqrt())
@@ -185,8 +188,6 @@ impl ChannelFit {
             TERM_NAMES.into_iter().zip(coefficients).filter(|&(_, value)| value != 0.0).collect();
         let observed = |name| terms.iter().any(|&(term, estimate)| term == name && estimate.observed);
         let unclear = model.iter().map(|&(name, _)| name).filter(|&name| !observed(name)).collect();
-        let filter = filter(outcome, span.tau0, level);
-        let Parts { gauss_markov, resonance, sinusoid } = Parts::of(outcome, filter.as_ref(), level);
         let warm_up = outcome.warm_up.map(|(time, drift, _)| WarmUpEstimate {
             amplitude: Estimate::around(drift.value, quantile(level) * drift.error),
             time,

@@ -45,10 +45,10 @@ pub(crate) fn regressors(record: &Summary, options: &Options) -> Vec<Regressor> 
     let end = |k: usize| (2.0 / m).sqrt() * (PI * k as f64 / (2.0 * m)).cos() / length.sqrt();
     let modes = 1..=record.modes.len();
     let last = modes.clone().map(|k| if k % 2 == 0 { end(k) } else { -end(k) }).collect();
-    let mut found = vec![Regressor { modes: last }, Regressor { modes: modes.map(end).collect() }];
-    found.push(Regressor { modes: record.modes_of_ramp() });
-    found.extend(WARM_UPS.map(|share| Regressor { modes: record.modes_of_decay(record.duration() / share) }));
-    found.extend(options.regressors.iter().map(|curve| Regressor { modes: record.modes_of(curve) }));
+    let mut found = vec![Regressor::of_modes(last), Regressor::of_modes(modes.map(end).collect())];
+    found.push(Regressor::of_modes(record.modes_of_ramp()));
+    found.extend(WARM_UPS.map(|share| Regressor::of_modes(record.modes_of_decay(record.duration() / share))));
+    found.extend(options.regressors.iter().map(|curve| Regressor::of_modes(record.modes_of(curve))));
     found
 }
 
@@ -147,7 +147,7 @@ pub(crate) fn with_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, f64, Fit)> {
 }
 
 /// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
-fn gain_of(fit: &Fit, next: &Fit) -> f64 {
+pub(crate) fn gain_of(fit: &Fit, next: &Fit) -> f64 {
     (fit.deviance - fit.restricted) - (next.deviance - next.restricted)
 }
 
@@ -193,7 +193,7 @@ fn with_curve<'a>(bins: &Bins<'a>, at: usize, modes: Vec<f64>) -> Bins<'a> {
     let mut all = bins.regressors.to_vec();
     match all.get_mut(at) {
         Some(old) => old.modes = modes,
-        None => all.push(Regressor { modes }),
+        None => all.push(Regressor::of_modes(modes)),
     }
     let mut bins = bins.clone();
     bins.regressors = Arc::new(all);

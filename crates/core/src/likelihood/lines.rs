@@ -31,6 +31,11 @@ const BEYOND: f64 = 30.0;
 /// Share of a line that stronger lines explain, above which it is an image of them.
 const IMAGE: f64 = 0.3;
 
+/// Share of the power of a line in five densities from which it is a steady sinusoid, and the error of its frequency that the
+/// overlap of segments leaves, in densities.
+const STEADY: f64 = 0.9;
+const ROUGH: f64 = 0.02;
+
 /// A line of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
@@ -38,8 +43,10 @@ pub struct Line {
     pub from: f64,
     /// The other end. [Hz]
     pub to: f64,
-    /// Highest density. [Hz]
+    /// Highest density, between two of the periodogram. [Hz]
     pub frequency: f64,
+    /// Its standard error, or a quarter of the width of noise of a narrow band. [Hz]
+    pub frequency_error: f64,
     /// Amplitude of a sinusoid of the same power, and its standard error if the line is noise of a narrow band; a steady
     /// sinusoid has a smaller one. [rate unit]
     pub amplitude: f64,
@@ -226,6 +233,7 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
             let mean = masked.of_line(&[(first + start, first + k)], record.frequency(first + peak), spacing);
             mean * (k - start) as f64
         });
+        let (frequency, frequency_error) = frequency_of(record, reference, start..k, peak, power);
         let amplitude = (4.0 * power * spacing / captured).max(0.0).sqrt();
         found.push(Line {
             amplitude,
@@ -236,8 +244,36 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
             },
             from: record.frequency(first + start),
             to: record.frequency(first + k - 1),
-            frequency: record.frequency(first + peak),
+            frequency,
+            frequency_error,
         });
     }
     found
+}
+
+/// Frequency and its standard error of a line with the highest density `peak`, among densities from `first_density` on. A steady
+/// sinusoid under Hann's taper has amplitudes at the two highest ones whose ratio says where it is between them.
+fn frequency_of(
+    record: &Summary,
+    reference: &[f64],
+    range: std::ops::Range<usize>,
+    peak: usize,
+    power: f64,
+) -> (f64, f64) {
+    let first = first_density(record);
+    let spacing = record.frequency(1);
+    let above = |k: usize| (record.density[first + k] - reference[k]).max(0.0);
+    let (start, end) = (range.start, range.end - 1);
+    let lobe: f64 = (peak.saturating_sub(2).max(start)..=(peak + 2).min(end)).map(above).sum();
+    let at = record.frequency(first + peak);
+    let width = (end - start) as f64 * spacing;
+    if lobe < STEADY * power || peak == start || peak == end || above(peak) <= 0.0 {
+        return (at, 0.25 * width);
+    }
+    let side = |k: usize| (above(k) / above(peak)).sqrt();
+    let offset = |ratio: f64| ((2.0 * ratio - 1.0) / (ratio + 1.0)).clamp(0.0, 0.5);
+    let (lower, higher) = (side(peak - 1), side(peak + 1));
+    let between = if higher > lower { offset(higher) } else { -offset(lower) };
+    let noise = (reference[peak] / (above(peak) * freedom_of_one(record))).sqrt();
+    (at + between * spacing, spacing * noise.max(ROUGH))
 }

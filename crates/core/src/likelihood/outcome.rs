@@ -4,6 +4,7 @@ use crate::likelihood::expected::Part;
 use crate::likelihood::lines::Line;
 use crate::likelihood::profile::Bounds;
 use crate::likelihood::running_mean::RunningMean;
+use crate::likelihood::slow_lines::SlowLine;
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,6 +95,8 @@ pub struct Outcome {
     pub mean: Option<RunningMean>,
     /// Lines that were left out.
     pub lines: Vec<Line>,
+    /// Lines below the band of the periodogram, which the mean follows.
+    pub slow_lines: Vec<SlowLine>,
     /// Frequency from which the band was left out. [Hz]
     pub highest: Option<f64>,
     /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as

@@ -9,6 +9,9 @@ use crate::likelihood::outcome::{Outcome, Process};
 /// Lines that are kept, the strongest: a record that repeats itself has thousands.
 pub const MOST_LINES: usize = 100;
 
+/// Lines whose errors are in the covariance, the strongest: those of a machine are hundreds.
+const LINES_WITH_ERRORS: usize = 8;
+
 /// Half the interval of an amplitude over it, at most.
 const WIDEST: f64 = 0.999;
 
@@ -50,6 +53,8 @@ pub(crate) struct Parts {
     pub gauss_markov: Vec<GaussMarkovEstimate>,
     pub resonance: Vec<ResonanceEstimate>,
     pub sinusoid: Vec<LineEstimate>,
+    /// Standard errors of the amplitude and of the frequency of each line, if they are known. [rate unit, Hz]
+    pub errors_of_lines: Vec<Option<[f64; 2]>>,
 }
 
 impl Parts {
@@ -58,9 +63,20 @@ impl Parts {
         let left_out = outcome.lines.iter().filter(|line| line.amplitude > 0.0).map(|line| {
             let half = (quantile(level) * line.error).min(WIDEST * line.amplitude);
             let frequency = Estimate { value: line.frequency, low: Some(line.from), high: Some(line.to) };
-            LineEstimate { amplitude: Estimate::around(line.amplitude, half), frequency }
+            let line_estimate = LineEstimate { amplitude: Estimate::around(line.amplitude, half), frequency };
+            (line_estimate, Some([line.error, line.frequency_error]))
         });
-        let mut parts = Self { sinusoid: left_out.collect(), ..Self::default() };
+        let followed = outcome.slow_lines.iter().map(|line| {
+            let half = (quantile(level) * line.amplitude_error).min(WIDEST * line.amplitude);
+            let apart = (quantile(level) * line.frequency_error).min(WIDEST * line.frequency);
+            let line_estimate = LineEstimate {
+                amplitude: Estimate::around(line.amplitude, half),
+                frequency: Estimate::around(line.frequency, apart),
+            };
+            (line_estimate, Some([line.amplitude_error, line.frequency_error]))
+        });
+        let mut lines: Vec<(LineEstimate, Option<[f64; 2]>)> = left_out.chain(followed).collect();
+        let mut parts = Self::default();
         for process in outcome.processes.iter().filter(|process| process.variance.value > 0.0) {
             let sigma = Estimate::root(&process.variance);
             match process.part {
@@ -73,7 +89,7 @@ impl Parts {
                     if is_steady(process) {
                         let power = filter.map_or(1.0, |filter| filter.power(frequency.value));
                         let amplitude = sigma.scaled((2.0 * power).sqrt());
-                        parts.sinusoid.push(LineEstimate { amplitude, frequency });
+                        lines.push((LineEstimate { amplitude, frequency }, None));
                     } else {
                         parts.resonance.push(ResonanceEstimate { sigma, frequency, width });
                     }
@@ -81,9 +97,36 @@ impl Parts {
                 _ => {}
             }
         }
-        parts.sinusoid.sort_by(|a, b| b.amplitude.value.total_cmp(&a.amplitude.value));
-        parts.sinusoid.truncate(MOST_LINES);
+        lines.sort_by(|(a, _), (b, _)| b.amplitude.value.total_cmp(&a.amplitude.value));
+        lines.truncate(MOST_LINES);
+        (parts.sinusoid, parts.errors_of_lines) = lines.into_iter().unzip();
         parts
+    }
+
+    /// Numbers and covariance, row after row, with those of the strongest lines behind them. Lines are independent of the rest.
+    pub(crate) fn with_lines(
+        &self,
+        (mut parameters, covariance): (Vec<Parameter>, Vec<f64>),
+    ) -> (Vec<Parameter>, Vec<f64>) {
+        let before = parameters.len();
+        let mut variances = Vec::new();
+        for (number, errors) in (1..=LINES_WITH_ERRORS).zip(&self.errors_of_lines) {
+            for (quantity, error) in
+                [Number::Amplitude, Number::Frequency].into_iter().zip(errors.iter().flatten())
+            {
+                parameters.push(Parameter::Sinusoid(number, quantity));
+                variances.push(error * error);
+            }
+        }
+        let count = parameters.len();
+        let entry = |i: usize, j: usize| match (i < before, j < before) {
+            (true, true) => covariance[i * before + j],
+            (false, false) if i == j => variances[i - before],
+            _ => 0.0,
+        };
+        let matrix =
+            (0..count).flat_map(|i| (0..count).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        (parameters, matrix)
     }
 }
 
@@ -121,6 +164,8 @@ pub enum Number {
     Frequency,
     /// Half width. [Hz]
     Width,
+    /// [rate unit]
+    Amplitude,
 }
 
 /// A number of a model. Processes of a kind are counted from 1.
@@ -132,10 +177,12 @@ pub enum Parameter {
     GaussMarkov(usize, Number),
     /// Of a resonance.
     Resonance(usize, Number),
+    /// Of a line.
+    Sinusoid(usize, Number),
 }
 
 /// The coefficients √θ in the model and the numbers of its processes, and their covariance, row after row, from that
-/// of θ, of the filter, and of the shapes: logarithms of times and widths, frequencies in widths. Lines have none.
+/// of θ, of the filter, and of the shapes: logarithms of times and widths, frequencies in widths. Those of lines follow, by [`Parts::with_lines`].
 pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<Parameter>, Vec<f64>) {
     let order = outcome.covariance.len().isqrt();
     // Row, number, and slope of the number by that of the row: the delta method.

@@ -160,6 +160,47 @@ impl Summary {
         })
     }
 
+    /// The same of a cosine and of a sine, whose phase is 0 in the middle of the record.
+    #[must_use]
+    pub(crate) fn modes_of_line(&self, frequency: f64) -> [Vec<f64>; 2] {
+        self.some_modes_of_line(frequency, &(0..self.modes.len()).collect::<Vec<_>>())
+    }
+
+    /// The same for some modes, by their numbers less 1.
+    #[must_use]
+    pub(crate) fn some_modes_of_line(&self, frequency: f64, modes: &[usize]) -> [Vec<f64>; 2] {
+        let step = 2.0 * PI * frequency * self.block_length();
+        let m = self.blocks as f64;
+        if self.masked.is_some() {
+            let angle = |i: usize| step * (i as f64 + 0.5 - 0.5 * m);
+            let curves: [Vec<f64>; 2] = [
+                (0..self.blocks).map(|i| angle(i).cos()).collect(),
+                (0..self.blocks).map(|i| angle(i).sin()).collect(),
+            ];
+            return curves.map(|curve| {
+                let all = self.modes_of(&curve);
+                modes.iter().map(|&k| all[k]).collect()
+            });
+        }
+        // Σ cos(ω(i + ½ − m/2)) cos θ(i + ½) is 0 for odd numbers, that of the sine for even ones.
+        let scale = (2.0 / m * self.block_length()).sqrt();
+        let (half, end) = (0.5 * step, 0.5 * step * m);
+        let mut both = [vec![0.0; modes.len()], vec![0.0; modes.len()]];
+        for (i, k) in modes.iter().map(|k| k + 1).enumerate() {
+            let middle = 0.5 * PI * k as f64 / m;
+            let apart = half - middle;
+            let sine = if k % 2 == 0 { end.sin() } else { end.cos() };
+            let sum = if (apart * m).abs() < 1e-6 {
+                let sign = if (k / 2) % 2 == 0 { 1.0 } else { -1.0 };
+                0.5 * m * sign * if k % 2 == 0 { 1.0 } else { -1.0 }
+            } else {
+                sine * half.sin() * middle.cos() / ((half + middle).sin() * apart.sin())
+            };
+            both[k % 2][i] = scale * sum;
+        }
+        both
+    }
+
     /// Modes from a closed sum of a curve times cos θ(i + ½).
     fn closed(&self, sum: impl Fn(usize, f64) -> f64) -> Vec<f64> {
         let m = self.blocks as f64;

@@ -6,6 +6,7 @@ use crate::likelihood::candidates::{Dictionary, Scores};
 use crate::likelihood::exchange::{REPLACED, beside, best};
 use crate::likelihood::expected::Part;
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::slow_lines::{add_lines, prices, without_idle_lines};
 
 /// Prices: least falls of the deviance for quantization noise, a coefficient of the filter (and the first), a
 /// Gauss-Markov process, a resonance; and for the last two, and more coefficients, while the model is not adequate.
@@ -133,6 +134,38 @@ fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
     let distance = |i: usize| (bins.frequency[i] - wanted).abs();
     let Some(bin) = (0..bins.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { return 0.0 };
     fit.model.theta[part] * bins.unit(Part::Quantization)[bin] / fit.spectrum[bin]
+}
+
+/// The model with the lines that its mean follows, if they are worth more than what else explains them; and its bins. A line may
+/// stand out of a fit with the terms, which has no processes in its place yet, or of the selected model.
+pub(crate) fn select_with_lines<'a>(start: Fit, bins: Bins<'a>, allowed: Allowed) -> (Fit, Bins<'a>) {
+    let plain = select(start.clone(), &bins, allowed);
+    let mut best: Option<(f64, Fit, Bins)> = None;
+    for from in [&start, &plain] {
+        let (mut fit, mut with) = (from.clone(), bins.clone());
+        if !add_lines(&mut fit, &mut with) {
+            continue;
+        }
+        fit = select(fit, &with, allowed);
+        add_lines(&mut fit, &mut with);
+        without_idle_lines(&mut fit, &with);
+        let cost = cost_of(&fit) + prices(&fit, &with);
+        if cost < best.as_ref().map_or(cost_of(&plain), |(least, ..)| *least) {
+            best = Some((cost, fit, with));
+        }
+    }
+    best.map_or((plain, bins), |(_, fit, with)| (fit, with))
+}
+
+/// The deviance of a selected model with the prices of its parts.
+fn cost_of(fit: &Fit) -> f64 {
+    let price = |part: &Part| match part {
+        Part::GaussMarkov { .. } => PROCESS,
+        Part::Resonance { .. } => RESONANCE,
+        _ => 0.0,
+    };
+    let of_filter = COEFFICIENT * fit.model.filter.len() as f64;
+    fit.deviance - fit.restricted + of_filter + fit.model.parts.iter().map(price).sum::<f64>()
 }
 
 /// A Gauss-Markov process beside the terms or in place of some, whichever is worth most.

@@ -165,7 +165,7 @@ frozen_class! {
         alike_sigma: Option<f64>,
         /// Other models that explain the record as well.
         second: Vec<SecondModel>,
-        /// Discrepancy that widened intervals allow for: frequency [Hz], standard deviation of the logarithm of the density.
+        /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
         discrepancy: Vec<(f64, f64)>,
         /// `adequate`, `adequate_with` or `widened`.
         verdict: String,

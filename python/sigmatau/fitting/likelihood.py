@@ -168,6 +168,7 @@ def noise_fit_of(
         response=None if fit.response is None else _response(fit.response, unit),
         regressors=dict(zip(regressors, coefficients, strict=True)),
         second=tuple(typed(SecondModel, model, unit, terms=dict(model.terms)) for model in fit.second),
+        discrepancy=tuple(fit.discrepancy) if fit.verdict == "widened" else (),
         reasons=reasons,
         covariance=fitted_covariance(fit),
         level=level,

@@ -89,7 +89,7 @@ pub struct ChannelFit {
     pub alike_from: Option<(f64, Option<f64>)>,
     /// Other models that explain the record as well.
     pub second: Vec<SecondModel>,
-    /// Discrepancy that widened intervals allow for: frequency [Hz], standard deviation of the logarithm of the density.
+    /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
     pub discrepancy: Vec<(f64, f64)>,
     /// Whether the model describes the record.
     pub verdict: Verdict,
@@ -215,7 +215,7 @@ impl ChannelFit {
                 .alike_from
                 .map(|(time, variance)| (time, alike_sigma(time, variance, noise[3]))),
             second: outcome.second.iter().map(SecondModel::from).collect(),
-            discrepancy: if outcome.widened { outcome.discrepancy.clone() } else { Vec::new() },
+            discrepancy: outcome.discrepancy.clone(),
             verdict: match (outcome.widened, has_parts) {
                 (true, _) => Verdict::Widened,
                 (false, true) => Verdict::AdequateWith,

@@ -52,7 +52,7 @@ def _apply(fitted: NoiseFit, adjustment: Adjustment) -> NoiseFit:
     if adjustment.verdict == "disturbed":
         walk = terms["random_walk"].upper_limit if "random_walk" in terms else None
         values["model"] = {} if walk is None else {"random_walk": walk}
-    limited = {change.parameter for change in adjustment.changes if change.action == "limit"}
+    limited = {change.parameter for change in adjustment.changes if change.kind == "limit"}
 
     def remaining(parameter: Parameter) -> Parameter | None:
         return None if parameter in limited or parameter.part in adjustment.without else parameter
@@ -86,7 +86,7 @@ def _reasons(fitted: NoiseFit, adjustment: Adjustment) -> tuple[Any, ...]:
 def _changed_term(term: FittedTerm, change: Change) -> FittedTerm:
     """A term with another interval or limit; one whose interval does not exclude 0 has a limit."""
     after = change.after
-    if change.action == "limit":
+    if change.kind == "limit":
         return FittedTerm(
             term=term.term, unit=term.unit, observed=False, level=term.level, upper_limit=after.upper_limit
         )

@@ -78,7 +78,7 @@ class Change:
     Attributes
     ----------
     parameter : Parameter
-    action : {"widen", "limit"}
+    kind : {"widen", "limit"}
         "widen": the interval or limit is another. "limit": a limit alone remains, or nothing.
     before, after : Ends
     scale : float
@@ -86,7 +86,7 @@ class Change:
     """
 
     parameter: Parameter
-    action: Literal["widen", "limit"]
+    kind: Literal["widen", "limit"]
     before: Ends
     after: Ends
     scale: float = key("standard error over that before", default=1.0, always=True)
@@ -130,7 +130,7 @@ class Change:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        return plain(self, "parameter action before after scale")
+        return plain(self, "parameter kind before after scale")
 
 
 @frozen

@@ -32,6 +32,8 @@ _TYPES: dict[type, type] = {
 }
 """Types of the package, by those of the core."""
 
+_ABSENT = object()
+
 
 def typed(kind: type[_T], native: object, rate_unit: str, /, **stated: object) -> _T:
     """Build a value of the package from one of the core.
@@ -47,8 +49,8 @@ def typed(kind: type[_T], native: object, rate_unit: str, /, **stated: object) -
         Values of fields.
     """
     for each in fields(kind):  # type: ignore[arg-type]
-        if each.name not in stated and hasattr(native, each.name):
-            stated[each.name] = _converted(getattr(native, each.name), each.metadata.get("unit", rate_unit), rate_unit)
+        if each.name not in stated and (value := getattr(native, each.name, _ABSENT)) is not _ABSENT:
+            stated[each.name] = _converted(value, each.metadata.get("unit", rate_unit), rate_unit)
     return kind(**stated)
 
 

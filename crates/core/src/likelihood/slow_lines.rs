@@ -22,9 +22,11 @@ const MOST_HARMONICS: f64 = 7.0;
 const MOST_LINES: usize = 8;
 const MOST_CANDIDATES: usize = 3;
 
-/// Share of the price that the squares of three modes over their densities exceed where a line may be, less 3: the density of a
-/// fit without the line is too high there.
-const WORTH_A_FIT: f64 = 0.5;
+/// Share of the price that the squares of three modes over their densities exceed where a line may be, less 3. They take at least
+/// 0.8 of its squares; among the lowest modes, the density of a fit without the line is too high.
+const WORTH_A_FIT: f64 = 0.7;
+const WORTH_A_FIT_BELOW: f64 = 0.5;
+const LOWEST: usize = 48;
 
 /// Modes on either side of a peak from which its frequency is found, and steps of the search in modes.
 const WINDOW: usize = 24;
@@ -236,13 +238,15 @@ pub(crate) fn slow_lines(fit: &Fit, bins: &Bins) -> Vec<SlowLine> {
 /// Frequencies at which the modes stand out of a fit most: the best ones near the highest peaks. [Hz]
 fn candidates(fit: &Fit, bins: &Bins) -> Vec<f64> {
     let peaks = Peaks::of(fit, bins);
-    let mut fitted: Vec<(f64, usize)> = (1..peaks.excess.len().saturating_sub(1))
-        .map(|i| (peaks.excess[i - 1..=i + 1].iter().sum::<f64>() - 3.0, i))
-        .filter(|&(sum, i)| sum > WORTH_A_FIT * price(peaks.frequency[i], fit, bins))
+    let share = |i: usize| if peaks.mode[i] < LOWEST { WORTH_A_FIT_BELOW } else { WORTH_A_FIT };
+    let least = -2.0 * FALSE_HARMONIC.ln() * WORTH_A_FIT_BELOW; // the lowest price
+    let mut high: Vec<(f64, usize)> = (1..peaks.excess.len().saturating_sub(1))
+        .map(|i| (peaks.excess[i - 1] + peaks.excess[i] + peaks.excess[i + 1] - 3.0, i))
+        .filter(|&(sum, i)| sum > least && sum > share(i) * price(peaks.frequency[i], fit, bins))
         .collect();
-    fitted.sort_by(|a, b| b.0.total_cmp(&a.0));
+    high.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut chosen: Vec<usize> = Vec::new();
-    for (_, i) in fitted {
+    for (_, i) in high {
         if chosen.len() < MOST_CANDIDATES && chosen.iter().all(|&j| i.abs_diff(j) > 3) {
             chosen.push(i);
         }

@@ -203,6 +203,7 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
         filter_interval: bins.spacing as f64 * bins.record.tau0,
         lines: Vec::new(),
         slow_lines: Vec::new(),
+        end_of_modes: bins.record.mode_frequency(bins.record.low_modes().max(1)),
         highest: None,
         ramp: Drift { value: f64::NAN, error: f64::NAN },
         ramp_observed: false,

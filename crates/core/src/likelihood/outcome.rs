@@ -95,7 +95,9 @@ pub struct Outcome {
     pub mean: Option<RunningMean>,
     /// Lines that were left out.
     pub lines: Vec<Line>,
-    /// Lines below the band of the periodogram, which the mean follows.
+    /// Frequency up to which modes describe the record. [Hz]
+    pub end_of_modes: f64,
+    /// Lines below it, which the mean follows.
     pub slow_lines: Vec<SlowLine>,
     /// Frequency from which the band was left out. [Hz]
     pub highest: Option<f64>,

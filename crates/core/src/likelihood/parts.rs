@@ -86,7 +86,7 @@ impl Parts {
                 Part::Resonance { frequency, width } => {
                     let width = shape_of(process, 1, width);
                     let frequency = at_bins(shape_of(process, 0, frequency), width.value, &outcome.bins);
-                    if is_steady(process) {
+                    if is_steady(process, outcome) {
                         let power = filter.map_or(1.0, |filter| filter.power(frequency.value));
                         let amplitude = sigma.scaled((2.0 * power).sqrt());
                         lines.push((LineEstimate { amplitude, frequency }, None));
@@ -135,9 +135,10 @@ fn shape_of(process: &Process, number: usize, value: f64) -> Estimate {
     process.shape[number].as_ref().map_or(Estimate { value, low: None, high: None }, Estimate::from)
 }
 
-/// Whether a process is a line: a resonance of the least width that the points of the spectrum can show.
-fn is_steady(process: &Process) -> bool {
-    matches!(process.part, Part::Resonance { .. })
+/// Whether a process is a line: a resonance of the least width that the points of the spectrum can show, in the band of the
+/// periodogram. Below it, lines are regressors, and what is left is noise.
+fn is_steady(process: &Process, outcome: &Outcome) -> bool {
+    matches!(process.part, Part::Resonance { frequency, .. } if frequency > outcome.end_of_modes)
         && process.shape[1].is_some_and(|width| width.low >= width.value * (1.0 - ROUNDING))
 }
 
@@ -206,7 +207,7 @@ pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<Parameter>
         shape += numbers.len();
         let Some(process) = processes.next() else { continue };
         let sigma = process.variance.value.sqrt();
-        if is_steady(process) || sigma.is_nan() || sigma <= 0.0 {
+        if is_steady(process, outcome) || sigma.is_nan() || sigma <= 0.0 {
             continue;
         }
         *count += 1;

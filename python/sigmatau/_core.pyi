@@ -229,7 +229,11 @@ class FilterEstimate:
 @final
 class SecondModel:
     def __new__(
-        cls, terms: list[tuple[str, float]], gauss_markov: list[tuple[float, float]], warm_up: float | None
+        cls,
+        terms: list[tuple[str, float]],
+        gauss_markov: list[tuple[float, float]],
+        warm_up: float | None,
+        exponent: float | None,
     ) -> Self: ...
     @property
     def terms(self) -> list[tuple[str, float]]: ...
@@ -237,6 +241,8 @@ class SecondModel:
     def gauss_markov(self) -> list[tuple[float, float]]: ...
     @property
     def warm_up(self) -> float | None: ...
+    @property
+    def exponent(self) -> float | None: ...
 
 @final
 class Parameter:

@@ -135,6 +135,18 @@ EXAMPLES = [
         SecondExplanation(
             quantity="angular_rate",
             rate_unit="rad/s",
+            terms=(("bias_instability", 2.4e-5), ("rate_random_walk", 2.5e-6)),
+            processes=(),
+            other_terms=(),
+            other_processes=(),
+            other_exponent=1.24,
+        ),
+        "info",
+    ),
+    of_gyro(
+        SecondExplanation(
+            quantity="angular_rate",
+            rate_unit="rad/s",
             terms=(),
             processes=((2.3e-5, 19.0),),
             other_terms=(("bias_instability", 1.4e-5),),

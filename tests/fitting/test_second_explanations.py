@@ -74,6 +74,32 @@ def test_a_warm_up_is_no_rate_random_walk():
     assert named > 0
 
 
+def power_law(exponent, flicker):
+    """Processes, three in a decade, that add up to a density of f^−exponent; at 0.01 Hz that of a bias instability."""
+    times = 10 ** np.arange(-0.5, 6.0, 1 / 3)
+    weight = (0.02 * math.pi) ** (exponent - 1) * math.sin(0.5 * math.pi * exponent) / math.pi * math.log(10) / 3
+    variances = flicker**2 * weight * times ** (exponent - 1)
+    return tuple(GaussMarkov(sigma=math.sqrt(v), time=t) for v, t in zip(variances, times, strict=True))
+
+
+@pytest.mark.parametrize(("exponent", "covered", "false"), [(0.8, 0.12, 0.05), (1.2, 0.3, 0.1), (1.5, 0.12, 0.2)])
+def test_other_exponents_are_in_the_interval(exponent, covered, false):
+    """With the exponent 1 alone N is covered in 48, 77 and 92 %, and a rate random walk is observed in 0, 53 and 78 %.
+
+    An hour seldom shows that 1.2 is not 1: allowing for it always would make the intervals of clean records twice as wide.
+    """
+    missed, walks, named = 0, 0, 0
+    for fit in fits(f"exponent {exponent}", terms={"random_walk": N}, gauss_markov=power_law(exponent, 5e-5)):
+        white = fit["random_walk"]
+        missed += not white.low <= N <= white.high
+        walks += fit["rate_random_walk"].observed
+        exponents = [second.exponent for second in fit.second if second.exponent is not None]
+        named += any(abs(found - exponent) < 0.3 for found in exponents)
+    assert missed <= most(covered)
+    assert walks <= most(false)
+    assert named > COUNT / 4
+
+
 def test_second_model_is_in_the_interval_and_in_the_prediction():
     """A weak flicker noise may be a process: the interval of the term begins at 0, and curve and prediction hold both."""
     several = [fit for fit in fits("weak", terms={"random_walk": N, "bias_instability": 1e-5}) if fit.second]

@@ -121,6 +121,8 @@ frozen_class! {
         gauss_markov: Vec<(f64, f64)>,
         /// Time constant of a warm-up in it. [s]
         warm_up: Option<f64>,
+        /// Exponent α of its bias instability with the density f^−α; its processes, a geometric series, add up to that.
+        exponent: Option<f64>,
     }
 }
 
@@ -449,6 +451,7 @@ impl From<core::ChannelFit> for ChannelFit {
                     terms: named(second.terms),
                     gauss_markov: second.gauss_markov,
                     warm_up: second.warm_up,
+                    exponent: second.exponent,
                 })
                 .collect(),
             discrepancy: fit.discrepancy,

@@ -246,6 +246,8 @@ class SecondExplanation(Details, code="second_explanation"):
         them, and of those of the other model. [rate unit, s]
     other_warm_up : float or None
         Time constant of a warm-up in the other model. [s]
+    other_exponent : float or None
+        Exponent α of the bias instability of the other model, whose density is f^−α.
     """
 
     quantity: str
@@ -255,11 +257,14 @@ class SecondExplanation(Details, code="second_explanation"):
     other_terms: tuple[tuple[str, float], ...]
     other_processes: tuple[tuple[float, float], ...]
     other_warm_up: float | None = None
+    other_exponent: float | None = None
 
     def words(self, finding: Finding) -> Words:
         fitted, other = self._text(self.terms, self.processes), self._text(self.other_terms, self.other_processes)
         if self.other_warm_up is not None:
             other = f"a warm-up with a time constant of about {duration_text(self.other_warm_up)}"
+        elif self.other_exponent is not None:
+            other = f"a bias instability with the density f^-{self.other_exponent:.2f}"
         return Words(f"{fitted}, or {other}", "A longer record tells them apart; the intervals hold both")
 
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:

@@ -196,11 +196,14 @@ class SecondModel:
         Standard deviation and correlation time of each of its Gauss-Markov processes. [unit of the rate, s]
     warm_up : float or None
         Time constant of a warm-up in it. [s]
+    exponent : float or None
+        Exponent α of its bias instability, whose density is f^−α; its processes, a geometric series, add up to that.
     """
 
     terms: Mapping[str, float]
     gauss_markov: tuple[tuple[float, float], ...] = ()
     warm_up: float | None = key("time constant of a warm-up in s", default=None)
+    exponent: float | None = key("exponent α of its bias instability, whose density is f^−α", default=None)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
@@ -208,4 +211,5 @@ class SecondModel:
             "terms": dict(self.terms),
             "gauss_markov": [list(process) for process in self.gauss_markov],
         }
-        return content if self.warm_up is None else {**content, "warm_up": self.warm_up}
+        details = {"warm_up": self.warm_up, "exponent": self.exponent}
+        return {**content, **{name: value for name, value in details.items() if value is not None}}

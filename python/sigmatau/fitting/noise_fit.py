@@ -193,15 +193,16 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
         if (other := self._replacement(term)) is not None:
-            what = "Gauss-Markov process" if other.warm_up is None else "warm-up"
-            return f"a {what} explains the record as well"
+            return f"a {_replacing(other)} explains the record as well"
         if self.runs:
             return f"not seen in {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
 
     def _replacement(self, term: str) -> SecondModel | None:
-        """The first other model that has a process and not this term of the model."""
+        """The first other model that has something else and not this term of the model."""
         others = (second for second in self.second if term in self.model and term not in second.terms)
+        if term == "bias_instability":  # with another exponent it is in the model
+            others = (second for second in others if second.exponent is None)
         return next((second for second in others if second.gauss_markov or second.warm_up is not None), None)
 
     def headline(self, *, method: bool = True) -> str:
@@ -282,14 +283,15 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         for second in self.second:
             replaced = [name for name in self.unclear if self._replacement(name) is second]
             if replaced:
-                processes = " and ".join(
-                    f"{two_digits(deviation / factor)} {unit}, correlation time {duration_text(time)}"
-                    for deviation, time in second.gauss_markov
-                )
                 labels = " and ".join(TERMS[name].label(self.quantity) for name in replaced)
-                explained_by = f"Gauss-Markov process of {processes}"
+                explained_by = _replacing(second)
                 if second.warm_up is not None:
-                    explained_by = f"warm-up, time constant about {duration_text(second.warm_up)}"
+                    explained_by += f", time constant about {duration_text(second.warm_up)}"
+                elif second.exponent is None:
+                    explained_by += " of " + " and ".join(
+                        f"{two_digits(deviation / factor)} {unit}, correlation time {duration_text(time)}"
+                        for deviation, time in second.gauss_markov
+                    )
                 texts.append(f"{labels}, or a {explained_by}")
         unclear = [name for name in self.unclear if self._replacement(name) is None]
         if len(unclear) == 1:
@@ -383,3 +385,10 @@ def _in_words(interval: Interval, factor: float, unit: str) -> str:
     high = None if interval.high is None else interval.high / factor
     value, text = interval_texts(interval.value / factor, low, high)
     return " ".join(part for part in (value, text, unit) if part)
+
+
+def _replacing(second: SecondModel) -> str:
+    """What another model has in the place of a term, in words."""
+    if second.exponent is not None:
+        return f"bias instability with the density f^-{second.exponent:.2f}"
+    return "Gauss-Markov process" if second.warm_up is None else "warm-up"

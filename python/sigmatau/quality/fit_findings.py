@@ -159,6 +159,8 @@ def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[
     """The first other model that explains the record as well, if each of the two has something that the other lacks."""
     processes = tuple((process.sigma.value, process.time.value) for process in fitted.gauss_markov)
     for explanation in fitted.second:
+        if explanation.exponent is not None:
+            return [_other_exponent(fitted, explanation.exponent, explanation.terms)]
         fewer = len(explanation.gauss_markov) < len(processes)
         lacking = tuple((name, value) for name, value in fitted.model.items() if name not in explanation.terms)
         added = tuple(
@@ -178,6 +180,21 @@ def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[
         if (lacking or details.processes) and (added or details.other_processes or explanation.warm_up is not None):
             return [Finding(details=details, severity="info", channels=(fitted.channel,))]
     return []
+
+
+def _other_exponent(fitted: NoiseFit, exponent: float, terms: Mapping[str, float]) -> Finding:
+    """A bias instability with another exponent in the place of what the fit has for it."""
+    replaced = ("bias_instability", "rate_random_walk")
+    details = SecondExplanation(
+        quantity=fitted.quantity,
+        rate_unit=fitted.rate_unit,
+        terms=tuple((name, fitted.model[name]) for name in replaced if name in fitted.model and name not in terms),
+        processes=tuple((process.sigma.value, process.time.value) for process in fitted.gauss_markov),
+        other_terms=(),
+        other_processes=(),
+        other_exponent=exponent,
+    )
+    return Finding(details=details, severity="info", channels=(fitted.channel,))
 
 
 def walk_freedom(fitted: NoiseFit) -> float:

@@ -8,6 +8,7 @@ use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, fine_densi
 use crate::likelihood::linear::products;
 use crate::likelihood::lines::Line;
 use crate::likelihood::pass::Summary;
+use crate::likelihood::power_law::Mixture;
 use crate::likelihood::running_mean::RunningMean;
 use edges::{high_edges, modes_kept, spacing_of, stretches_of};
 use std::f64::consts::PI;
@@ -491,6 +492,9 @@ impl<'a> Bins<'a> {
         } else if let Part::GaussMarkov { time } = part {
             let process = blocks.gauss_markov(time);
             self.mode_means(column, |point| process.density(point));
+        } else if let Part::Flicker { exponent, pivot } = part {
+            let mixture = Mixture::new(exponent, pivot, self.record.tau0, self.record.duration());
+            self.mode_means(column, mixture.at_modes(blocks));
         } else {
             self.mode_means(column, |point| blocks.density(part, point));
         }

@@ -47,6 +47,8 @@ pub struct SecondModel {
     pub gauss_markov: Vec<(f64, f64)>,
     /// Time constant of a warm-up in it. [s]
     pub warm_up: Option<f64>,
+    /// Exponent α of its bias instability with the density f^−α; its processes, a geometric series, add up to that.
+    pub exponent: Option<f64>,
 }
 
 impl From<&Second> for SecondModel {
@@ -57,6 +59,7 @@ impl From<&Second> for SecondModel {
             terms: coefficients.filter(|&(_, value)| value > 0.0).collect(),
             gauss_markov: gauss_markov.collect(),
             warm_up: second.warm_up,
+            exponent: second.exponent,
         }
     }
 }

@@ -4,6 +4,7 @@ use crate::likelihood::bins::Bins;
 use crate::likelihood::candidates::spaced;
 use crate::likelihood::drifts::with_warm_up;
 use crate::likelihood::expected::Part;
+use crate::likelihood::flicker_slope::with_free_exponent;
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
 use crate::likelihood::profile::Thresholds;
 use std::f64::consts::PI;
@@ -55,6 +56,8 @@ pub(crate) fn alike(fit: &Fit, bins: &Bins, at: Thresholds, drifts: bool) -> Vec
     if drifts && observed(&Part::RateRandomWalk) {
         found.extend(with_warm_up_for_walk(fit, bins));
     }
+    let free = with_free_exponent(fit, bins, at);
+    found.extend(free.map(|fit| Alike { fit, warm_up: None }));
     found
 }
 

@@ -27,6 +27,13 @@ pub enum Part {
         /// Correlation time. [s]
         time: f64,
     },
+    /// Bias instability whose density is f^−α; B² at a frequency.
+    Flicker {
+        /// α.
+        exponent: f64,
+        /// Where the density is that of B. [Hz]
+        pivot: f64,
+    },
     /// Band-pass resonance with a density of 0 at the frequency 0; its variance.
     Resonance {
         /// Centre. [Hz]
@@ -40,7 +47,7 @@ impl Part {
     /// Whether the part is one of the four terms whose density has no shape to be found.
     #[must_use]
     pub fn is_term(self) -> bool {
-        !matches!(self, Self::GaussMarkov { .. } | Self::Resonance { .. })
+        !matches!(self, Self::GaussMarkov { .. } | Self::Resonance { .. } | Self::Flicker { .. })
     }
 }
 
@@ -87,7 +94,7 @@ impl Blocks {
     }
 
     /// Expected density of a part of unit amplitude at a mode. Quantization noise is exact once the two end values of
-    /// the angle are regressors; flicker noise is in [`flicker_modes`].
+    /// the angle are regressors; flicker noise is in [`flicker_modes`] and in a [`Mixture`](crate::likelihood::power_law::Mixture).
     pub(crate) fn density(self, part: Part, at: &ModePoint) -> f64 {
         let (n, length) = (self.samples as f64, self.length());
         match part {
@@ -101,7 +108,7 @@ impl Blocks {
             }
             Part::GaussMarkov { time } => self.gauss_markov(time).density(at),
             Part::Resonance { frequency, width } => resonance(frequency, width, at.frequency),
-            Part::BiasInstability => f64::NAN,
+            Part::BiasInstability | Part::Flicker { .. } => f64::NAN,
         }
     }
 
@@ -210,6 +217,10 @@ impl FinePoint {
             Part::RateRandomWalk => tau0 * tau0 / (4.0 * self.square) * (1.0 + 6.0 * self.smear),
             Part::GaussMarkov { time } => MarkovDensity::new(time, tau0).at(self),
             Part::Resonance { frequency, width } => resonance(frequency, width, self.frequency),
+            Part::Flicker { exponent, pivot } => {
+                let slope = (self.sin / (PI * tau0 * pivot)).powf(1.0 - exponent);
+                tau0 / (2.0 * self.sin) * slope * (1.0 + exponent * (exponent + 1.0) * self.smear)
+            }
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::likelihood::bins::{Bins, TERMS};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::exchange::{Alike, alike};
 use crate::likelihood::expected::Part;
+use crate::likelihood::flicker_slope::{of_model, over_frequencies};
 use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::model::{Fit, Shape, TOLERANCE};
 use crate::likelihood::outcome::Second;
@@ -56,7 +57,7 @@ pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>,
 }
 
 /// The fit without the terms of a list that it does not need, dropped one by one.
-fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, at: Thresholds) -> Fit {
+pub(crate) fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, at: Thresholds) -> Fit {
     let mut reduced = fit.clone();
     while !open.is_empty() && reduced.model.parts.len() > 1 {
         let loss = |part: &Part| {
@@ -93,37 +94,44 @@ pub(crate) fn join_alike(
     }
     let mut second = Vec::new();
     for Alike { fit: other, warm_up } in others {
-        if warm_up.is_some() {
-            let needed = without(&other, bins, TERMS.to_vec(), at);
-            second.push(Second {
-                terms: squares(&needed),
-                gauss_markov: gauss_markov(&needed).collect(),
-                warm_up,
-            });
-        } else if other.deviance <= plain.deviance + at.interval
-            && gauss_markov(&other).count() != gauss_markov(plain).count()
+        let exponent = of_model(&other, bins);
+        let has_other_processes = gauss_markov(&other).count() != gauss_markov(plain).count();
+        if warm_up.is_some()
+            || exponent.is_some()
+            || (other.deviance <= plain.deviance + at.interval && has_other_processes)
         {
-            let needed = without(&other, bins, TERMS.to_vec(), at);
-            second.push(Second {
-                terms: squares(&needed),
-                gauss_markov: gauss_markov(&needed).collect(),
-                warm_up: None,
-            });
+            second.push(second_model(&without(&other, bins, TERMS.to_vec(), at), bins, warm_up));
         }
         let (other, bins, _) = widened(&other, bins);
         for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {
-            let Some(k) = other.model.index(*part) else {
+            let is_same = |&p: &Part| {
+                p == *part || (*part == Part::BiasInstability && matches!(p, Part::Flicker { .. }))
+            };
+            let Some(k) = other.model.parts.iter().position(is_same) else {
                 terms[j].low = 0.0;
                 continue;
             };
-            let second = of_part(&other, &bins, k, at);
-            if terms[j].observed && second.observed {
+            let second = over_frequencies(of_part(&other, &bins, k, at), &other, &bins, k);
+            // Beside a free exponent a term that is not needed may be absent.
+            if terms[j].observed && (second.observed || exponent.is_some()) {
                 terms[j].low = terms[j].low.min(second.low);
             }
             terms[j].high = terms[j].high.max(second.high);
         }
     }
     second
+}
+
+/// Another explanation as a model; that with a free exponent as the processes that add up to it.
+fn second_model(fit: &Fit, bins: &Bins, warm_up: Option<f64>) -> Second {
+    let mut found =
+        Second { terms: squares(fit), gauss_markov: gauss_markov(fit).collect(), warm_up, exponent: None };
+    if let Some((exponent, mixture)) = of_model(fit, bins) {
+        found.exponent = Some(exponent);
+        found.terms[1] += mixture.white;
+        found.gauss_markov.extend(mixture.processes());
+    }
+    found
 }
 
 /// Squares of the four terms of a model.

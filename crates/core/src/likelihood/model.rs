@@ -3,6 +3,7 @@
 use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
+use crate::likelihood::power_law::EXPONENTS;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::runs::{Level, Own, regressed};
 use std::sync::Arc;
@@ -24,7 +25,7 @@ const LEVEL_STEP: f64 = 1.0;
 /// Share of the median density that is added, so that a model of nothing has a likelihood.
 const FLOOR: f64 = 1e-9;
 
-/// Relative change of a shape for its derivative.
+/// Relative change of a shape for its derivative; change of an exponent.
 const DIFFERENCE: f64 = 0.02;
 
 /// Which number of a part that is not a term.
@@ -33,6 +34,7 @@ pub(crate) enum Shape {
     Time,
     Frequency,
     Width,
+    Exponent,
 }
 
 /// Parts with their parameters, and a filter that acts on all but quantization noise.
@@ -121,6 +123,7 @@ impl Model {
         for (j, part) in self.parts.iter().enumerate() {
             match part {
                 Part::GaussMarkov { .. } => found.push((j, Shape::Time)),
+                Part::Flicker { .. } => found.push((j, Shape::Exponent)),
                 Part::Resonance { .. } => found.extend([(j, Shape::Frequency), (j, Shape::Width)]),
                 _ => {}
             }
@@ -441,6 +444,9 @@ impl Model {
                     let width = (width * x.exp()).clamp(least, (0.25 * frequency).max(least));
                     Part::Resonance { frequency, width }
                 }
+                (Part::Flicker { exponent, pivot }, _) => {
+                    Part::Flicker { exponent: (exponent + x).clamp(EXPONENTS.0, EXPONENTS.1), pivot }
+                }
                 (part, _) => part,
             };
         }
@@ -476,6 +482,11 @@ fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
             Part::Resonance { frequency, width: width * up },
             Part::Resonance { frequency, width: width / up },
             log,
+        ),
+        (Part::Flicker { exponent, pivot }, _) => (
+            Part::Flicker { exponent: exponent + DIFFERENCE, pivot },
+            Part::Flicker { exponent: exponent - DIFFERENCE, pivot },
+            2.0 * DIFFERENCE,
         ),
         (part, _) => (part, part, 1.0),
     }

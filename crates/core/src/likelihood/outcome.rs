@@ -76,6 +76,8 @@ pub struct Second {
     pub gauss_markov: Vec<(f64, f64)>,
     /// Time constant of a warm-up in it. [s]
     pub warm_up: Option<f64>,
+    /// Exponent of its bias instability, f^−α; its processes add up to that.
+    pub exponent: Option<f64>,
 }
 
 /// The result for one channel. Parameters are squares of coefficients, in the unit of the rate and seconds.

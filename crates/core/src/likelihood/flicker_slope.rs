@@ -1,0 +1,128 @@
+//! Bias instability whose exponent is not 1, in the place of what a model with the exponent 1 needs beside it.
+
+use crate::likelihood::bins::Bins;
+use crate::likelihood::expected::Part;
+use crate::likelihood::intervals::without;
+use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::power_law::Mixture;
+use crate::likelihood::profile::{Bounds, Thresholds};
+use std::f64::consts::PI;
+
+const STEPS: usize = 40;
+
+/// Price of a number of a model in deviance (Akaike).
+const NUMBER: f64 = 2.0;
+
+/// Density over that of the white noise up to which the other noise dominates.
+const DOMINATES: f64 = 2.0;
+
+/// Exponent from which the noise is a random walk rather than a bias instability.
+const STEEPEST: f64 = 1.75;
+
+/// Share of the density from which a frequency counts among those that the bias instability is the value of.
+const SHARE: f64 = 0.5;
+
+/// The best fit with a free exponent that explains the record as well: in the place of the bias instability and of processes,
+/// beside the rate random walk or in its place too. One that replaces fewer numbers than it has must be better by the
+/// threshold of an interval, one that replaces as many may not be worse, and one that replaces more may be worse by that.
+pub(crate) fn with_free_exponent(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<Fit> {
+    let fit = &without(fit, bins, vec![Part::BiasInstability, Part::RateRandomWalk], at);
+    let pivot = pivot(fit, bins)?;
+    let is_process = |part: Part| matches!(part, Part::GaussMarkov { .. });
+    let is_present = |test: &dyn Fn(Part) -> bool| {
+        fit.model.parts.iter().zip(&fit.model.theta).any(|(&part, &theta)| theta > 0.0 && test(part))
+    };
+    let is_walk = |part: Part| part == Part::RateRandomWalk;
+    let walk = is_present(&is_walk);
+    if !(walk || is_present(&is_process) || is_present(&|part| part == Part::BiasInstability)) {
+        return None;
+    }
+    let mut best: Option<(f64, Fit)> = None;
+    for replaces_walk in [false, true] {
+        if replaces_walk && !walk {
+            continue;
+        }
+        let removed = |part: Part| {
+            part == Part::BiasInstability || (replaces_walk && is_walk(part)) || is_process(part)
+        };
+        let tried = free_exponent(fit, bins, pivot, removed);
+        let fewer = numbers(&fit.model) - numbers(&tried.model);
+        let rise = if fewer < 0.0 {
+            -at.interval
+        } else if fewer > 0.0 {
+            at.interval
+        } else {
+            0.0
+        };
+        let price = tried.deviance + NUMBER * numbers(&tried.model);
+        let is_flicker = exponent(&tried).is_some_and(|exponent| exponent < STEEPEST);
+        let is_alike = tried.deviance <= fit.deviance + rise;
+        if is_flicker && is_alike && best.as_ref().is_none_or(|(least, _)| price < *least) {
+            best = Some((price, tried));
+        }
+    }
+    best.map(|(_, fit)| fit)
+}
+
+/// The exponent of a fit whose bias instability is not 0.
+fn exponent(fit: &Fit) -> Option<f64> {
+    fit.model.parts.iter().zip(&fit.model.theta).find_map(|(part, &theta)| match *part {
+        Part::Flicker { exponent, .. } if theta > 0.0 => Some(exponent),
+        _ => None,
+    })
+}
+
+/// Numbers of a model whose parts are present.
+fn numbers(model: &Model) -> f64 {
+    let of = |(part, &theta): (&Part, &f64)| match part {
+        _ if theta <= 0.0 => 0.0,
+        Part::GaussMarkov { .. } | Part::Flicker { .. } => 2.0,
+        Part::Resonance { .. } => 3.0,
+        _ => 1.0,
+    };
+    model.parts.iter().zip(&model.theta).map(of).sum::<f64>()
+}
+
+fn free_exponent(fit: &Fit, bins: &Bins, pivot: f64, removed: impl Fn(Part) -> bool) -> Fit {
+    let mut model = fit.model.clone();
+    for j in (0..model.parts.len()).rev().filter(|&j| removed(fit.model.parts[j])) {
+        model = model.without(j);
+    }
+    let part = Part::Flicker { exponent: 1.0, pivot };
+    let nearest = bins.frequency[..bins.low].partition_point(|&f| f < pivot).min(bins.low - 1);
+    let white = white(fit);
+    let theta = 2.0 * PI * pivot * (fit.spectrum[nearest] - white).max(0.1 * fit.spectrum[nearest]);
+    model.with(part, theta).refit(bins, STEPS, TOLERANCE, fit)
+}
+
+fn white(fit: &Fit) -> f64 {
+    fit.model.index(Part::RandomWalk).map_or(0.0, |j| fit.model.theta[j])
+}
+
+/// The middle of the frequencies below which the white noise does not dominate. [Hz]
+fn pivot(fit: &Fit, bins: &Bins) -> Option<f64> {
+    let white = white(fit);
+    let below = (0..bins.low).take_while(|&i| fit.spectrum[i] > DOMINATES * white).last()?;
+    Some((bins.frequency[0] * bins.frequency[below]).sqrt())
+}
+
+/// The bias instability of a fit with a free exponent, of all frequencies at which it is most of the density.
+pub(crate) fn over_frequencies(bounds: Bounds, fit: &Fit, bins: &Bins, part: usize) -> Bounds {
+    let Part::Flicker { exponent, pivot } = fit.model.parts[part] else { return bounds };
+    let unit = bins.unit(fit.model.parts[part]);
+    let share = |i: &usize| fit.model.theta[part] * unit[*i] > SHARE * fit.spectrum[*i];
+    let factors = (0..bins.low).filter(share).map(|i| (bins.frequency[i] / pivot).powf(1.0 - exponent));
+    let (least, most) = factors.fold((1.0_f64, 1.0_f64), |(least, most), x| (least.min(x), most.max(x)));
+    Bounds { low: least * bounds.low, high: most * bounds.high, ..bounds }
+}
+
+/// The exponent of a model, the part, and the processes that it is the sum of.
+pub(crate) fn of_model(fit: &Fit, bins: &Bins) -> Option<(f64, Mixture)> {
+    let mut parts = fit.model.parts.iter().zip(&fit.model.theta);
+    let (exponent, pivot, theta) = parts.find_map(|(part, &theta)| match *part {
+        Part::Flicker { exponent, pivot } if theta > 0.0 => Some((exponent, pivot, theta)),
+        _ => None,
+    })?;
+    let mixture = Mixture::new(exponent, pivot, bins.record.tau0, bins.record.duration());
+    Some((exponent, mixture.times(theta)))
+}

@@ -148,7 +148,7 @@ pub(crate) fn attempt<'a>(
     with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
     let mut fit;
     if options.lines {
-        (fit, bins) = select_with_lines(start, bins, allowed);
+        (fit, bins) = select_with_lines(&start, bins, allowed);
     } else {
         fit = select(start, &bins, allowed);
     }

@@ -138,10 +138,10 @@ fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
 
 /// The model with the lines that its mean follows, if they are worth more than what else explains them; and its bins. A line may
 /// stand out of a fit with the terms, which has no processes in its place yet, or of the selected model.
-pub(crate) fn select_with_lines<'a>(start: Fit, bins: Bins<'a>, allowed: Allowed) -> (Fit, Bins<'a>) {
+pub(crate) fn select_with_lines<'a>(start: &Fit, bins: Bins<'a>, allowed: Allowed) -> (Fit, Bins<'a>) {
     let plain = select(start.clone(), &bins, allowed);
     let mut best: Option<(f64, Fit, Bins)> = None;
-    for from in [&start, &plain] {
+    for from in [start, &plain] {
         let (mut fit, mut with) = (from.clone(), bins.clone());
         if !add_lines(&mut fit, &mut with) {
             continue;

@@ -80,7 +80,7 @@ __all__ = [
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
-_Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"]
+_Shape = Literal["butterworth", "smoothing", "running_mean", "two_poles", "running_means", "low_pass", "uneven"]
 _Quantity = Literal["sigma", "time", "frequency", "width"]
 _Verdict = Literal["adequate", "adequate_with", "widened"]
 
@@ -204,6 +204,9 @@ class FilterEstimate:
         high: float | None,
         low_pass: tuple[int, float] | None,
         known_to: float | None,
+        damping: float | None,
+        analog: bool,
+        of_white: bool,
     ) -> Self: ...
     @property
     def coefficients(self) -> list[float]: ...
@@ -225,6 +228,12 @@ class FilterEstimate:
     def low_pass(self) -> tuple[int, float] | None: ...
     @property
     def known_to(self) -> float | None: ...
+    @property
+    def damping(self) -> float | None: ...
+    @property
+    def analog(self) -> bool: ...
+    @property
+    def of_white(self) -> bool: ...
 
 @final
 class SecondModel:
@@ -234,6 +243,7 @@ class SecondModel:
         gauss_markov: list[tuple[float, float]],
         warm_up: float | None,
         exponent: float | None,
+        filter: float | None,  # noqa: A002
     ) -> Self: ...
     @property
     def terms(self) -> list[tuple[str, float]]: ...
@@ -243,6 +253,8 @@ class SecondModel:
     def warm_up(self) -> float | None: ...
     @property
     def exponent(self) -> float | None: ...
+    @property
+    def filter(self) -> float | None: ...
 
 @final
 class Parameter:

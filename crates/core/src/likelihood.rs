@@ -17,6 +17,7 @@ mod exchange;
 mod expected;
 mod filter;
 mod filter_shapes;
+mod filters;
 mod fitted_model;
 mod flicker_slope;
 mod intervals;

@@ -107,8 +107,14 @@ frozen_class! {
         high: Option<f64>,
         /// The Butterworth filter in its place in a noise model: order and corner. [Hz]
         low_pass: Option<(u8, f64)>,
-        /// Highest frequency that the fit used, because the filter takes the rest. [Hz]
+        /// Highest frequency that the fit used, because the filter takes the rest; 0 if its shape is known. [Hz]
         known_to: Option<f64>,
+        /// Damping of two poles.
+        damping: Option<f64>,
+        /// Whether a Butterworth filter of known shape is in front of the sampler.
+        analog: bool,
+        /// Whether the filter acts on the random walk alone.
+        of_white: bool,
     }
 }
 
@@ -123,6 +129,8 @@ frozen_class! {
         warm_up: Option<f64>,
         /// Exponent α of its bias instability with the density f^−α; its processes, a geometric series, add up to that.
         exponent: Option<f64>,
+        /// Corner of a filter of first order in it, of the white noise. [Hz]
+        filter: Option<f64>,
     }
 }
 
@@ -319,10 +327,12 @@ pub fn term(name: &str) -> PyResult<usize> {
         .ok_or_else(|| PyValueError::new_err(format!("unknown term {name}")))
 }
 
-const SHAPES: [(core::FilterShape, &str); 5] = [
+const SHAPES: [(core::FilterShape, &str); 7] = [
     (core::FilterShape::Butterworth, "butterworth"),
     (core::FilterShape::Smoothing, "smoothing"),
     (core::FilterShape::RunningMean, "running_mean"),
+    (core::FilterShape::TwoPoles, "two_poles"),
+    (core::FilterShape::Means, "running_means"),
     (core::FilterShape::LowPass, "low_pass"),
     (core::FilterShape::Uneven, "uneven"),
 ];
@@ -336,9 +346,22 @@ impl TryFrom<FilterEstimate> for core::FittedFilter {
             return Err(PyValueError::new_err(format!("unknown shape {}", filter.shape)));
         };
         let FilterEstimate { coefficients, tau0, interval, order, low_pass, known_to, .. } = filter;
+        let FilterEstimate { damping, analog, of_white, .. } = filter;
         let (low, high) = (filter.low, filter.high);
         let corner = filter.corner.map(|corner| [corner, low.unwrap_or(corner), high.unwrap_or(corner)]);
-        Ok(Self { coefficients, tau0, interval, shape, order, corner, low_pass, known_to })
+        Ok(Self {
+            coefficients,
+            tau0,
+            interval,
+            shape,
+            order,
+            corner,
+            low_pass,
+            known_to,
+            damping,
+            analog,
+            of_white,
+        })
     }
 }
 
@@ -346,9 +369,24 @@ impl From<core::FittedFilter> for FilterEstimate {
     fn from(filter: core::FittedFilter) -> Self {
         let shape = SHAPES.iter().find(|(shape, _)| *shape == filter.shape).map_or("", |(_, name)| name);
         let core::FittedFilter { coefficients, tau0, interval, order, low_pass, known_to, .. } = filter;
+        let core::FittedFilter { damping, analog, of_white, .. } = filter;
         let [corner, low, high] = filter.corner.map_or([None; 3], |numbers| numbers.map(Some));
         let shape = shape.to_owned();
-        Self { coefficients, tau0, interval, shape, order, corner, low, high, low_pass, known_to }
+        Self {
+            coefficients,
+            tau0,
+            interval,
+            shape,
+            order,
+            corner,
+            low,
+            high,
+            low_pass,
+            known_to,
+            damping,
+            analog,
+            of_white,
+        }
     }
 }
 
@@ -452,6 +490,7 @@ impl From<core::ChannelFit> for ChannelFit {
                     gauss_markov: second.gauss_markov,
                     warm_up: second.warm_up,
                     exponent: second.exponent,
+                    filter: second.filter,
                 })
                 .collect(),
             discrepancy: fit.discrepancy,

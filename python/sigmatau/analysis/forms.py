@@ -141,8 +141,12 @@ class FilterForm:
     coefficients: tuple[float, ...] = key(default=(), always=True)
     interval_s: float | None = key(default=None, always=True, exclusiveMinimum=0)
     known_to_hz: float | None = key(
-        "highest frequency that the fit used, because the filter takes the rest", default=None
+        "highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape",
+        default=None,
     )
+    damping: float | None = key("of two poles", default=None)
+    analog: bool = key("whether a Butterworth filter is in front of the sampler", default=False)
+    of_white: bool = key("whether it acts on the random walk alone", default=False)
     low_pass: LowPassForm | None = key(
         "Butterworth filter before the sampler that replaces the filter in a noise model",
         default=None,

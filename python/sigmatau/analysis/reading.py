@@ -372,6 +372,9 @@ def _filter(form: forms.FilterForm, tau0: float, rate: float | None) -> FittedFi
         high=form.high_hz,
         low_pass=low_pass,
         known_to=form.known_to_hz,
+        damping=form.damping,
+        analog=form.analog,
+        of_white=form.of_white,
     )
 
 

@@ -12,7 +12,7 @@ from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds, two_digits
 
-_ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth"}
+_ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth", 5: "fifth", 6: "sixth"}
 _MANY_LINES = 10  # from which they are more likely than all else what a model lacks
 
 
@@ -248,6 +248,8 @@ class SecondExplanation(Details, code="second_explanation"):
         Time constant of a warm-up in the other model. [s]
     other_exponent : float or None
         Exponent α of the bias instability of the other model, whose density is f^−α.
+    other_filter : float or None
+        Corner of a filter of first order in the other model, behind which is its random walk. [Hz]
     """
 
     quantity: str
@@ -258,6 +260,7 @@ class SecondExplanation(Details, code="second_explanation"):
     other_processes: tuple[tuple[float, float], ...]
     other_warm_up: float | None = None
     other_exponent: float | None = None
+    other_filter: float | None = None
 
     def words(self, finding: Finding) -> Words:
         fitted, other = self._text(self.terms, self.processes), self._text(self.other_terms, self.other_processes)
@@ -265,6 +268,8 @@ class SecondExplanation(Details, code="second_explanation"):
             other = f"a warm-up with a time constant of about {duration_text(self.other_warm_up)}"
         elif self.other_exponent is not None:
             other = f"a bias instability with the density f^-{self.other_exponent:.2f}"
+        if self.other_filter is not None:
+            other += f" behind a filter of {two_digits(self.other_filter)} Hz"
         return Words(f"{fitted}, or {other}", "A longer record tells them apart; the intervals hold both")
 
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
@@ -308,6 +313,8 @@ def filter_text(shape: str, order: int | None) -> str:
     return {
         "smoothing": "exponential smoothing",
         "running_mean": f"running mean of {order} samples",
+        "running_means": "running mean" if order == 1 else f"{order} running means one after the other",
+        "two_poles": "filter with two poles",
         "low_pass": "low-pass filter",
     }.get(shape, "uneven spectrum")
 

@@ -97,9 +97,10 @@ class LowPassFilter(Details, code="low_pass_filter"):
     Attributes
     ----------
     shape : str
-        "butterworth", "smoothing", "running_mean", "low_pass", or "uneven" if it has no corner.
+        "butterworth", "smoothing", "running_mean", "two_poles", "running_means", "low_pass", or "uneven" if it has no
+        corner.
     order : int or None
-        Of a Butterworth filter; samples of a running mean.
+        Of a Butterworth filter; samples of a running mean; number of running means.
     corner, low, high : float or None
         Frequency of half the power, with its interval. [Hz]
     """

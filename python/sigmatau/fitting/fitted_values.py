@@ -198,12 +198,15 @@ class SecondModel:
         Time constant of a warm-up in it. [s]
     exponent : float or None
         Exponent α of its bias instability, whose density is f^−α; its processes, a geometric series, add up to that.
+    filter : float or None
+        Corner of a filter of first order in it, behind which is all of the random walk. [Hz]
     """
 
     terms: Mapping[str, float]
     gauss_markov: tuple[tuple[float, float], ...] = ()
     warm_up: float | None = key("time constant of a warm-up in s", default=None)
     exponent: float | None = key("exponent α of its bias instability, whose density is f^−α", default=None)
+    filter: float | None = key("corner in Hz of a filter of first order in front of the random walk", default=None)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
@@ -211,5 +214,5 @@ class SecondModel:
             "terms": dict(self.terms),
             "gauss_markov": [list(process) for process in self.gauss_markov],
         }
-        details = {"warm_up": self.warm_up, "exponent": self.exponent}
+        details = {"warm_up": self.warm_up, "exponent": self.exponent, "filter": self.filter}
         return {**content, **{name: value for name, value in details.items() if value is not None}}

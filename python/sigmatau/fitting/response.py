@@ -9,17 +9,17 @@ from sigmatau.frozen import frozen
 from sigmatau.model.processes import LowPass
 from sigmatau.results import plain
 
-Shape = Literal["butterworth", "smoothing", "running_mean", "low_pass", "uneven"]
+Shape = Literal["butterworth", "smoothing", "running_mean", "two_poles", "running_means", "low_pass", "uneven"]
 
 
 @frozen
 class FittedFilter:
-    """A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
+    """A filter on all noise but quantization: of a known shape, or ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
 
     Attributes
     ----------
     coefficients : tuple of float
-        a₁, a₂ … [1]
+        a₁, a₂ …; none for a filter of known shape. [1]
     tau0 : float
         Sample interval. [s]
     interval : float
@@ -27,7 +27,7 @@ class FittedFilter:
     shape : str
         The shape that it is like, such as ``"butterworth"``; ``"uneven"`` if it does not fall to half the power.
     order : int or None
-        Of a Butterworth filter; samples of a running mean.
+        Of a Butterworth filter; samples of a running mean; number of running means one after the other.
     corner : float or None
         Frequency of half the power. [Hz]
     low, high : float or None
@@ -35,7 +35,13 @@ class FittedFilter:
     low_pass : LowPass or None
         The filter in its place in a noise model.
     known_to : float or None
-        Highest frequency that the fit used, because the filter takes the rest. [Hz]
+        Highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape. [Hz]
+    damping : float or None
+        Damping ratio of two poles; 0.71 is a Butterworth filter.
+    analog : bool
+        Whether a Butterworth filter is in front of the sampler, with the corner there, rather than behind it.
+    of_white : bool
+        Whether the filter acts on the random walk alone: slower noise is behind it.
     """
 
     coefficients: tuple[float, ...]
@@ -48,6 +54,9 @@ class FittedFilter:
     high: float | None
     low_pass: LowPass | None = None
     known_to: float | None = None
+    damping: float | None = None
+    analog: bool = False
+    of_white: bool = False
 
     def native(self) -> FilterEstimate:
         """The filter as the compiled core takes it."""
@@ -62,11 +71,23 @@ class FittedFilter:
             self.high,
             None if self.low_pass is None else (self.low_pass.order, self.low_pass.corner),
             self.known_to,
+            self.damping,
+            self.analog,
+            self.of_white,
         )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
         like = None if self.low_pass is None else plain(self.low_pass, "order corner_hz=corner")
         known = plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients interval_s=interval")
-        known_to = {} if self.known_to is None else {"known_to_hz": self.known_to}
-        return {**known, "low_pass": like, **known_to}
+        more = {
+            key: value
+            for key, value in (
+                ("known_to_hz", self.known_to),
+                ("damping", self.damping),
+                ("analog", self.analog or None),
+                ("of_white", self.of_white or None),
+            )
+            if value is not None
+        }
+        return {**known, "low_pass": like, **more}

@@ -55,7 +55,9 @@ def to_model(fit: NoiseFit) -> ChannelModel:
                 quantity=fit.quantity,
                 unit=fit.rate_unit,
             )
+            # White noise behind a filter has the curve of the process that it replaces.
             for second in fit.second
+            if second.filter is None
         ),
         bandwidth=fit.response.low_pass if fit.response is not None and "random_walk" in fit.model else None,
         quantity=fit.quantity,

@@ -176,6 +176,7 @@ def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[
             other_terms=added,
             other_processes=() if fewer or explanation.warm_up is not None else explanation.gauss_markov,
             other_warm_up=explanation.warm_up,
+            other_filter=explanation.filter,
         )
         if (lacking or details.processes) and (added or details.other_processes or explanation.warm_up is not None):
             return [Finding(details=details, severity="info", channels=(fitted.channel,))]

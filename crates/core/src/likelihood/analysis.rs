@@ -9,8 +9,8 @@ use crate::likelihood::discrepancy::widened;
 use crate::likelihood::drifts::{Drifts, GIVEN_AT, drift, regressors, with_drifts};
 use crate::likelihood::expected::Part;
 use crate::likelihood::intervals::{
-    heavy_tails, intervals, join_alike, process_like_walk, squares, thresholds, thresholds_of_student,
-    value_of_likelihood,
+    gauss_markov, heavy_tails, intervals, join_alike, process_like_walk, squares, thresholds,
+    thresholds_of_student, value_of_likelihood,
 };
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::linear::Symmetric;
@@ -20,8 +20,10 @@ use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
 use crate::likelihood::pass::{PARTS, Summary};
 use crate::likelihood::profile::{Bounds, of_part, of_resonance, of_time};
 use crate::likelihood::running_mean::RunningMean;
-use crate::likelihood::select::Allowed;
-use crate::likelihood::slow_lines::slow_lines;
+use crate::likelihood::select::{Allowed, cost};
+use crate::likelihood::slow_lines::{prices, slow_lines};
+use std::cmp::Ordering;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// P-value below which a model is not adequate, and its intervals are widened.
@@ -32,6 +34,9 @@ const WIGGLE_FREEDOM: f64 = 7.0;
 
 /// Share of an eighth of the record without which it says nothing of the steadiness of the noise.
 const LEAST_PART: f64 = 0.2;
+
+/// Fall of the deviance from which slow noise is behind a running mean.
+const BEHIND_MEAN: f64 = 3.84;
 
 /// Searches for lines.
 pub(crate) const LINE_SEARCHES: usize = 3;
@@ -64,7 +69,19 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
     let powers = mean.powers(record);
     let lines = if options.lines { beyond_band(record, &mean.with_lobes(record, &mask)) } else { Vec::new() };
     let (mask, lines) = without_lines(record, mask, lines, Some(&powers), options);
-    let attempt = attempt(record, mask, lines, &regressors, options, (None, Some(mean)));
+    // What fills the zeros may be slow noise behind the mean, which is a part of the model, or the ends of the record.
+    let bare = RunningMean { floor: 0.0, ..mean };
+    let behind = |of_white: bool, mean: RunningMean| {
+        attempt(record, mask.clone(), lines.clone(), &regressors, options, (None, Some((mean, of_white))))
+    };
+    let (all, of_white) = (behind(false, mean), behind(true, bare));
+    let total = |attempt: &Attempt| cost(&attempt.fit) + prices(&attempt.fit, &attempt.bins);
+    let better = match of_white.lines.len().cmp(&all.lines.len()) {
+        Ordering::Less => true,
+        Ordering::Equal => total(&of_white) + BEHIND_MEAN < total(&all),
+        Ordering::Greater => false,
+    };
+    let attempt = if better { of_white } else { all };
     if attempt.p_value < LEAST {
         let with_series = fitted_with_series(record, options);
         if with_series.0.p_value >= LEAST {
@@ -146,7 +163,7 @@ pub(crate) fn inferred(
     let (limited, limited_bins, discrepancy) = widened(plain, bins);
     let at = if p_value < LEAST { thresholds_of_student(level, WIGGLE_FREEDOM) } else { thresholds };
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
-    let second = join_alike(&mut terms, plain, bins, at, allowed);
+    let mut second = join_alike(&mut terms, plain, bins, at, allowed);
     reduced = reduced.model.clone().refit(bins, 40, TOLERANCE, plain);
     value_of_likelihood(&mut terms, plain, &reduced);
     if let Some(j) = plain.model.index(Part::RandomWalk) {
@@ -177,6 +194,18 @@ pub(crate) fn inferred(
             if let Part::GaussMarkov { time } = process.part {
                 if time <= SLOWEST_FILTER {
                     terms[j].high = terms[j].high.max(2.0 * process.variance.high * time);
+                    second.push(behind_filter(&reduced, process));
+                }
+            }
+        }
+    }
+    // Behind a slow filter the level at low frequencies is that of both.
+    if let (Some(j), Some(slowest)) = (plain.model.index(Part::RandomWalk), slowest_process(plain, bins)) {
+        for process in &processes {
+            if let Part::GaussMarkov { time } = process.part {
+                if time <= slowest {
+                    let both = terms[j].value + 2.0 * process.variance.high * time;
+                    terms[j].high = terms[j].high.max(both);
                 }
             }
         }
@@ -185,6 +214,26 @@ pub(crate) fn inferred(
     let covariance = information.pseudo_inverse();
     let alike_from = process_like_walk(&reduced, &limited_bins, at);
     Inferred { terms, reduced, processes, covariance, alike_from, second, discrepancy }
+}
+
+/// The model in which a process is white noise behind a filter of first order.
+fn behind_filter(fit: &Fit, process: &Process) -> Second {
+    let mut terms = squares(fit);
+    let mut gauss_markov: Vec<(f64, f64)> = gauss_markov(fit).collect();
+    let mut filter = None;
+    if let Part::GaussMarkov { time } = process.part {
+        terms[1] += 2.0 * process.variance.value * time;
+        gauss_markov.retain(|&(_, other)| other.to_bits() != time.to_bits());
+        filter = Some(1.0 / (2.0 * PI * time));
+    }
+    Second { terms, gauss_markov, warm_up: None, exponent: None, filter }
+}
+
+/// Correlation time up to which a process is no slower than the filter of a model. [s]
+fn slowest_process(fit: &Fit, bins: &Bins) -> Option<f64> {
+    const SLOWER: f64 = 3.0; // than the filter
+    let corner = fit.model.family?.shape(&fit.model.filter).half_power() / bins.record.tau0;
+    Some(SLOWER / (2.0 * PI * corner))
 }
 
 /// What is stated of a model; without lines and drifts.
@@ -200,7 +249,9 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
         processes,
         filter: reduced.model.filter.clone(),
         mean: reduced.model.mean,
-        filter_interval: bins.spacing as f64 * bins.record.tau0,
+        family: reduced.model.family,
+        of_white: reduced.model.of_white,
+        filter_interval: reduced.model.interval(bins),
         lines: Vec::new(),
         slow_lines: Vec::new(),
         end_of_modes: bins.record.mode_frequency(bins.record.low_modes().max(1)),

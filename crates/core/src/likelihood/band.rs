@@ -12,7 +12,7 @@ use crate::likelihood::model::{Fit, Model};
 use crate::likelihood::outcome::Options;
 use crate::likelihood::pass::Summary;
 use crate::likelihood::running_mean::RunningMean;
-use crate::likelihood::select::{Allowed, GOOD, select, select_with_lines};
+use crate::likelihood::select::{Allowed, GOOD, is_needed, select, select_with_lines};
 use std::sync::Arc;
 
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
@@ -78,7 +78,7 @@ pub(crate) fn best_attempt<'a>(
         let many = model.filter.len() as f64 / 2.0 + model.parts.iter().filter(|p| high(p)).count() as f64;
         let wanted = if highest.is_none() && many == 0.0 { LEAST } else { GOOD };
         let done = attempt.p_value >= wanted && many <= MOST_HIGH_PARTS;
-        let hidden = hides_white_noise(&attempt.fit);
+        let hidden = hides_white_noise(&attempt.fit) && !shows_white_noise(&attempt);
         attempts.push(attempt);
         if done && !hidden {
             return attempts.swap_remove(attempts.len() - 1);
@@ -86,7 +86,9 @@ pub(crate) fn best_attempt<'a>(
         if done && good.is_none() {
             good = Some(attempts.len() - 1);
         }
-        if share >= USUAL_SHARE && !attempts.iter().any(|a| hides_white_noise(&a.fit)) {
+        if share >= USUAL_SHARE
+            && !attempts.iter().any(|a| hides_white_noise(&a.fit) && !shows_white_noise(a))
+        {
             break;
         }
     }
@@ -105,6 +107,12 @@ pub(crate) fn hides_white_noise(fit: &Fit) -> bool {
     fit.model.index(Part::RandomWalk).is_some_and(|j| fit.model.theta[j] < NO_WHITE * fast_level(fit))
 }
 
+/// Whether the white noise is surely seen beside such a process.
+fn shows_white_noise(attempt: &Attempt) -> bool {
+    let fit = &attempt.fit;
+    fit.model.index(Part::RandomWalk).is_some_and(|j| is_needed(fit, fit.model.parts[j], &attempt.bins))
+}
+
 /// Highest level at low frequencies of processes as fast as filters are.
 fn fast_level(fit: &Fit) -> f64 {
     let level = |(part, theta): (&Part, &f64)| match part {
@@ -114,19 +122,20 @@ fn fast_level(fit: &Fit) -> f64 {
     fit.model.parts.iter().zip(&fit.model.theta).map(level).fold(0.0, f64::max)
 }
 
-/// The model of a band: up to a highest frequency [Hz], and behind a running mean, if there are.
+/// The model of a band: up to a highest frequency [Hz], and behind a running mean, if there are; of all noise, or of the random
+/// walk alone.
 pub(crate) fn attempt<'a>(
     record: &'a Summary,
     mask: Vec<bool>,
     mut lines: Vec<Line>,
     regressors: &Arc<Vec<Regressor>>,
     options: &Options,
-    (highest, mean): (Option<f64>, Option<RunningMean>),
+    (highest, mean): (Option<f64>, Option<(RunningMean, bool)>),
 ) -> Attempt<'a> {
     let bins_of = |mask: Vec<bool>, regressors: &Arc<Vec<Regressor>>, lines: &[Line]| {
         let mut bins = Bins::new(record, Arc::new(mask), regressors.clone());
         bins.see(lines);
-        if let Some(mean) = mean {
+        if let Some((mean, _)) = mean {
             bins.see_mean(mean);
         }
         bins
@@ -143,7 +152,8 @@ pub(crate) fn attempt<'a>(
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut used = if record.masked.is_some() { Vec::new() } else { ENDS.to_vec() };
     used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
-    let bare = Model { mean, ..Model::new(parts, used) };
+    let of_white = mean.is_some_and(|(_, of_white)| of_white);
+    let bare = Model { mean: mean.map(|(mean, _)| mean), of_white, ..Model::new(parts, used) };
     let mut start = informed(bare.fit(&bins), &mut bins);
     with_drifts(&mut start, &mut bins, thresholds(options.level), options.drifts);
     let mut fit;

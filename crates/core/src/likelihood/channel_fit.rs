@@ -49,6 +49,8 @@ pub struct SecondModel {
     pub warm_up: Option<f64>,
     /// Exponent α of its bias instability with the density f^−α; its processes, a geometric series, add up to that.
     pub exponent: Option<f64>,
+    /// Corner of a filter of first order in it, of the white noise. [Hz]
+    pub filter: Option<f64>,
 }
 
 impl From<&Second> for SecondModel {
@@ -60,6 +62,7 @@ impl From<&Second> for SecondModel {
             gauss_markov: gauss_markov.collect(),
             warm_up: second.warm_up,
             exponent: second.exponent,
+            filter: second.filter,
         }
     }
 }
@@ -303,13 +306,18 @@ fn resonances(outcome: &Outcome) -> Vec<Resonance> {
 /// The filter with its name. The fit used all frequencies if the filter left power to the last one.
 fn filter(outcome: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
     if let Some(mean) = outcome.mean {
-        return Some(FittedFilter::of_mean(mean));
+        return Some(FittedFilter::of_mean(mean, outcome.of_white));
     }
     if outcome.filter.is_empty() {
         return None;
     }
     let (order, first) = (outcome.covariance.len().isqrt(), outcome.parameters.len());
     let covariance = |i: usize, j: usize| outcome.covariance[(first + i) * order + first + j];
+    if let Some(family) = outcome.family {
+        let numbers = (family, &outcome.filter[..]);
+        let sampled = (tau0, outcome.of_white);
+        return Some(FittedFilter::of_family(numbers, covariance, sampled, quantile(level)));
+    }
     let mut filter =
         FittedFilter::named(&outcome.filter, covariance, tau0, outcome.filter_interval, quantile(level));
     let last = outcome.bins.iter().map(|bin| bin[0]).fold(0.0, f64::max);

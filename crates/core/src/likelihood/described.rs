@@ -30,7 +30,7 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
     // What a model carries.
     let bare = FittedModel { resonance, ..noise }.avar_before_filter(&sizes);
     if let Some(filter) = &fit.filter {
-        let lost = filter.taken_off(|f| fit.psd_before_filter(f), &sizes, fit.highest);
+        let lost = filter.taken_off(|f| fit.psd_that_is_filtered(f), &sizes, fit.highest);
         filtered.iter_mut().zip(lost).for_each(|(all, lost)| *all -= lost);
     }
     // White noise of a band that was left out has this share of the variance; what is there instead is not known.

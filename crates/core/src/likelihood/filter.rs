@@ -1,11 +1,11 @@
 //! A filter that was fitted to the spectrum: its response, its name, the interval of its corner, and its stand-in in a model.
 
-use crate::likelihood::filter_shapes::Shape;
+use crate::likelihood::filter_shapes::{Family, Shape};
 use crate::likelihood::running_mean::RunningMean;
 use crate::psd::{avar_of_density, band_limited_sampled};
 use crate::roots::root;
 use std::convert::Infallible;
-use std::f64::consts::{LN_2, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
 /// |H|² below which the fit uses no frequencies.
 pub(crate) const UNUSED_POWER: f64 = 0.08;
@@ -21,6 +21,10 @@ const EVERY: usize = 16;
 /// Largest difference of ln |H|² of a shape with a name: 0.9 dB.
 const ALIKE: f64 = 0.2;
 
+/// Change of a number for the slope of the corner, and the corner times the sample interval that needs no finer grid.
+const MOVED: f64 = 1e-3;
+const FINE_CORNER: f64 = 0.1;
+
 /// Corner of a filter in front of the sampler over that of its samples, at most; and the relative error of the former.
 const MOST_WARPED: f64 = 3.0;
 const SAME_CORNER: f64 = 1e-9;
@@ -34,6 +38,10 @@ pub enum FilterShape {
     Smoothing,
     /// A running mean.
     RunningMean,
+    /// Two poles with a damping of their own.
+    TwoPoles,
+    /// Running means of the same length one after the other.
+    Means,
     /// A low-pass filter of another shape.
     LowPass,
     /// Not a filter that falls to half the power.
@@ -57,13 +65,19 @@ pub struct FittedFilter {
     pub corner: Option<[f64; 3]>,
     /// The Butterworth filter in front of the sampler, in the place of this one in a noise model: order and corner. [Hz]
     pub low_pass: Option<(u8, f64)>,
-    /// Highest frequency that the fit used, because the filter takes the rest. [Hz]
+    /// Highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape. [Hz]
     pub known_to: Option<f64>,
+    /// Damping of two poles.
+    pub damping: Option<f64>,
+    /// Whether a Butterworth filter of known shape is in front of the sampler.
+    pub analog: bool,
+    /// Whether the filter acts on the random walk alone.
+    pub of_white: bool,
 }
 
 impl FittedFilter {
     /// A running mean, by its closed form at all frequencies.
-    pub(crate) fn of_mean(mean: RunningMean) -> Self {
+    pub(crate) fn of_mean(mean: RunningMean, of_white: bool) -> Self {
         Self {
             coefficients: Vec::new(),
             tau0: mean.tau0,
@@ -73,6 +87,49 @@ impl FittedFilter {
             corner: Some([mean.corner(); 3]),
             low_pass: None,
             known_to: Some(0.0),
+            damping: None,
+            analog: false,
+            of_white,
+        }
+    }
+
+    /// A filter of a family, by its closed form at all frequencies. `covariance`: of its numbers; `quantile`: of the standard
+    /// normal distribution, for the interval of the corner.
+    pub(crate) fn of_family(
+        (family, numbers): (Family, &[f64]),
+        covariance: impl Fn(usize, usize) -> f64,
+        (tau0, of_white): (f64, bool),
+        quantile: f64,
+    ) -> Self {
+        let shape = family.shape(numbers);
+        let corner_at = |numbers: &[f64]| family.shape(numbers).half_power().ln();
+        let slopes: Vec<f64> = (0..numbers.len())
+            .map(|k| {
+                let [mut up, mut down] = [numbers.to_vec(), numbers.to_vec()];
+                (up[k], down[k]) = (up[k] + MOVED, down[k] - MOVED);
+                (corner_at(&up) - corner_at(&down)) / (2.0 * MOVED)
+            })
+            .collect();
+        let mut variance = 0.0;
+        for (i, a) in slopes.iter().enumerate() {
+            for (j, b) in slopes.iter().enumerate() {
+                variance += a * b * covariance(i, j);
+            }
+        }
+        let ratio = (quantile * variance.max(0.0).sqrt()).exp();
+        let corner = shape.half_power() / tau0;
+        Self {
+            coefficients: Vec::new(),
+            tau0,
+            interval: tau0,
+            shape: shape.into(),
+            order: shape.order(),
+            corner: Some([corner, corner / ratio, corner * ratio]),
+            low_pass: None,
+            known_to: Some(0.0),
+            damping: if let Shape::TwoPoles { damping, .. } = shape { Some(damping) } else { None },
+            analog: matches!(shape, Shape::Folded { .. }),
+            of_white,
         }
     }
 
@@ -94,6 +151,9 @@ impl FittedFilter {
             corner: None,
             low_pass: None,
             known_to: None,
+            damping: None,
+            analog: false,
+            of_white: false,
         };
         let times = (interval / tau0).round_ties_even();
         let x: Vec<f64> = (0..GRID).map(|k| (k as f64 + 0.5) / (2.0 * GRID as f64 * times)).collect();
@@ -151,7 +211,10 @@ impl FittedFilter {
         };
         let corner = self.corner.map_or(f64::NAN, |[value, ..]| value) * self.tau0;
         let shape = match (self.shape, self.order) {
+            (FilterShape::Butterworth, Some(order)) if self.analog => Shape::Folded { order, corner },
             (FilterShape::Butterworth, Some(order)) => Shape::Digital { order, corner },
+            (FilterShape::TwoPoles, _) => Shape::two_poles(corner, self.damping.unwrap_or(FRAC_1_SQRT_2)),
+            (FilterShape::Means, Some(stages)) => Shape::means(corner, stages),
             (FilterShape::Smoothing, _) => Shape::Smoothing { corner },
             (FilterShape::RunningMean, Some(length)) => Shape::RunningMean { length },
             _ => return (UNUSED_POWER * (known_to / f).powi(2)).ln(),
@@ -168,7 +231,13 @@ impl FittedFilter {
         sizes: &[usize],
         highest: Option<f64>,
     ) -> Vec<f64> {
-        let times = (self.interval / self.tau0).round_ties_even() as usize;
+        let times = match self.corner {
+            // Some points below a corner whose shape is known.
+            Some([corner, ..]) if self.coefficients.is_empty() => {
+                (FINE_CORNER / (corner * self.tau0)).ceil().max(1.0) as usize
+            }
+            _ => (self.interval / self.tau0).round_ties_even() as usize,
+        };
         let limit = highest.filter(|_| self.known_to.is_none()).unwrap_or(f64::INFINITY);
         let lost = |f: f64| if f >= limit { 0.0 } else { -density(f) * self.log_power(f).exp_m1() };
         avar_of_density(lost, GRID * times.min(FINEST), self.tau0, sizes)
@@ -184,6 +253,9 @@ impl FittedFilter {
             _ => return None,
         };
         let [half_power, ..] = self.corner?;
+        if self.analog {
+            return Some((order, half_power));
+        }
         let off = |corner: f64| {
             let density = |f: f64| band_limited_sampled(1.0, order, corner, self.tau0, f);
             density(half_power) / density(0.0) - 0.5
@@ -210,6 +282,8 @@ impl From<Shape> for FilterShape {
             Shape::Digital { .. } | Shape::Folded { .. } => Self::Butterworth,
             Shape::Smoothing { .. } => Self::Smoothing,
             Shape::RunningMean { .. } => Self::RunningMean,
+            Shape::TwoPoles { .. } => Self::TwoPoles,
+            Shape::Means { .. } => Self::Means,
         }
     }
 }

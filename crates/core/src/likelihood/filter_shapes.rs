@@ -1,6 +1,6 @@
 //! Shapes of filters by name: ln |H|² at frequencies times the sample interval, and which of them a fitted filter is like.
 
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 /// Orders of Butterworth filters, and the longest running mean, that are compared.
 const HIGHEST_ORDER: u32 = 4;
@@ -22,6 +22,19 @@ const CORNERS: usize = 61;
 /// Least |H|² of a running mean, at its zeros.
 const ZERO: f64 = 1e-12;
 
+/// Orders of Butterworth filters, and means one after the other, that are fitted.
+const HIGHEST_FITTED: u32 = 6;
+const MOST_STAGES: u32 = 4;
+
+/// Limits of a corner that is fitted, times the sample interval, and of the damping of two poles.
+const LOWEST_CORNER: f64 = 1e-4;
+const HIGHEST_CORNER: f64 = 0.49;
+const LEAST_DAMPING: f64 = 0.2;
+const MOST_DAMPING: f64 = 3.0;
+
+/// Bisections that leave no digit of a frequency.
+const BISECTIONS: usize = 60;
+
 /// A shape with a name; corners are times the sample interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shape {
@@ -33,9 +46,25 @@ pub(crate) enum Shape {
     Smoothing { corner: f64 },
     /// Mean of the last samples.
     RunningMean { length: u32 },
+    /// Two poles by the bilinear transform, with the corner of no damping.
+    TwoPoles { corner: f64, damping: f64 },
+    /// Means of so many samples one after the other; the length need not be a whole number.
+    Means { length: f64, stages: u32 },
 }
 
 impl Shape {
+    /// Two poles with half the power at a corner.
+    pub(crate) fn two_poles(corner: f64, damping: f64) -> Self {
+        let b = 1.0 - 2.0 * damping * damping;
+        let undamped = ((PI * corner).tan() / (b + (b * b + 1.0).sqrt()).sqrt()).atan() / PI;
+        Self::TwoPoles { corner: undamped, damping }
+    }
+
+    /// Means with half the power at a corner.
+    pub(crate) fn means(corner: f64, stages: u32) -> Self {
+        Self::Means { length: half_power_of_means(stages) / corner, stages }
+    }
+
     /// The shapes with a corner.
     pub(crate) fn all(corner: f64) -> Vec<Self> {
         let mut shapes: Vec<Self> = (1..=HIGHEST_ORDER)
@@ -56,7 +85,8 @@ impl Shape {
         match self {
             Self::Digital { order, .. } | Self::Folded { order, .. } => Some(order),
             Self::RunningMean { length } => Some(length),
-            Self::Smoothing { .. } => None,
+            Self::Means { stages, .. } => Some(stages),
+            Self::Smoothing { .. } | Self::TwoPoles { .. } => None,
         }
     }
 
@@ -82,6 +112,32 @@ impl Shape {
                 let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
                 ratio.powi(2).max(ZERO).ln()
             }
+            Self::TwoPoles { corner, damping } => {
+                let squared = ((PI * x).tan() / (PI * corner).tan()).powi(2);
+                -((1.0 - squared).powi(2) + 4.0 * damping * damping * squared).ln()
+            }
+            Self::Means { length, stages } => {
+                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
+                f64::from(stages) * ratio.powi(2).max(ZERO).ln()
+            }
+        }
+    }
+
+    /// Whether the response has zeros below half the rate, between which the taper shares power.
+    pub(crate) fn has_zeros(self) -> bool {
+        matches!(self, Self::RunningMean { .. } | Self::Means { .. })
+    }
+
+    /// Frequency of half the power of a shape of [`Family::shape`].
+    pub(crate) fn half_power(self) -> f64 {
+        match self {
+            Self::Digital { corner, .. } | Self::Folded { corner, .. } | Self::Smoothing { corner } => corner,
+            Self::RunningMean { length } => half_power_of_means(1) / f64::from(length),
+            Self::Means { length, stages } => half_power_of_means(stages) / length,
+            Self::TwoPoles { corner, damping } => {
+                let b = 1.0 - 2.0 * damping * damping;
+                ((b + (b * b + 1.0).sqrt()).sqrt() * (PI * corner).tan()).atan() / PI
+            }
         }
     }
 
@@ -96,7 +152,7 @@ impl Shape {
                 (corner, Box::new(move |corner| Self::Folded { order, corner }))
             }
             Self::Smoothing { corner } => (corner, Box::new(|corner| Self::Smoothing { corner })),
-            Self::RunningMean { .. } => return None,
+            Self::RunningMean { .. } | Self::TwoPoles { .. } | Self::Means { .. } => return None,
         };
         let step = 2.0 * FARTHEST_CORNER / (CORNERS - 1) as f64;
         let misfit = |shape: Self| {
@@ -108,6 +164,76 @@ impl Shape {
             .map(|k| corner * (k as f64 * step - FARTHEST_CORNER).exp())
             .filter(|&tried| tried < 0.5)
             .min_by(|&a, &b| misfit(moved(a)).total_cmp(&misfit(moved(b))))
+    }
+}
+
+/// Half the power of means of long rows, times their length: (sin πx / πx)²ˢ = ½.
+fn half_power_of_means(stages: u32) -> f64 {
+    let (mut low, mut high) = (0.0, 0.5);
+    for _ in 0..BISECTIONS {
+        let x: f64 = 0.5 * (low + high);
+        let power = ((PI * x).sin() / (PI * x)).powi(2 * stages as i32);
+        if power > 0.5 { low = x } else { high = x }
+    }
+    low
+}
+
+/// Filters whose response is known but for one or two numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Family {
+    Smoothing,
+    Digital { order: u32 },
+    Folded { order: u32 },
+    TwoPoles,
+    Means { stages: u32 },
+}
+
+impl Family {
+    /// Families that are tried. Of first order, sampling makes exponential smoothing of an analog filter.
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        let butterworth = (1..=HIGHEST_FITTED).map(|order| Self::Digital { order });
+        let folded = (2..=HIGHEST_FITTED).map(|order| Self::Folded { order });
+        let means = (1..=MOST_STAGES).map(|stages| Self::Means { stages });
+        [Self::Smoothing, Self::TwoPoles].into_iter().chain(butterworth).chain(folded).chain(means)
+    }
+
+    /// Numbers that are fitted.
+    pub(crate) fn count(self) -> usize {
+        if self == Self::TwoPoles { 2 } else { 1 }
+    }
+
+    /// The corner of a filter of first order.
+    pub(crate) fn corner_of_first_order(self, numbers: &[f64]) -> Option<f64> {
+        matches!(self, Self::Smoothing | Self::Digital { order: 1 }).then(|| numbers[0].exp())
+    }
+
+    /// The numbers of a filter with a corner: logarithms of the corner, and of the damping of two poles.
+    pub(crate) fn start(self, corner: f64) -> Vec<f64> {
+        let mut numbers = vec![corner.ln(); self.count()];
+        if self == Self::TwoPoles {
+            numbers[1] = -0.5 * LN_2;
+        }
+        numbers
+    }
+
+    /// The numbers within the limits of corners and dampings.
+    pub(crate) fn limited(self, numbers: &mut [f64]) {
+        let highest = if self == Self::Smoothing { FASTEST_SMOOTHING } else { HIGHEST_CORNER };
+        numbers[0] = numbers[0].clamp(LOWEST_CORNER.ln(), highest.ln());
+        if let Some(damping) = numbers.get_mut(1) {
+            *damping = damping.clamp(LEAST_DAMPING.ln(), MOST_DAMPING.ln());
+        }
+    }
+
+    pub(crate) fn shape(self, numbers: &[f64]) -> Shape {
+        let corner = numbers[0].exp();
+        match self {
+            Self::Smoothing => Shape::Smoothing { corner },
+            Self::Digital { order } => Shape::Digital { order, corner },
+            Self::Folded { order } => Shape::Folded { order, corner },
+            Self::TwoPoles => Shape::TwoPoles { corner, damping: numbers[1].exp() },
+            Self::Means { stages } => Shape::means(corner, stages),
+        }
     }
 }
 

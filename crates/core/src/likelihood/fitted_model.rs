@@ -54,7 +54,7 @@ impl FittedModel {
     pub fn avar(&self, sizes: &[usize]) -> Vec<f64> {
         let mut total = self.avar_before_filter(sizes);
         if let Some(filter) = &self.filter {
-            let lost = filter.taken_off(|f| self.psd_before_filter(f), sizes, self.highest);
+            let lost = filter.taken_off(|f| self.psd_that_is_filtered(f), sizes, self.highest);
             total.iter_mut().zip(lost).for_each(|(all, lost)| *all = (*all - lost).max(LEAST_LEFT * *all));
         }
         for (all, &m) in total.iter_mut().zip(sizes) {
@@ -106,11 +106,22 @@ impl FittedModel {
         self.resonance.iter().fold(total, |sum, band| sum + band.psd(f))
     }
 
+    /// The part of that on which the filter acts. [(rate unit)²/Hz]
+    pub(crate) fn psd_that_is_filtered(&self, f: f64) -> f64 {
+        match &self.filter {
+            Some(filter) if filter.of_white => psd::random_walk(self.terms[1]),
+            _ => self.psd_before_filter(f),
+        }
+    }
+
     /// Two-sided density behind the filter; lines, ramp and warm-up have none. [(rate unit)²/Hz]
     #[must_use]
     pub fn psd(&self, f: f64) -> f64 {
         let power = self.filter.as_ref().map_or(1.0, |filter| filter.power(f));
-        self.psd_before_filter(f) * power + psd::quantization_sampled(self.terms[0], self.tau0, f)
+        let filtered = self.psd_that_is_filtered(f);
+        filtered * power
+            + (self.psd_before_filter(f) - filtered)
+            + psd::quantization_sampled(self.terms[0], self.tau0, f)
     }
 
     /// Part of the drift A e^(−t/T) in the overlapped Allan variance: the mean over the pairs of clusters of
@@ -148,6 +159,9 @@ pub(crate) mod tests {
             corner: None,
             low_pass: None,
             known_to: None,
+            damping: None,
+            analog: false,
+            of_white: false,
         };
         let model = FittedModel {
             terms: [0.001, 1.0, 0.5, 0.1, 0.0],

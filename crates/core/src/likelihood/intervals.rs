@@ -124,8 +124,13 @@ pub(crate) fn join_alike(
 
 /// Another explanation as a model; that with a free exponent as the processes that add up to it.
 fn second_model(fit: &Fit, bins: &Bins, warm_up: Option<f64>) -> Second {
-    let mut found =
-        Second { terms: squares(fit), gauss_markov: gauss_markov(fit).collect(), warm_up, exponent: None };
+    let mut found = Second {
+        terms: squares(fit),
+        gauss_markov: gauss_markov(fit).collect(),
+        warm_up,
+        exponent: None,
+        filter: None,
+    };
     if let Some((exponent, mixture)) = of_model(fit, bins) {
         found.exponent = Some(exponent);
         found.terms[1] += mixture.white;
@@ -140,7 +145,7 @@ pub(crate) fn squares(fit: &Fit) -> [f64; 4] {
 }
 
 /// Variances and correlation times of the Gauss-Markov processes.
-fn gauss_markov(fit: &Fit) -> impl Iterator<Item = (f64, f64)> + '_ {
+pub(crate) fn gauss_markov(fit: &Fit) -> impl Iterator<Item = (f64, f64)> + '_ {
     fit.model.parts.iter().zip(&fit.model.theta).filter_map(|(part, &variance)| match part {
         Part::GaussMarkov { time } if variance > 0.0 => Some((variance, *time)),
         _ => None,

@@ -90,6 +90,7 @@ pub fn analyse_jointly(
         (0..records.len()).into_par_iter().map(|run| fitted(records[run], &options_of(run))).collect();
     // The model of all runs has one filter.
     let means: Vec<_> = singles.iter().map(|(one, _)| one.fit.model.mean).collect();
+    let of_white = singles.iter().all(|(one, _)| one.fit.model.of_white);
     let alike =
         means.windows(2).all(|pair| pair[0].map(|mean| mean.length) == pair[1].map(|mean| mean.length));
     let mean = means.first().copied().flatten().filter(|_| alike);
@@ -119,7 +120,7 @@ pub fn analyse_jointly(
         .fold(options.terms, |all, one| [0, 1, 2, 3].map(|k| all[k] && one[k]));
     let mut parts: Vec<Part> = (0..4).filter(|&k| wanted[k]).map(|k| TERMS[k]).collect();
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
-    let mut model = Model { mean, ..Model::new(parts, Vec::new()) };
+    let mut model = Model { mean, of_white: of_white && mean.is_some(), ..Model::new(parts, Vec::new()) };
     let free = |part: Part| Levels { part, logs: vec![0.0; records.len()], spread: FREE };
     model.levels = (0..4).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
     let bins = with_ramps(runs, &model, options.drifts);
@@ -168,7 +169,14 @@ fn up_to<'a>(one: Attempt<'a>, record: &'a Summary, highest: Option<f64>, option
     let from = ((limit * record.segment as f64 * record.tau0).ceil() as usize).min(mask.len());
     mask[from..].fill(false);
     let regressors = one.bins.regressors.clone();
-    attempt(record, mask, one.lines, &regressors, options, (highest, one.fit.model.mean))
+    attempt(
+        record,
+        mask,
+        one.lines,
+        &regressors,
+        options,
+        (highest, one.fit.model.mean.map(|mean| (mean, one.fit.model.of_white))),
+    )
 }
 
 /// The runs in the order of their lengths, the longest one first, because it limits correlation times; and the place of each.

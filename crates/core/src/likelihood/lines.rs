@@ -129,8 +129,7 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
 /// Expected densities with missing samples: terms as the mask shows them, and processes; what a filter and leaks make of them
 /// changes slowly.
 fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Range<usize>) -> Vec<f64> {
-    let mut processes = model.clone();
-    processes.filter.clear();
+    let mut processes = model.clone().unfiltered();
     let mut terms = [0.0; TERMS.len()];
     for (part, theta) in model.parts.iter().zip(&mut processes.theta) {
         if let Some(at) = TERMS.iter().position(|term| term == part) {

@@ -1,11 +1,13 @@
 //! A model of the density of a channel, and its fit: Fisher scoring on Σ ν (ln S + I/S), parameters of parts ≥ 0.
 
 use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
-use crate::likelihood::expected::Part;
+use crate::likelihood::expected::{FinePoint, Part};
+use crate::likelihood::filter_shapes::{self, Family};
 use crate::likelihood::linear::{Symmetric, bounded_step, dot};
 use crate::likelihood::power_law::EXPONENTS;
-use crate::likelihood::running_mean::RunningMean;
+use crate::likelihood::running_mean::{RunningMean, tapered};
 use crate::likelihood::runs::{Level, Own, regressed};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 const STEPS: usize = 40;
@@ -18,6 +20,10 @@ pub(crate) const TOLERANCE: f64 = 1e-4;
 /// Largest step of the logarithm of a shape, and of a coefficient of the filter.
 const SHAPE_STEP: f64 = 0.7;
 const FILTER_STEP: f64 = 1.5;
+
+/// Change of a number of a filter of known shape for its derivative, and the least ln |H|² that is told from 0.
+const SHIFT: f64 = 0.005;
+const LEAST_LOG_POWER: f64 = -60.0;
 
 /// Largest step of the logarithm of a level.
 const LEVEL_STEP: f64 = 1.0;
@@ -43,8 +49,12 @@ pub(crate) struct Model {
     pub parts: Vec<Part>,
     /// Squared coefficients, σ² or variances.
     pub theta: Vec<f64>,
-    /// ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1).
+    /// ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1); or the numbers of a family.
     pub filter: Vec<f64>,
+    /// The family of a filter whose shape is known.
+    pub family: Option<Family>,
+    /// Whether the filter acts on the random walk alone: all slower noise is behind it.
+    pub of_white: bool,
     /// A filter of known shape, beside that.
     pub mean: Option<RunningMean>,
     /// Indices of the regressors.
@@ -83,6 +93,8 @@ impl Model {
         Self {
             theta: Vec::new(),
             filter: Vec::new(),
+            family: None,
+            of_white: false,
             mean: None,
             held: None,
             held_shape: None,
@@ -111,6 +123,12 @@ impl Model {
         model.parts.push(part);
         model.theta.push(theta);
         model
+    }
+
+    /// The model without its filter, unless that is a running mean.
+    pub(crate) fn unfiltered(self) -> Self {
+        let of_white = self.of_white && self.mean.is_some();
+        Self { filter: Vec::new(), family: None, of_white, ..self }
     }
 
     /// Parts that are not terms.
@@ -149,6 +167,9 @@ impl Model {
         if self.filter.is_empty() && self.mean.is_none() {
             return None;
         }
+        if let Some(family) = self.family {
+            return Some(responses(family.shape(&self.filter), bins));
+        }
         let of = |cosines: &[Vec<f64>], of_mean: &dyn Fn(RunningMean, usize) -> f64| {
             let mut sum = vec![0.0; cosines[0].len()];
             if let Some(mean) = self.mean {
@@ -167,9 +188,39 @@ impl Model {
         let high = of(&bins.cosines_high, &|mean, i| {
             let f = bins.fine_points[i].frequency;
             // With missing samples, what the taper shares is in the matrix.
-            if bins.leaks() { mean.log_power(f) } else { mean.log_tapered_power(f, spacing) }
+            if bins.leaks() { mean.log_power(f) } else { mean.log_measured_power(f, spacing) }
         });
         Some((low, high))
+    }
+
+    /// Whether the filter acts on a part.
+    pub(crate) fn filters(&self, part: Part) -> bool {
+        if self.of_white { part == Part::RandomWalk } else { part != Part::Quantization }
+    }
+
+    /// Slopes of ln |H|² by the numbers of the filter, at the low bins and at the points.
+    fn slopes_of_filter<'a>(&self, bins: &'a Bins) -> Vec<[Cow<'a, [f64]>; 2]> {
+        let Some(family) = self.family else {
+            return (0..self.filter.len())
+                .map(|k| {
+                    [&bins.cosines_low, &bins.cosines_high].map(|cosines| Cow::Borrowed(&cosines[k][..]))
+                })
+                .collect();
+        };
+        let moved = |k: usize, by: f64| {
+            let mut numbers = self.filter.clone();
+            numbers[k] += by;
+            responses(family.shape(&numbers), bins)
+        };
+        let slope = |up: Vec<f64>, down: Vec<f64>| {
+            up.iter().zip(&down).map(|(a, b)| (a / b).ln() / (2.0 * SHIFT)).collect::<Vec<f64>>()
+        };
+        (0..self.filter.len())
+            .map(|k| {
+                let (up, down) = (moved(k, SHIFT), moved(k, -SHIFT));
+                [slope(up.0, down.0), slope(up.1, down.1)].map(Cow::Owned)
+            })
+            .collect()
     }
 
     /// |H|² as means over all bins.
@@ -185,6 +236,9 @@ impl Model {
 
     /// |H|² at a frequency, with the interval of the filter's cosines. [Hz, s]
     pub(crate) fn response_at(&self, f: f64, interval: f64) -> f64 {
+        if let Some(family) = self.family {
+            return family.shape(&self.filter).log_power(f * interval).exp();
+        }
         let angle = 2.0 * std::f64::consts::PI * f * interval;
         let sum: f64 = (1..).zip(&self.filter).map(|(k, a)| a * ((f64::from(k) * angle).cos() - 1.0)).sum();
         sum.exp()
@@ -218,7 +272,7 @@ impl Model {
                 bins.fill(part, &mut scratch);
                 &scratch
             };
-            let behind = part != Part::Quantization;
+            let behind = self.filters(part);
             let means = bins.means(column, response.as_ref().filter(|_| behind));
             let theta = self.theta[j];
             total.iter_mut().zip(&means).for_each(|(t, m)| *t += theta * m);
@@ -237,17 +291,18 @@ impl Model {
         if !derivatives {
             return (total, columns);
         }
-        for k in 0..self.filter.len() {
+        for [slope_low, slope_high] in self.slopes_of_filter(bins) {
             let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(s, c)| s * c).collect::<Vec<f64>>();
-            let low = product(&filtered_low, &bins.cosines_low[k]);
-            columns.push(bins.gathered(&low, &product(&filtered, &bins.cosines_high[k])));
+            let low = product(&filtered_low, &slope_low);
+            columns.push(bins.gathered(&low, &product(&filtered, &slope_high)));
         }
         for (j, shape) in self.shapes() {
             let (up, down, step) = neighbours(self.parts[j], shape);
+            let response = response.as_ref().filter(|_| self.filters(self.parts[j]));
             bins.fill(up, &mut scratch);
-            let mut column = bins.means(&scratch, response.as_ref());
+            let mut column = bins.means(&scratch, response);
             bins.fill(down, &mut scratch);
-            let other = bins.means(&scratch, response.as_ref());
+            let other = bins.means(&scratch, response);
             let factor = self.theta[j] / step;
             column.iter_mut().zip(&other).for_each(|(a, b)| *a = (*a - b) * factor);
             columns.push(column);
@@ -268,7 +323,7 @@ impl Model {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for (j, &part) in self.parts.iter().enumerate() {
             let (theta, known) = (self.theta[j], bins.term(part));
-            let response = response.as_ref().filter(|_| part != Part::Quantization);
+            let response = response.as_ref().filter(|_| self.filters(part));
             match (known, response) {
                 (Some(column), Some(response)) => {
                     // What the filter changes, cell by cell; nothing at the frequency 0, where a term has no limit.
@@ -284,8 +339,8 @@ impl Model {
                     bins.densities(part, &mut seen);
                     if let Some(response) = response {
                         seen.iter_mut().zip(response).for_each(|(s, h)| *s *= h);
+                        add(&mut filtered, &seen, theta);
                     }
-                    add(&mut filtered, &seen, theta);
                 }
             }
             if let Some(column) = known {
@@ -309,8 +364,8 @@ impl Model {
             }
             return (total, columns);
         }
-        for cosines in &bins.cosines_high[..self.filter.len()] {
-            seen.iter_mut().zip(filtered.iter().zip(cosines)).for_each(|(s, (f, c))| *s = f * c);
+        for [_, slope] in self.slopes_of_filter(bins) {
+            seen.iter_mut().zip(filtered.iter().zip(slope.iter())).for_each(|(s, (f, c))| *s = f * c);
             columns.push(bins.gathered(&[], &seen));
         }
         for (j, shape) in self.shapes() {
@@ -318,8 +373,9 @@ impl Model {
             bins.densities(up, &mut seen);
             bins.densities(down, &mut all);
             let factor = self.theta[j] / step;
+            let response = response.as_ref().filter(|_| self.filters(self.parts[j]));
             for (i, (s, d)) in seen.iter_mut().zip(&all).enumerate() {
-                *s = (*s - d) * factor * response.as_ref().map_or(1.0, |h| h[i]);
+                *s = (*s - d) * factor * response.map_or(1.0, |h| h[i]);
             }
             columns.push(bins.gathered(&[], &seen));
         }
@@ -336,7 +392,13 @@ impl Model {
         let n = self.parts.len();
         let powers = bins.plain_powers();
         let usual = bins.scale;
-        let columns: Vec<Vec<f64>> = self.parts.iter().map(|&part| bins.unit(part)).collect();
+        // A filter of a known shape is near enough to the true one to say which noise is behind it.
+        let behind = self.family.map(|_| self.response_means(bins));
+        let column = |&part: &Part| match behind.as_ref().filter(|_| self.filters(part)) {
+            Some(behind) => bins.unit(part).iter().zip(behind).map(|(c, h)| c * h).collect(),
+            None => bins.unit(part),
+        };
+        let columns: Vec<Vec<f64>> = self.parts.iter().map(column).collect();
         let weights: Vec<f64> = (0..bins.len())
             .map(|i| bins.weight(i).sqrt().min(HEAVIEST) / (powers[i] + LEAST * usual))
             .collect();
@@ -420,6 +482,9 @@ impl Model {
         for (a, d) in model.filter.iter_mut().zip(&step[n..]) {
             *a += length * d;
         }
+        if let Some(family) = model.family {
+            family.limited(&mut model.filter);
+        }
         let mut rest = step[n + self.filter.len() + self.shapes().len()..].iter();
         for (log, d) in model.levels.iter_mut().flat_map(|level| level.logs.iter_mut()).zip(&mut rest) {
             *log += length * d;
@@ -452,6 +517,20 @@ impl Model {
         }
         model
     }
+}
+
+/// |H|² of a shape at the low bins and at the points.
+fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
+    let (tau0, spacing, zeros) = (bins.record.tau0, bins.record.frequency(1), shape.has_zeros());
+    let power = |f: f64| shape.log_power(f * tau0).max(LEAST_LOG_POWER).exp();
+    let of_mode = |bin: usize| {
+        if zeros { bins.mean_of_modes(bin, power) } else { power(bins.frequency[bin]) }
+    };
+    let of_point = |point: &FinePoint| {
+        // With missing samples, what the taper shares is in the matrix.
+        if zeros && !bins.leaks() { tapered(power, point.frequency, spacing) } else { power(point.frequency) }
+    };
+    ((0..bins.low).map(of_mode).collect(), bins.fine_points.iter().map(of_point).collect())
 }
 
 fn add(sum: &mut [f64], x: &[f64], factor: f64) {
@@ -555,7 +634,8 @@ impl Fit {
         }
         debug_assert!(q <= MOST_FILTER && bins.len() == excess.len());
         let mut step = bounded_step(&information, &gradient, &least, &held);
-        step[n..n + q].iter_mut().for_each(|d| *d = d.clamp(-FILTER_STEP, FILTER_STEP));
+        let most = if self.model.family.is_some() { SHAPE_STEP } else { FILTER_STEP };
+        step[n..n + q].iter_mut().for_each(|d| *d = d.clamp(-most, most));
         step[n + q..first].iter_mut().for_each(|d| *d = d.clamp(-SHAPE_STEP, SHAPE_STEP));
         step[first..first + levels.len()].iter_mut().for_each(|d| *d = d.clamp(-LEVEL_STEP, LEVEL_STEP));
         step
@@ -639,18 +719,24 @@ pub(crate) fn regress(products: &Products, spectrum: &[f64], quantization: f64) 
 }
 
 impl Model {
+    /// Interval of the cosines of the filter; of a known shape, that of the samples. [s]
+    pub(crate) fn interval(&self, bins: &Bins) -> f64 {
+        let spacing = if self.family.is_some() { 1 } else { bins.spacing };
+        spacing as f64 * bins.record.tau0
+    }
+
     /// Density at a frequency of the periodogram. [Hz]
     pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
         let record = bins.record;
-        let point = crate::likelihood::expected::FinePoint::new(f, record.tau0, record.segment);
+        let point = FinePoint::new(f, record.tau0, record.segment);
         let of_mean = self.mean.map_or(0.0, |mean| mean.log_tapered_power(f, record.frequency(1)));
-        let response = self.response_at(f, bins.spacing as f64 * record.tau0) * of_mean.exp();
+        let response = self.response_at(f, self.interval(bins)) * of_mean.exp();
         let of = |(&part, &theta): (&Part, &f64)| {
             let density = theta * point.density(part, record.tau0);
             match part {
                 Part::Quantization if record.masked.is_none() => density + theta * bins.of_mirror(f),
-                Part::Quantization => density,
-                _ => density * response,
+                _ if self.filters(part) => density * response,
+                _ => density,
             }
         };
         self.parts.iter().zip(&self.theta).map(of).sum()

@@ -1,6 +1,7 @@
 //! What is asked of an analysis of a channel, and what it states.
 
 use crate::likelihood::expected::Part;
+use crate::likelihood::filter_shapes::Family;
 use crate::likelihood::lines::Line;
 use crate::likelihood::profile::Bounds;
 use crate::likelihood::running_mean::RunningMean;
@@ -78,6 +79,8 @@ pub struct Second {
     pub warm_up: Option<f64>,
     /// Exponent of its bias instability, f^−α; its processes add up to that.
     pub exponent: Option<f64>,
+    /// Corner of a filter of first order in it, of the white noise. [Hz]
+    pub filter: Option<f64>,
 }
 
 /// The result for one channel. Parameters are squares of coefficients, in the unit of the rate and seconds.
@@ -95,6 +98,9 @@ pub struct Outcome {
     pub filter_interval: f64,
     /// A running mean on all but quantization noise, in the place of a filter.
     pub mean: Option<RunningMean>,
+    /// The family of the filter, whose numbers are then its coefficients, and whether it acts on the random walk alone.
+    pub(crate) family: Option<Family>,
+    pub(crate) of_white: bool,
     /// Lines that were left out.
     pub lines: Vec<Line>,
     /// Frequency up to which modes describe the record. [Hz]

@@ -58,6 +58,8 @@ pub struct RunningMean {
     pub length: u32,
     /// Sample interval. [s]
     pub tau0: f64,
+    /// Density of the zeros over that of the lowest frequencies: the ends of the record, and noise behind the mean.
+    pub floor: f64,
 }
 
 /// A length whose zeros a record has.
@@ -78,14 +80,14 @@ struct Comparison {
 impl RunningMean {
     /// The mean behind which a record is, and the densities that show its noise; None for other records.
     pub(crate) fn of(record: &Summary) -> Option<(Self, Vec<bool>)> {
-        let means = LENGTHS.map(|length| Self { length, tau0: record.tau0 });
+        let means = LENGTHS.map(|length| Self { length, tau0: record.tau0, floor: 0.0 });
         let candidates: Vec<Candidate> = means.filter_map(|mean| Candidate::of(record, mean)).collect();
         // A length next to the true one has higher zeros, and lobes where the record has zeros.
         let floor = candidates.iter().map(|candidate| candidate.floor).fold(f64::INFINITY, f64::min);
         let compared = candidates.iter().filter_map(|candidate| candidate.mean.compared(record, floor));
         let nearest = compared.min_by(|a, b| a.scatter.total_cmp(&b.scatter))?;
         let mask = nearest.fitted(record);
-        Some((nearest.mean, mask))
+        Some((Self { floor: nearest.floor, ..nearest.mean }, mask))
     }
 
     /// ln |H|² at a frequency. [Hz]
@@ -95,8 +97,12 @@ impl RunningMean {
 
     /// The same of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. [Hz]
     pub(crate) fn log_tapered_power(self, f: f64, spacing: f64) -> f64 {
-        let power = |f: f64| self.log_power(f.abs().max(TINY * spacing)).exp();
-        (power(f) * 2.0 / 3.0 + (power(f - spacing) + power(f + spacing)) / 6.0).ln()
+        tapered(|f| self.log_power(f).exp(), f, spacing).ln()
+    }
+
+    /// The same with the floor of the zeros.
+    pub(crate) fn log_measured_power(self, f: f64, spacing: f64) -> f64 {
+        (self.log_tapered_power(f, spacing).exp() + self.floor).ln()
     }
 
     /// |H|² at the densities of the periodogram.
@@ -153,6 +159,12 @@ impl RunningMean {
     fn spacing(self, record: &Summary) -> f64 {
         record.segment as f64 / f64::from(self.length)
     }
+}
+
+/// |H|² of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. [Hz]
+pub(crate) fn tapered(power: impl Fn(f64) -> f64, f: f64, spacing: f64) -> f64 {
+    let power = |f: f64| power(f.abs().max(TINY * spacing));
+    power(f) * 2.0 / 3.0 + (power(f - spacing) + power(f + spacing)) / 6.0
 }
 
 impl Candidate {
@@ -241,7 +253,7 @@ mod tests {
     #[test]
     fn half_the_power_at_the_corner() {
         for length in [5, 16, 64] {
-            let mean = RunningMean { length, tau0: 0.01 };
+            let mean = RunningMean { length, tau0: 0.01, floor: 0.0 };
             assert!((mean.log_power(mean.corner()).exp() - 0.5).abs() < 1e-9, "{length}");
         }
     }

@@ -5,8 +5,10 @@ use crate::likelihood::bins::{Bins, MOST_FILTER};
 use crate::likelihood::candidates::{Dictionary, Scores};
 use crate::likelihood::exchange::{REPLACED, beside, best};
 use crate::likelihood::expected::Part;
-use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::filters::{best_of_families, other_families};
+use crate::likelihood::model::{Fit, Model, TOLERANCE, time_limits};
 use crate::likelihood::slow_lines::{add_lines, prices, without_idle_lines};
+use std::f64::consts::PI;
 
 /// Prices: least falls of the deviance for quantization noise, a coefficient of the filter (and the first), a
 /// Gauss-Markov process, a resonance; and for the last two, and more coefficients, while the model is not adequate.
@@ -33,6 +35,9 @@ const ALIKE: f64 = 6.0;
 /// Coefficients of the filter beyond those that are worth their price with which the intervals are joined: with 0, 1 and 2
 /// the interval of the random walk holds the truth in 86, 87 and 92 of 100 records behind a second-order filter.
 const OTHER_ORDERS: usize = 2;
+
+/// Rise of the deviance up to which another shape of the filter is another explanation: 95 % of a number.
+const ALIKE_FILTER: f64 = 3.84;
 
 /// P-value below which a model is not good enough to stop at.
 pub(crate) const GOOD: f64 = 0.02;
@@ -78,11 +83,20 @@ struct Refused {
 /// The selected model, from a fit with the terms.
 pub(crate) fn select(start: Fit, bins: &Bins, allowed: Allowed) -> Fit {
     let mut fit = start;
+    let bare = fit.clone();
     if allowed.filter && fit.model.filter.is_empty() && extra(&fit.model) == 0 {
         fit = with_filter(fit, bins);
     }
     if allowed.processes && extra(&fit.model) == 0 {
+        let filtered = !fit.model.filter.is_empty() && bare.model.filter.is_empty();
         fit = with_process(fit, bins);
+        if filtered {
+            // A process of a second is like a filter.
+            let unfiltered = with_process(bare, bins);
+            if cost(&unfiltered) < cost(&fit) {
+                fit = unfiltered;
+            }
+        }
     }
     let dictionary = Dictionary::new(bins);
     let mut refused = Refused::default();
@@ -117,7 +131,16 @@ fn with_filter(fit: Fit, bins: &Bins) -> Fit {
         }
         last = Some(tried);
     }
-    best.map_or(fit, |(_, found)| found)
+    let Some((worth, series)) = best else { return fit };
+    // Of the shapes that sensors have, few numbers describe the whole filter.
+    match best_of_families(&beside_filter(&fit, bins), bins, &fit) {
+        Some(found) if fit.deviance - found.deviance - price_of_filter(&found.model) >= worth => found,
+        _ => series,
+    }
+}
+
+fn price_of_filter(model: &Model) -> f64 {
+    if model.filter.is_empty() { 0.0 } else { FILTER + COEFFICIENT * model.filter.len() as f64 }
 }
 
 /// The model to which a filter is added: quantization noise whose share is small makes room for it.
@@ -149,23 +172,24 @@ pub(crate) fn select_with_lines<'a>(start: &Fit, bins: Bins<'a>, allowed: Allowe
         fit = select(fit, &with, allowed);
         add_lines(&mut fit, &mut with);
         without_idle_lines(&mut fit, &with);
-        let cost = cost_of(&fit) + prices(&fit, &with);
-        if cost < best.as_ref().map_or(cost_of(&plain), |(least, ..)| *least) {
-            best = Some((cost, fit, with));
+        let least = cost(&fit) + prices(&fit, &with);
+        if least < best.as_ref().map_or(cost(&plain), |(present, ..)| *present) {
+            best = Some((least, fit, with));
         }
     }
     best.map_or((plain, bins), |(_, fit, with)| (fit, with))
 }
 
-/// The deviance of a selected model with the prices of its parts.
-fn cost_of(fit: &Fit) -> f64 {
-    let price = |part: &Part| match part {
+/// The deviance of a model with the prices of its parts.
+pub(crate) fn cost(fit: &Fit) -> f64 {
+    let price = |(part, &theta): (&Part, &f64)| match part {
         Part::GaussMarkov { .. } => PROCESS,
         Part::Resonance { .. } => RESONANCE,
+        Part::Quantization if theta > 0.0 => QUANTIZATION,
         _ => 0.0,
     };
-    let of_filter = COEFFICIENT * fit.model.filter.len() as f64;
-    fit.deviance - fit.restricted + of_filter + fit.model.parts.iter().map(price).sum::<f64>()
+    let of_parts: f64 = fit.model.parts.iter().zip(&fit.model.theta).map(price).sum();
+    fit.deviance - fit.restricted + price_of_filter(&fit.model) + of_parts
 }
 
 /// A Gauss-Markov process beside the terms or in place of some, whichever is worth most.
@@ -193,7 +217,7 @@ fn with_process(fit: Fit, bins: &Bins) -> Fit {
 }
 
 /// Whether a term is surely there.
-fn is_needed(fit: &Fit, term: Part, bins: &Bins) -> bool {
+pub(crate) fn is_needed(fit: &Fit, term: Part, bins: &Bins) -> bool {
     fit.model.index(term).is_some_and(|j| fit.model.theta[j] > 0.0 && fit.loss_of(j, bins).0 > SURELY)
 }
 
@@ -230,7 +254,7 @@ fn best_addition(
         worth.push((gain, Addition::Quantization));
     }
     let present = fit.model.filter.len();
-    if allowed.filter {
+    if allowed.filter && fit.model.family.is_none() {
         for count in present + 1..=(present + FILTER_TRIES).min(MOST_FILTER) {
             if !refused.filters.contains(&count) {
                 worth.push((scores.gain_of_filter(fit, bins, count), Addition::Filter(count)));
@@ -306,15 +330,13 @@ fn without_filter(fit: Fit, bins: &Bins, allowed: Allowed) -> Fit {
     if fit.model.filter.is_empty() || extra(&fit.model) == 0 {
         return fit;
     }
-    let mut model = fit.model.clone();
-    model.filter.clear();
+    let mut model = fit.model.clone().unfiltered();
     if allowed.quantization && model.index(Part::Quantization).is_none() {
         let theta = 0.1 * smallest_ratio(&fit, &bins.unit(Part::Quantization));
         model = model.with(Part::Quantization, theta);
     }
     let without = model.refit(bins, 40, TOLERANCE, &fit);
-    let price = COEFFICIENT * fit.model.filter.len() as f64 + FILTER;
-    if without.deviance - fit.deviance < price { without } else { fit }
+    if without.deviance - fit.deviance < price_of_filter(&fit.model) { without } else { fit }
 }
 
 /// Backwards: processes and resonances that are not worth their price any more.
@@ -353,12 +375,31 @@ pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed) -> V
         }
     }
     let present = fit.model.filter.len();
-    if allowed.filter && present > 0 {
+    if fit.model.family.is_some() {
+        found.extend(other_families(fit, bins, ALIKE_FILTER));
+    } else if allowed.filter && present > 0 {
         for count in present + 1..=(present + OTHER_ORDERS).min(MOST_FILTER) {
             found.push(added(fit, bins, Addition::Filter(count)).1);
         }
     }
+    found.extend(process_like_filter(fit, bins, allowed));
     let losses = fit.model.processes().map(|j| fit.loss_of(j, bins));
     found.extend(losses.filter(|(loss, _)| *loss < PROCESS).map(|(_, without)| without));
     found
+}
+
+/// The fit with a process in the place of a filter of first order, if white noise is seen beside it.
+fn process_like_filter(fit: &Fit, bins: &Bins, allowed: Allowed) -> Option<Fit> {
+    let corner = fit.model.family?.corner_of_first_order(&fit.model.filter)?;
+    let walk = fit.model.index(Part::RandomWalk).filter(|_| allowed.processes)?;
+    let time = bins.record.tau0 / (2.0 * PI * corner);
+    if time < time_limits(bins).0 {
+        return None;
+    }
+    let variance = 0.5 * fit.model.theta[walk] / time;
+    let mut model = fit.model.clone().unfiltered().with(Part::GaussMarkov { time }, variance);
+    model.theta[walk] *= 0.01;
+    let tried = model.refit(bins, 40, TOLERANCE, fit);
+    let alike = tried.deviance + PROCESS <= fit.deviance + price_of_filter(&fit.model) + ALIKE_FILTER;
+    (alike && is_needed(&tried, Part::RandomWalk, bins)).then_some(tried)
 }

@@ -1,0 +1,117 @@
+//! Filters of known shape, found by full fits: a score says little so far from the truth.
+
+use crate::likelihood::bins::Bins;
+use crate::likelihood::candidates::spaced;
+use crate::likelihood::expected::Part;
+use crate::likelihood::filter_shapes::Family;
+use crate::likelihood::model::{Fit, Model, TOLERANCE};
+
+/// Corners that are tried in a decade, their limits times the sample interval, and the fewest cycles of the lowest in a record.
+const CORNERS: f64 = 3.0;
+const LOWEST_CORNER: f64 = 0.001;
+const HIGHEST_CORNER: f64 = 0.4;
+const FEWEST_CYCLES: f64 = 40.0;
+
+/// Families that say where the corner is: others start there.
+const FIRST: [Family; 2] = [Family::Smoothing, Family::Digital { order: 2 }];
+
+/// Steps of the fits of these, and of those that follow; and the fall of the deviance at which the former end.
+const FIRST_STEPS: usize = 8;
+const STEPS: usize = 40;
+const ROUGH: f64 = 0.1;
+
+/// Factors of the corner with which slow noise behind the filter is tried.
+const MOVED: [f64; 3] = [0.6, 1.0, 1.6];
+
+/// Price of a number of the filter (Akaike), among filters.
+const NUMBER: f64 = 2.0;
+
+/// Rise of the deviance over the best of the first families beyond which no family is tried that starts there.
+const HOPELESS: f64 = 200.0;
+
+/// The best fit of a model with a filter of known shape; `bare` has none.
+pub(crate) fn best_of_families(bare: &Model, bins: &Bins, from: &Fit) -> Option<Fit> {
+    let longest = bins.record.duration() / bins.record.tau0;
+    let lowest = LOWEST_CORNER.max(FEWEST_CYCLES / longest);
+    let rough = |family: Family, corner: f64, of_white: bool| {
+        with_family(bare, family, corner, of_white).refit(bins, FIRST_STEPS, ROUGH, from)
+    };
+    let mut first: Vec<Fit> = FIRST
+        .into_iter()
+        .filter_map(|family| {
+            let corners = spaced(lowest, HIGHEST_CORNER, CORNERS).into_iter();
+            corners.map(|corner| rough(family, corner, false)).min_by(by_deviance)
+        })
+        .collect();
+    let slow = [Part::BiasInstability, Part::RateRandomWalk];
+    if slow.into_iter().any(|part| bare.index(part).is_some()) {
+        let behind = first.iter().zip(FIRST).filter_map(|(fit, family)| {
+            let corner = corner_of(&fit.model)?;
+            MOVED.into_iter().map(|by| rough(family, by * corner, true)).min_by(by_deviance)
+        });
+        let behind: Vec<Fit> = behind.collect();
+        first.extend(behind);
+    }
+    let least = first.iter().map(|fit| fit.deviance).fold(f64::INFINITY, f64::min);
+    first.retain(|fit| fit.deviance < least + HOPELESS);
+    let found = first.iter().flat_map(|start| {
+        let families = Family::all().filter(|family| starts_at(*family, start));
+        families.filter_map(|family| {
+            let mut model = with_family(bare, family, corner_of(&start.model)?, start.model.of_white);
+            model.theta.clone_from(&start.model.theta);
+            Some(model.refit(bins, STEPS, TOLERANCE, from))
+        })
+    });
+    found.min_by(|a, b| cost(a).total_cmp(&cost(b)))
+}
+
+/// Fits with other families of filters, or with slow noise on the other side of the filter, that rise the deviance by no more
+/// than `rise`.
+pub(crate) fn other_families(fit: &Fit, bins: &Bins, rise: f64) -> Vec<Fit> {
+    let Some(corner) = corner_of(&fit.model) else { return Vec::new() };
+    let slow = fit
+        .model
+        .parts
+        .iter()
+        .zip(&fit.model.theta)
+        .any(|(&part, &theta)| !matches!(part, Part::Quantization | Part::RandomWalk) && theta > 0.0);
+    let sides: &[bool] = if slow { &[false, true] } else { &[false] };
+    let present = (fit.model.family, fit.model.of_white && slow);
+    let mut found: Vec<Fit> = Vec::new();
+    for &of_white in sides {
+        for family in Family::all().filter(|&family| (Some(family), of_white) != present) {
+            let mut model = with_family(&fit.model, family, corner, of_white);
+            model.theta.clone_from(&fit.model.theta);
+            let tried = model.refit(bins, STEPS, TOLERANCE, fit);
+            if cost(&tried) <= cost(fit) + rise {
+                found.push(tried);
+            }
+        }
+    }
+    found
+}
+
+fn with_family(model: &Model, family: Family, corner: f64, of_white: bool) -> Model {
+    let mut numbers = family.start(corner);
+    family.limited(&mut numbers);
+    Model { filter: numbers, family: Some(family), of_white, theta: Vec::new(), ..model.clone() }
+}
+
+/// Frequency of half the power of a filter of known shape, times the sample interval.
+fn corner_of(model: &Model) -> Option<f64> {
+    Some(model.family?.shape(&model.filter).half_power())
+}
+
+/// Whether a family has about the slope of one that says where the corner is.
+fn starts_at(family: Family, start: &Fit) -> bool {
+    let first_order = matches!(family, Family::Smoothing | Family::Digital { order: 1 });
+    first_order == (start.model.family == Some(Family::Smoothing))
+}
+
+fn cost(fit: &Fit) -> f64 {
+    fit.deviance + NUMBER * fit.model.filter.len() as f64
+}
+
+fn by_deviance(a: &Fit, b: &Fit) -> std::cmp::Ordering {
+    a.deviance.total_cmp(&b.deviance)
+}

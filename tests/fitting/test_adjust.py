@@ -69,6 +69,13 @@ def plain():
     return fit_channel(Record.from_arrays(rate=100, gyro_x=noise("plain")), "gyro_x")
 
 
+def test_crowded_lines_widen_the_standard_error_too():
+    record = Record.from_arrays(rate=100, gyro_x=wandering())
+    (change,) = analyze(record, threads=1)["gyro_x"].adjustments[0].changes
+    assert change.scale == pytest.approx(change.after.width / change.before.width)
+    assert change.scale > 1
+
+
 def test_an_ordinary_fit_has_none():
     assert plain().adjustments == ()
 
@@ -89,6 +96,8 @@ def test_a_term_that_becomes_a_limit_keeps_the_size_of_its_standard_error():
     fitted = plain()
     wide = adjusted(fitted, partial(rounding_of, step=4e-3, noise=1e-3))
     assert not wide["random_walk"].observed
+    assert wide.unclear == ("random_walk",)
+    assert not any("not significant" in text for text in wide.notes())
     ratio = wide.covariance.variance_of(WALK) / fitted.covariance.variance_of(WALK)
     assert 1 <= ratio < 1e6
 

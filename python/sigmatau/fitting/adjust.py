@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from sigmatau.findings.reasons import BandLeftOut
-from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Part
+from sigmatau.fitting.adjustment import Adjustment, Change, Part
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Covariance, Parameter
@@ -21,7 +21,6 @@ _WITHOUT: Mapping[Part, Any] = {
     **dict.fromkeys(("response", "warm_up", "highest", "alike_from", "alike_sigma")),
     "covariance": Covariance(),
 }
-_UNCLEAR: tuple[Cause, ...] = ("crowded_lines", "changing_level")  # a term that it makes a limit is in the model yet
 
 
 def adjusted(fitted: NoiseFit, *subjects: Subject) -> NoiseFit:
@@ -46,8 +45,15 @@ def _apply(fitted: NoiseFit, adjustment: Adjustment) -> NoiseFit:
             process = processes[parameter.part][parameter.number - 1]
             interval = replace(getattr(process, parameter.quantity), low=change.after.low, high=change.after.high)
             processes[parameter.part][parameter.number - 1] = replace(process, **{parameter.quantity: interval})
-    hidden = [name for name, term in terms.items() if fitted.terms[name].observed and not term.observed]
-    if adjustment.cause in _UNCLEAR:
+    hidden = [  # by a wider interval: they remain in the model
+        change.parameter.part
+        for change in adjustment.changes
+        if change.kind == "widen"
+        and change.parameter.number is None
+        and fitted.terms[change.parameter.part].observed
+        and not terms[change.parameter.part].observed
+    ]
+    if hidden:
         values["unclear"] = tuple(dict.fromkeys((*fitted.unclear, *hidden)))
     if adjustment.verdict == "disturbed":
         walk = terms["random_walk"].upper_limit if "random_walk" in terms else None

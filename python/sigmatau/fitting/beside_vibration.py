@@ -115,7 +115,7 @@ def _changed(walk: FittedTerm, after: Ends, *, cause: Cause, reason: CrowdedLine
     return Adjustment(
         cause=cause,
         findings=() if reason is None else ("widened",),
-        changes=(Change(_WALK, "widen", Ends.of(walk), after),),
+        changes=(Change.widening(_WALK, Ends.of(walk), after),),
         verdict=None if reason is None else "widened",
         reason=reason,
     )

@@ -75,7 +75,8 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
         `sigmatau.findings.reasons`. `reason` has them in words.
     unclear : tuple of str
-        Terms that are not significant beside each other, although at least one of them is present.
+        Terms that are not significant beside each other, although at least one of them is present, and those whose interval
+        contains 0 after an adjustment.
     tau_min, tau_max : float or None
         Range of averaging times used; for a likelihood fit, the range in which the resulting noise model describes the
         curve. [s]
@@ -293,7 +294,9 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
                         for deviation, time in second.gauss_markov
                     )
                 texts.append(f"{labels}, or a {explained_by}")
-        unclear = [name for name in self.unclear if self._replacement(name) is None]
+        changes = (change for adjustment in self.adjustments for change in adjustment.changes)
+        hidden = {change.parameter.part for change in changes if change.before.upper_limit is None}  # findings say why
+        unclear = [name for name in self.unclear if self._replacement(name) is None and name not in hidden]
         if len(unclear) == 1:
             label = TERMS[unclear[0]].label(self.quantity)
             texts.append(f"{label}: not significant, but the model does not fit without it")

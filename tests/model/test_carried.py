@@ -126,3 +126,12 @@ def test_an_interval_of_an_observed_ramp_excludes_0():
 
 def ramp_of(size, t):
     return 1e-4 * np.random.default_rng(seed_of("ramp")).standard_normal(len(t)) + size * t
+
+
+def test_an_alternative_without_white_noise_has_no_filter():
+    """Behind a low-pass filter a process may explain all: the band holds both, and nothing is refused."""
+    other = ChannelModel(gauss_markov=(GaussMarkov(sigma=2e-4, time=0.5),))
+    filtered = ChannelModel(terms={"random_walk": 1e-4}, bandwidth=LowPass(order=1, corner=0.4), alternatives=(other,))
+    low, high = adev_interval(filtered, m=[500, 5000], tau0=0.02)
+    assert (high >= np.sqrt(other.avar(m=[500, 5000], tau0=0.02))).all()
+    assert (low <= np.sqrt(filtered.avar(m=[500, 5000], tau0=0.02))).all()

@@ -197,7 +197,7 @@ class SecondModel:
     warm_up : float or None
         Time constant of a warm-up in it. [s]
     exponent : float or None
-        Exponent α of its bias instability, whose density is f^−α; its processes, a geometric series, add up to that.
+        Exponent α of its bias instability, whose density is f^−α; its processes, a geometric series, add up to that. [1]
     filter : float or None
         Corner of a filter of first order in it, behind which is all of the random walk. [Hz]
     """

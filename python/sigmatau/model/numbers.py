@@ -129,7 +129,14 @@ def explanations(model: ChannelModel) -> list[ChannelModel]:
         "covariance": Covariance(),
     }
     others = [
-        replace(model, terms=other.terms, gauss_markov=other.gauss_markov, **bare) for other in model.alternatives
+        replace(
+            model,
+            terms=other.terms,
+            gauss_markov=other.gauss_markov,
+            bandwidth=model.bandwidth if "random_walk" in other.terms else None,
+            **bare,
+        )
+        for other in model.alternatives
     ]
     return [model, *([] if model.alike_from is None else [without_walk(model)]), *others]
 

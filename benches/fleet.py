@@ -155,7 +155,8 @@ def results(store: Path) -> dict[str, Any]:
 
     found: dict[str, Any] = {}
     with Store(store, create=False) as opened:
-        for _, result in opened.results():
+        for row, _ in opened.results():
+            result = opened.content(row["id"])
             path = result["source"]["path"]
             if path in found:
                 raise AssertionError(f"{path} is there twice")

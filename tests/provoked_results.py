@@ -78,6 +78,7 @@ PROVOKED = {
         ),
     },
     "Store.compare": {st.DataError: (lambda: store().compare(),)},
+    "Store.content": {st.DataError: (lambda: store().content(1),)},
     "Store.latest": {
         st.DataError: (
             lambda: store().latest("A1"),

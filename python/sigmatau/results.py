@@ -186,16 +186,21 @@ def value_error_text(value: float, error: float) -> str:
     >>> value_error_text(0.9731, 0.0742)
     '0.973 ± 0.074'
     """
+    return " ± ".join(value_error_texts(value, error))
+
+
+def value_error_texts(value: float, error: float) -> tuple[str, str]:
+    """Round a value and its error as `value_error_text` does."""
     if not (math.isfinite(error) and error > 0):
-        return f"{value:.6g} ± {error:.2g}"
+        return f"{value:.6g}", f"{error:.2g}"
     mantissa, exponent = f"{error:.1e}".split("e")
     decimals = 1 - int(exponent)
     if mantissa.endswith("0"):
         decimals -= 1
     if decimals > 12 or decimals < -6:
-        return f"{value:.4g} ± {error:.2g}"
+        return f"{value:.4g}", f"{error:.2g}"
     digits = max(decimals, 0)
-    return f"{round(value, decimals):.{digits}f} ± {round(error, decimals):.{digits}f}"
+    return f"{round(value, decimals):.{digits}f}", f"{round(error, decimals):.{digits}f}"
 
 
 def printable(text: str) -> str:

@@ -294,5 +294,5 @@ def test_a_name_that_is_not_utf_8(tmp_path, monkeypatch, capsys):
     capsys.readouterr()
     assert run(capsys, "add", "results", "--store", "x.db", "--unit-from", r"(\w)[^/]*\.csv") == (0, "", "2 new\n")
     with Store("x.db") as store:
-        paths = {one["source"]["path"] for _, one in store.results()}
+        paths = {result.source.path for _, result in store.results()}
     assert {os.fsencode(path) for path in paths} == {b"a pr\xfcfling.csv", b"b.csv"}

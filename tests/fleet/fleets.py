@@ -201,7 +201,8 @@ def contents(place):
     found = {}
     with Store(place, create=False) as store:
         paths = {row["id"]: row for row in rows(store)}
-        for row, result in store.results():
+        for row, _ in store.results():
+            result = store.content(row["id"])
             path = result["source"]["path"]
             assert path not in found, f"{path} is there twice"
             found[path] = (paths[row["id"]]["state"], row["unit"], result)

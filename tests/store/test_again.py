@@ -62,8 +62,8 @@ def test_log_that_gets_its_earlier_content(place, version):
         taken(store, result(1), "2")
         assert taken(store, result(0), version) == Added(revised=1)
         assert shown(store) == [("fitted", 2)]
-        [(_, found)] = store.results()
-        assert found["channels"] == result(0)["channels"]
+        (run_id,) = store.runs().columns()["id"]
+        assert store.content(run_id)["channels"] == result(0)["channels"]
 
 
 def test_touched_log_keeps_its_row(place):

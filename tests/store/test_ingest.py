@@ -8,7 +8,7 @@ import pytest
 from store_results import entry_of, result
 
 from known import seed_of
-from sigmatau import Record, analyze
+from sigmatau import Analysis, Record, analyze
 from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError
 from sigmatau.store.choosing import Chosen
@@ -32,7 +32,9 @@ def test_result_comes_back_as_it_was(place):
     with Store(place) as store:
         one = result(3)
         store.add([entry_of(one, unit="A1")])
-        [(row, found)] = store.results()
+        [(row, analysis)] = store.results()
+        found = store.content(row["id"])
+    assert analysis.to_dict() == Analysis.from_dict(one).to_dict()
     assert found == json.loads(json.dumps(one))
     assert list(found) == list(one)  # in its order
     assert row["unit"] == "A1"
@@ -75,8 +77,8 @@ def test_other_result_of_the_same_log_is_a_revision(place):
         assert store.add([entry_of(later, unit="A1")]) == Added(revised=1)
         assert store.runs().columns()["revision"] == [2]
         assert store.runs(Chosen(history=True)).columns()["revision"] == [1, 2]
-        [(_, current)] = store.results()
-        assert current["channels"] == later["channels"]
+        [(row, _)] = store.results()
+        assert store.content(row["id"])["channels"] == later["channels"]
 
 
 def test_several_revisions_in_one_batch(place):

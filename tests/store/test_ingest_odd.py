@@ -43,7 +43,7 @@ def test_odd_names(place, name):
         )
         [(row, found)] = store.results(Chosen(units=(name,)))
         assert row["unit"] == name.strip()
-        assert found["source"]["path"] == f"{name}.csv"
+        assert found.source.path == f"{name}.csv"
 
 
 def test_characters_that_databases_refuse(place):
@@ -52,7 +52,7 @@ def test_characters_that_databases_refuse(place):
     with Store(place) as store:
         assert store.add([entry_of(one, unit="A\0"), entry_of(other, unit="B")]) == Added(new=2)
         assert store.runs().columns()["unit"] == ["A\\0", "B"]
-        assert [found["source"]["path"] for _, found in store.results()] == ["a\0b.csv", "caf\udce9.csv"]
+        assert [found.source.path for _, found in store.results()] == ["a\0b.csv", "caf\udce9.csv"]
 
 
 @pytest.mark.parametrize(("content", "names", "told"), [
@@ -76,7 +76,7 @@ def test_more_samples_than_32_bits_hold(place):
     with Store(place) as store:
         store.add([entry_of(one, unit="A")])
         [(row, found)] = store.results()
-    assert found["channels"]["gyro_x"]["samples"] == 2**31 + 5
+    assert found["gyro_x"].n == 2**31 + 5
     assert row["duration"] == pytest.approx((2**31 + 5) / 100, rel=1e-12)
 
 
@@ -88,8 +88,8 @@ def test_absent_values_are_null(place):
         store.add([entry_of(one, unit="A")])
         runs = store.runs().columns()
         assert (runs["recorded"], runs["temperature"], runs["model"]) == ([None], [None], [None])
-        [(_, found)] = store.results()
-        assert found == one
+        (row_id,) = runs["id"]
+        assert store.content(row_id) == one
         rows = store.coefficients(term="bias_instability").columns()
         limits = [
             (x, low) for x, low, limit in zip(rows["value"], rows["low"], rows["upper_limit"], strict=True) if limit

@@ -118,7 +118,7 @@ def test_previous_schema(old):
         assert set(names) == {*tables.metadata.tables, "alembic_version"}  # nothing is left of the migration
         assert store.runs(Chosen(history=True)).columns()["revision"] == [1, 1, 2, 1]
         until = Chosen(until=datetime(2026, 1, 4), history=True)  # noqa: DTZ001  UTC
-        assert [one for _, one in store.results(until)] == results[:3]
+        assert [store.content(row["id"]) for row, _ in store.results(until)] == results[:3]
         with pytest.raises(DataError, match="damaged"):
             list(store.results())
         assert store.versions(options_key({})) == {"day1.csv": ""}
@@ -153,7 +153,7 @@ def test_runs_told_apart_by_words_of_conversions(of_version_2):
             ("day1.csv", 1), ("day1.csv", 2), ("day2.csv", 1), ("day3.csv", 1), ("in memory", 1),
         ]  # fmt: skip
         assert sorted(store.runs().columns()["run"]) == ["day1.csv", "day2.csv", "day3.csv", "in memory"]
-        stored = [(row, content) for row, content in store.results()]
+        stored = [(row, store.content(row["id"])) for row, _ in store.results()]
         for row, content in stored:
             names = {"unit": row["unit"], "name": row["run"], "recorded": row["recorded"]}
             assert store.add([entry_of(content, **names)]) == Added(known=1)

@@ -283,9 +283,10 @@ def show_command(
     with opened(store) as opened_store:
         row, result = opened_store.latest(unit, run=run)
         findings = opened_store.findings(row["id"])
+        content = opened_store.content(row["id"]) if json is not None else None
     from sigmatau.store.text import result_text
 
-    write_result(result_text(row, result), result if json is not None else None, json)
+    write_result(result_text(row, result), content, json)
     for severity, message in findings:
         say(f"{severity}: {message}")
     return 0

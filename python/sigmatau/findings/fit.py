@@ -247,7 +247,7 @@ class SecondExplanation(Details, code="second_explanation"):
     other_warm_up : float or None
         Time constant of a warm-up in the other model. [s]
     other_exponent : float or None
-        Exponent α of the bias instability of the other model, whose density is f^−α.
+        Exponent α of the bias instability of the other model, whose density is f^−α. [1]
     other_filter : float or None
         Corner of a filter of first order in the other model, behind which is its random walk. [Hz]
     """

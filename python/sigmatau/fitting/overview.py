@@ -11,7 +11,7 @@ from sigmatau.fitting.fitted_noise import Trust
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import duration_text, two_digits, value_error_text
+from sigmatau.results import duration_text, two_digits, value_error_text, value_error_texts
 
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
@@ -126,9 +126,9 @@ def _with_sides(term: FittedTerm, factor: float, *, short: bool) -> str:
     if short:
         return value_error_text(value, max(below, above)).replace(" ", "")
     if max(below, above) <= min(_EVEN * min(below, above), 0.95 * abs(value)):
-        text = value_error_text(value, max(below, above))
-        if len(set(text.split(" ± "))) == 2:  # not 10 ± 10 of 10.4 ± 9.7
-            return text
+        rounded = value_error_texts(value, max(below, above))
+        if rounded[0] != rounded[1]:  # not 10 ± 10 of 10.4 ± 9.7
+            return " ± ".join(rounded)
     decimals = 1 - math.floor(math.log10(max(below, above)))
     digits = max(decimals, 0)
     texts = [f"{round(number, decimals):.{digits}f}" for number in (value, below, above)]

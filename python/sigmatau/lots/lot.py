@@ -26,7 +26,7 @@ from sigmatau.lots.lot_unit import UnitResult, unit_of, without_result
 
 Undecided = Literal["not-judged", "pass", "fail"]
 FailOn = Literal["warning"]
-Result = Analysis | Mapping[str, Any] | str | Path | Exception
+Result = Analysis | FailedAnalysis | Mapping[str, Any] | str | Path | Exception
 
 _CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "implausible_unit")
 _OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` decides on

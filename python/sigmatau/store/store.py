@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sqlalchemy.engine import Connection
 
     from sigmatau.analysis import Analysis
+    from sigmatau.analysis.failed import FailedAnalysis
     from sigmatau.lots.comparison import By, RunComparison
     from sigmatau.store.from_files import FilesAdded
     from sigmatau.store.naming import Naming
@@ -329,7 +330,7 @@ class Store:
             raise DataError("the store has no run with coefficients of this kind")
         return compare_table(table, by=by, level=level)
 
-    def latest(self, unit: str, *, run: str | None = None) -> tuple[Mapping[str, Any], dict[str, Any]]:
+    def latest(self, unit: str, *, run: str | None = None) -> tuple[Mapping[str, Any], Analysis | FailedAnalysis]:
         """The latest run of a unit that has coefficients, or else its latest run, with the result.
 
         Parameters
@@ -343,14 +344,15 @@ class Store:
         -------
         row : mapping
             The row of the run, as in `runs`.
-        result : dict
-            The stored result.
+        result : Analysis or FailedAnalysis
 
         Raises
         ------
         DataError
-            If there is no such unit, or no such run.
+            If there is no such unit, or no such run, or if its result cannot be read.
         """
+        from sigmatau.analysis.reading import result_of_dict
+
         rows = _rows(self.runs(Chosen(units=(unit,), pattern=False)))
         if not rows:
             raise DataError(f"the store has no unit {unit!r}; sigmatau store list shows its units")
@@ -358,11 +360,31 @@ class Store:
         if not named:
             raise DataError(f"unit {unit} has no run {run!r}; its runs: {', '.join(row['run'] for row in rows[:10])}")
         row = max(named, key=_order)
-        with self._read() as connection:
-            ((_, result),) = contents(connection, [row["id"]])
-        return row, result
+        return row, result_of_dict(self.content(row["id"]))
 
-    def units_latest(self, chosen: Chosen | None = None) -> dict[str, dict[str, Any]]:
+    def content(self, run_id: int) -> dict[str, Any]:
+        """The JSON form of a result as it was added, with what only the version that wrote it has.
+
+        Parameters
+        ----------
+        run_id : int
+            The column `id` of `runs`.
+
+        Returns
+        -------
+        dict
+
+        Raises
+        ------
+        DataError
+            If there is no such run, or if its content is damaged.
+        """
+        with self._read() as connection:
+            for _, content in contents(connection, [run_id]):
+                return content
+        raise DataError(f"the store has no run with the number {run_id}")
+
+    def units_latest(self, chosen: Chosen | None = None) -> dict[str, Analysis | FailedAnalysis]:
         """The latest result of each unit, in the order of the units' first records.
 
         A failure is a result too, because an earlier measurement does not describe the unit now. Results without a time
@@ -375,14 +397,22 @@ class Store:
 
         Returns
         -------
-        dict of str to dict
-            By unit, the result as it was added.
+        dict of str to (Analysis or FailedAnalysis)
+            By unit. A result that cannot be read is a failure.
         """
+        from sigmatau.analysis.failed import FailedAnalysis
+        from sigmatau.analysis.reading import result_of_dict
         from sigmatau.store import queries
+
+        def read(content: dict[str, Any]) -> Analysis | FailedAnalysis:
+            try:
+                return result_of_dict(content)
+            except DataError as error:
+                return FailedAnalysis.of(error, "")
 
         with self._read() as connection:
             latest = {name: key for key, name, _ in connection.execute(queries.in_order(chosen))}
-            found = dict(contents(connection, [*latest.values()]))
+            found = {key: read(content) for key, content in contents(connection, [*latest.values()])}
         return {name: found[key] for name, key in latest.items()}
 
     def findings(self, run_id: int) -> list[tuple[str, str]]:
@@ -402,8 +432,8 @@ class Store:
         with self._read() as connection:
             return [(severity, message) for severity, message in connection.execute(queries.findings(run_id))]
 
-    def results(self, chosen: Chosen | None = None) -> Iterator[tuple[Mapping[str, Any], dict[str, Any]]]:
-        """Each run, as in `runs`, with its result as it was added.
+    def results(self, chosen: Chosen | None = None) -> Iterator[tuple[Mapping[str, Any], Analysis | FailedAnalysis]]:
+        """Each run, as in `runs`, with its result.
 
         Parameters
         ----------
@@ -414,16 +444,17 @@ class Store:
         ------
         row : mapping
             The row of the run, as in `runs`.
-        result : dict
-            The stored result.
+        result : Analysis or FailedAnalysis
         """
+        from sigmatau.analysis.reading import result_of_dict
+
         rows = _rows(self.runs(chosen))
         for at in range(0, len(rows), READ):
             part = rows[at : at + READ]
             with self._read() as connection:
                 found = dict(contents(connection, [row["id"] for row in part]))
             for row in part:
-                yield row, found[row["id"]]
+                yield row, result_of_dict(found[row["id"]])
 
 
 def _rows(table: Table) -> list[dict[str, Any]]:

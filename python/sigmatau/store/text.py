@@ -7,11 +7,14 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+from sigmatau.analysis.failed import FailedAnalysis
 from sigmatau.lots.runs import MEAN, SIGNED
-from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.noise.terms import display_units
 from sigmatau.results import lines_text, two_digits
 
 if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
+    from sigmatau.fitting.noise_fit import NoiseFit
     from sigmatau.store.trend import ChannelTrend, Drift, InPeriod, Trend
 
 
@@ -103,7 +106,7 @@ def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
     return f"{slope}, p = {two_digits(drift.p_value)}: {said} ({count})"
 
 
-def result_text(row: Mapping[str, Any], result: Mapping[str, Any]) -> str:
+def result_text(row: Mapping[str, Any], result: Analysis | FailedAnalysis) -> str:
     """A run in a line, and its coefficients with intervals, a row a channel and term."""
     head = [
         f"{row['unit']}: {row['run']}",
@@ -113,28 +116,20 @@ def result_text(row: Mapping[str, Any], result: Mapping[str, Any]) -> str:
     head += [f"{row['temperature']:g} °C"] if row["temperature"] is not None else []
     head += [f"{row['duration']:g} s"] if row["duration"] is not None else []
     lines = [", ".join(part for part in head if part)]
-    if row["state"] == "failed":
-        return lines_text([*lines, f"failed: {row['message']}"])
+    if isinstance(result, FailedAnalysis):
+        return lines_text([*lines, f"failed: {result.message}"])
     rows = [("channel", "term", "value", "interval", "unit", "verdict", "trust")]
-    for name, channel in result["channels"].items():
-        fitted = channel.get("fit") or {}
-        for term, one in fitted.get("terms", {}).items():
-            if term in TERMS:
-                rows.append((name, term, *_number(term, one, channel), fitted["verdict"], channel.get("trust", "")))
-    return lines_text(
-        [
-            *lines,
-            *(aligned(rows) if len(rows) > 1 else [_WITHOUT_FIT.get(row["state"], "no fit")]),
-        ]
-    )
+    for name, fitted in result.fits.items():
+        rows += [(name, term, *_number(term, fitted), fitted.verdict, fitted.trust or "") for term in fitted.terms]
+    return lines_text([*lines, *(aligned(rows) if len(rows) > 1 else [_WITHOUT_FIT.get(row["state"], "no fit")])])
 
 
-def _number(term: str, one: Mapping[str, Any], channel: Mapping[str, Any]) -> tuple[str, str, str]:
-    """Value, interval and unit."""
-    unit, size = usual_unit(term, channel["quantity"], channel["curve"]["unit"])
-    if one.get("value") is None:
-        limit = one.get("upper_limit")
-        return ("" if limit is None else f"below {limit / size:.2g}"), "", unit
-    if one.get("low") is None or one.get("high") is None:
-        return f"{one['value'] / size:.4g}", "no interval", unit
-    return f"{one['value'] / size:.4g}", f"[{one['low'] / size:.4g}, {one['high'] / size:.4g}]", unit
+def _number(name: str, fitted: NoiseFit) -> tuple[str, str, str]:
+    """Value, interval and unit of a term."""
+    unit, size = usual_unit(name, fitted.quantity, fitted.rate_unit)
+    term = fitted.terms[name]
+    if term.value is None:
+        return ("" if term.upper_limit is None else f"below {term.upper_limit / size:.2g}"), "", unit
+    if term.low is None or term.high is None:
+        return f"{term.value / size:.4g}", "no interval", unit
+    return f"{term.value / size:.4g}", f"[{term.low / size:.4g}, {term.high / size:.4g}]", unit

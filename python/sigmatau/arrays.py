@@ -30,11 +30,16 @@ def freeze(result: object, *names: str, dtype: DTypeLike | None = None, copy: bo
     """
     for name in names:
         given = getattr(result, name)
-        if given is None:
+        if given is None or (not copy and _is_frozen(given, dtype)):
             continue
         array = np.array(given, dtype=dtype) if copy else np.asarray(given, dtype=dtype).view()
         array.setflags(write=False)
         object.__setattr__(result, name, array)
+
+
+def _is_frozen(given: object, dtype: DTypeLike | None) -> bool:
+    """Whether a field is a read-only array of the type already."""
+    return isinstance(given, np.ndarray) and not given.flags.writeable and dtype in (None, given.dtype)
 
 
 def median(x: NDArray[np.float64]) -> float:

@@ -36,6 +36,10 @@ from sigmatau.record.mask import ChannelMask, ExcludedSpan, stretches_of_runs
 from sigmatau.record.record import Provenance
 from sigmatau.record.streams import RATES
 
+_COUNTS, _POINTS = np.empty(0, dtype=np.int64), np.empty(0)  # of a curve that is not read
+for _column in (_COUNTS, _POINTS):
+    _column.setflags(write=False)
+
 _MOST_SAMPLES = 2**53  # whole numbers that a float holds exactly
 
 
@@ -288,10 +292,9 @@ def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> Devi
 
 def _without_points(name: str, channel: forms.ChannelForm, form: forms.CurveForm, tau0: float) -> DeviationCurve:
     """The curve of which only the unit is read."""
-    counts, points = np.empty(0, dtype=np.int64), np.empty(0)
     return DeviationCurve(
-        channel=name, quantity=channel.quantity, unit=form.unit, n=channel.samples, tau0=tau0, m=counts, tau=points,
-        avar=points, n_pairs=counts, ramp=points, overlap="full", counting=form.counting, edf=None, stride=None, missing=0,
+        channel=name, quantity=channel.quantity, unit=form.unit, n=channel.samples, tau0=tau0, m=_COUNTS, tau=_POINTS,
+        avar=_POINTS, n_pairs=_COUNTS, ramp=_POINTS, overlap="full", counting=form.counting, edf=None, stride=None, missing=0,
     )  # fmt: skip
 
 
@@ -330,7 +333,7 @@ def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit
         tau_min=form.tau_min_s,
         tau_max=form.tau_max_s,
         p_value=form.p_value,
-        covariance=_covariance(form.covariance or forms.CovarianceForm()),
+        covariance=_NO_COVARIANCE if form.covariance is None else _covariance(form.covariance),
         level=next((term.level for term in terms.values()), 0.95),
         method=form.method,
         runs=form.runs_s,
@@ -376,6 +379,9 @@ def _filter(form: forms.FilterForm, tau0: float, rate: float | None) -> FittedFi
         analog=form.analog,
         of_white=form.of_white,
     )
+
+
+_NO_COVARIANCE = Covariance()
 
 
 def _covariance(form: forms.CovarianceForm) -> Covariance:

@@ -1,0 +1,100 @@
+"""Calls from one file of the package to another: how much of the package a piece of work goes through.
+
+    python -m benches.crossings
+
+counts those of `analyze` of a simulated log of six axes, and of the export of its result to Kalibr. A call counts if its
+caller, the nearest function of the package below it, is in another file. The counts do not depend on other load, and not
+on the length of the record; ``tests/test_crossings.py`` holds their limits.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import NamedTuple
+
+import sigmatau
+from sigmatau.analysis import Analysis
+from sigmatau.record.record import Record
+
+_PACKAGE = str(Path(sigmatau.__file__).parent)
+
+ANALYZE_LIMIT = 1736
+"""Crossings of `analyze`, at most: half of what a result that crossed the package as JSON needed, 3472."""
+
+KALIBR_LIMIT = 348
+"""Crossings of an export of four numbers, at most: half of 697."""
+
+
+class Traced(NamedTuple):
+    """What a call goes through in the package."""
+
+    files: int
+    functions: int
+    crossings: int
+    calls: int
+
+
+def trace(work: Callable[[], object]) -> Traced:
+    """Count what a call goes through, in its own thread.
+
+    Parameters
+    ----------
+    work : callable
+        Called once. What it imports for the first time is counted too.
+
+    Returns
+    -------
+    Traced
+    """
+    files, functions = set[str](), set[tuple[str, str]]()
+    calls = crossings = 0
+
+    def count(frame: FrameType, event: str, _: object) -> None:
+        nonlocal calls, crossings
+        file = frame.f_code.co_filename
+        if event != "call" or not file.startswith(_PACKAGE):
+            return
+        calls += 1
+        files.add(file)
+        functions.add((file, frame.f_code.co_qualname))
+        caller = frame.f_back
+        while caller is not None and not caller.f_code.co_filename.startswith(_PACKAGE):
+            caller = caller.f_back
+        crossings += caller is not None and caller.f_code.co_filename != file
+
+    sys.setprofile(count)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return Traced(len(files), len(functions), crossings, calls)
+
+
+def simulated() -> Record:
+    """Simulate the log: 20 minutes of six axes at 50 Hz, with a random walk and a bias instability."""
+    walks = {"gyro": 1e-4, "accel": 1e-3}
+    channels = {
+        f"{sensor}_{axis}": {"random_walk": walk, "bias_instability": 1e-5}
+        for sensor, walk in walks.items()
+        for axis in "xyz"
+    }
+    return sigmatau.simulate(sigmatau.NoiseModel(channels=channels), duration=1200, rate=50, rng=1)
+
+
+def counted() -> dict[str, Traced]:
+    """Trace both pieces of work, each after it was done once."""
+    record = simulated()
+    analysis: Analysis = sigmatau.analyze(record, threads=1)
+    analysis.export(to="kalibr")
+    return {
+        "analyze": trace(lambda: sigmatau.analyze(record, threads=1)),
+        "kalibr": trace(lambda: analysis.export(to="kalibr")),
+    }
+
+
+if __name__ == "__main__":
+    for name, traced in counted().items():
+        print(name, *(f"{count} {what}" for what, count in traced._asdict().items()))

@@ -294,7 +294,8 @@ def _without_points(name: str, channel: forms.ChannelForm, form: forms.CurveForm
     """The curve of which only the unit is read."""
     return DeviationCurve(
         channel=name, quantity=channel.quantity, unit=form.unit, n=channel.samples, tau0=tau0, m=_COUNTS, tau=_POINTS,
-        avar=_POINTS, n_pairs=_COUNTS, ramp=_POINTS, overlap="full", counting=form.counting, edf=None, stride=None, missing=0,
+        avar=_POINTS, n_pairs=_COUNTS, ramp=_POINTS, overlap="full", counting=form.counting, edf=None, stride=None,
+        missing=0,
     )  # fmt: skip
 
 

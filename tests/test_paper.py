@@ -7,10 +7,22 @@ import re
 import numpy as np
 import pytest
 from studies.paper import days, rows
-from studies.paper.decoding import DECODED, Decoded, decoded, half_octaves, longest_time, reproducing_times, undecoded
+from studies.paper.decoding import (
+    DECODED,
+    Decoded,
+    decoded,
+    expected_hits,
+    longest_time,
+    reproducing_share,
+    reproducing_sizes,
+    reproducing_times,
+    significant_digits,
+    undecoded,
+)
 from studies.paper.figures import FIG_12_RATES, fig_12_logs, term_figure
-from studies.paper.tables import DAYS, NAMES, PRINTED, STD, day_model, model, truth
-from studies.paper.write import PAGES, made
+from studies.paper.notebook import NOTEBOOK
+from studies.paper.tables import DAYS, NAMES, PAGES, PRINTED, STD, day_model, model, truth
+from studies.paper.write import made
 from studies.runner import seed_of
 
 import sigmatau as st
@@ -94,7 +106,7 @@ class TestPlusMinus:
     @pytest.mark.parametrize("cell", [c for c in PRINTED if decoded(c)], ids=lambda c: f"{c.unit} {c.channel} {c.term}")
     def test_decoded_to_the_printed_digit(self, cell):
         assert decoded(cell)[2] == cell.printed_error
-        assert DECODED[cell.unit, cell.channel, cell.term] in half_octaves(cell)
+        assert DECODED[cell.unit, cell.channel, cell.term] in reproducing_sizes(cell)
 
     def test_the_same_cells_as_the_known_answers(self):
         import known
@@ -105,16 +117,37 @@ class TestPlusMinus:
             key = names[unit], f"{sensor}_{axis.lower()}", "rate_ramp" if term == "ramp" else term.replace(" ", "_")
             cell = next(c for c in PRINTED if (c.unit, c.channel, c.term) == key)
             assert (cell.value, cell.error, cell.samples) == (value, printed, n)
+            if m & (m - 1):  # between two powers of 2: no more than chance
+                assert Decoded(m, rounded) in reproducing_sizes(cell, per_octave=2)
+                assert key not in DECODED
+                continue
             assert DECODED[key].size == m
-            assert Decoded(m, rounded) in half_octaves(cell)
+            assert Decoded(m, rounded) in reproducing_sizes(cell)
 
     def test_the_others_have_none(self):
-        assert len(DECODED) == 26
-        assert len(list(undecoded())) == 8
-        assert not any(half_octaves(cell) for cell in undecoded())
+        assert len(DECODED) == 25
+        assert len(list(undecoded())) == 9
+        assert not any(reproducing_sizes(cell) for cell in undecoded())
         for cell in undecoded():
             low, high = reproducing_times(cell)
             assert low < longest_time(cell) < high
+
+    @pytest.mark.parametrize("cell", PRINTED, ids=lambda c: f"{c.unit} {c.channel} {c.term}")
+    def test_share_of_octaves_that_give_the_error(self, cell):
+        """Without rounding it is the length of `reproducing_times` in octaves, up to half the record."""
+        low, high = reproducing_times(cell)
+        octaves = min(np.log2(min(high, 3600) / low), 1)
+        assert reproducing_share(cell, rounding=False) == pytest.approx(octaves, abs=3e-3)
+        assert reproducing_share(cell, rounding=True) >= reproducing_share(cell, rounding=False)
+
+    def test_chance(self):
+        """The powers of 2 are no chance; sizes between them, and ± with one digit, are."""
+        found = expected_hits(PRINTED, rounding=False)
+        assert (found.hits, found.cells) == (22, 34)
+        assert found.mean == pytest.approx(8.75, abs=0.1)
+        assert found.p_value < 1e-8
+        coarse = expected_hits([c for c in PRINTED if significant_digits(c) == 1], rounding=True)
+        assert coarse.hits - coarse.mean < 3 * coarse.std
 
 
 class TestDays:
@@ -206,8 +239,8 @@ def test_the_notebook():
     import matplotlib as mpl
 
     mpl.use("Agg")
-    cells = json.loads((PAGES / "paper.ipynb").read_text(encoding="utf-8"))["cells"]
-    scope, displays = {}, []
+    cells = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
+    scope, displays, texts = {}, [], []
     for cell in (cell for cell in cells if cell["cell_type"] == "code"):
         assert max(len(line.rstrip()) for line in cell["source"]) <= 100
         tree = ast.parse("".join(cell["source"]))
@@ -215,6 +248,13 @@ def test_the_notebook():
         exec(compile(tree, "notebook", "exec"), scope)
         if last is not None:
             displays.append(eval(compile(ast.Expression(last.value), "notebook", "eval"), scope))
+            (stored,) = cell["outputs"]
+            texts.append("".join(stored["data"]["text/plain"]))
+    assert texts[:2] == ["Figure", "Figure"]
+    assert texts[3:] == [
+        repr(value) for value in displays[3:]
+    ]  # of the table, ends of intervals depend on the processor
+    assert texts[2].splitlines()[0] == repr(displays[2]).splitlines()[0]
     figures, unit, table, counted, std, effects = displays
     assert len([ax for ax in figures.axes if ax.get_visible()]) == 5
     assert len(unit.axes) == 2

@@ -127,6 +127,50 @@ def test_the_random_walk_of_the_cimu_has_quantization_in_it():
     assert sigma * np.sqrt(2**18 * 0.005) / n == pytest.approx(1.126, abs=5e-4)
 
 
+def test_the_random_walk_of_the_cimu_if_it_was_read_at_1311_s():
+    """σ²T = N² + 3Q²/T; the line through the curve there has 0.0015 deg/√h."""
+    q, read, tau = to_si(0.973, "arcsec"), to_si(0.0015, "deg/sqrt(h)"), 2**18 * 0.005
+    n = math.sqrt(read**2 - 3 * q**2 / tau)
+    sigma2 = sum(
+        avar(term, value, m=[2**18], tau0=0.005)[0] for term, value in (("quantization", q), ("random_walk", n))
+    )
+    assert math.sqrt(sigma2 * tau) == pytest.approx(read, rel=1e-12)
+    assert n / to_si(1, "deg/sqrt(h)") == pytest.approx(0.00128, abs=5e-6)
+    assert 0.33 > 1 - n / read > 0.14
+
+
+def test_flicker_angle_noise_has_a_logarithm():
+    """The law of NIST SP 1065, 1.038 + 3 ln(2πf_h τ), from sums of the phase autocovariance in place of the integral."""
+    assert 3 * np.euler_gamma - math.log(2) == pytest.approx(1.038, abs=1e-3)
+    x = np.linspace(1e-9, 50 * math.pi, 2_000_001)
+    integral = np.trapezoid(np.sin(x) ** 4 / x, x)
+    assert 8 * integral == pytest.approx(3 * math.log(100 * math.pi) + 1.0385, abs=2e-3)
+
+
+def test_59_g_of_noise_if_the_quantization_were_in_m_per_s():
+    sigma = {
+        unit: math.sqrt(avar("quantization", si, m=[1], tau0=0.005)[0]) / 9.80665
+        for unit, si in (("m/s", 1.68), ("/3600", 1.68 / 3600))
+    }
+    assert sigma["m/s"] == pytest.approx(59.3, abs=0.1)
+    assert sigma["/3600"] == pytest.approx(0.0165, abs=1e-4)
+
+
+def test_table_v_is_the_coefficient_by_the_crossing_at_10_s():
+    level = TERMS["bias_instability"].level
+    for n, b in ((0.512, 13.6), (0.486, 11.7), (0.489, 16.8)):
+        walk, flat = to_si(n, "deg/sqrt(h)"), to_si(b, "deg/h")
+        assert 6.8 < (walk / (level * flat)) ** 2 < 14.2
+        assert 3 < (walk / flat) ** 2 < 6.3
+
+
+def test_1_deg_per_root_hour_is_a_two_sided_density():
+    n = to_si(1, "deg/sqrt(h)")
+    assert round(n, 5) == 2.9e-4
+    assert psd("random_walk", n, [1.0])[0] == pytest.approx(n**2)
+    assert math.sqrt(2) * n == pytest.approx(4.1e-4, abs=5e-6)
+
+
 def test_a_valley_without_flicker_noise():
     n, k = 1e-3, 1e-5
     tau = np.geomspace(1, 1e5, 20_001)

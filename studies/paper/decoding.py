@@ -1,11 +1,13 @@
-"""Where the paper's ± come from: eq. (26) at one cluster size per cell, rounded or not, to the printed digit."""
+"""Where the paper's ± come from: eq. (26) at a power of 2 per cell, rounded or not, and how often chance gives as much."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
+
+import numpy as np
 
 from sigmatau.noise.uncertainty import percentage_error
 from studies.paper.tables import PRINTED, RATES, Cell
@@ -13,10 +15,14 @@ from studies.paper.tables import PRINTED, RATES, Cell
 __all__ = [
     "DECODED",
     "Decoded",
+    "Expected",
     "decoded",
-    "half_octaves",
+    "expected_hits",
     "longest_time",
+    "reproducing_share",
+    "reproducing_sizes",
     "reproducing_times",
+    "significant_digits",
     "to_digits",
     "undecoded",
 ]
@@ -36,7 +42,7 @@ def _of(size: int, *, rounded: bool = False) -> Decoded:
     return Decoded(size, rounded)
 
 
-# By unit, channel and term. 2^10.5 = 1448 shows that the curve had half octaves.
+# By unit, channel and term. Sizes between the powers of 2 are not supported: see `expected_hits`.
 DECODED: Mapping[tuple[str, str, str], Decoded] = {
     ("cimu", "gyro_x", "quantization"): _of(2**14, rounded=True),
     ("cimu", "gyro_y", "quantization"): _of(2**12),
@@ -46,7 +52,6 @@ DECODED: Mapping[tuple[str, str, str], Decoded] = {
     **{("cimu", f"gyro_{axis}", "random_walk"): _of(2**18) for axis in "xyz"},
     **{("cimu", f"accel_{axis}", "rate_ramp"): _of(2**18) for axis in "xy"},
     ("hg1700", "gyro_x", "quantization"): _of(2**8),
-    ("hg1700", "accel_x", "quantization"): _of(1448),
     ("hg1700", "accel_y", "quantization"): _of(2**12),
     ("hg1700", "accel_z", "quantization"): _of(2**10),
     ("hg1700", "gyro_x", "random_walk"): _of(2**17),
@@ -71,7 +76,7 @@ def decoded(cell: Cell) -> tuple[Decoded, float, str] | None:
 
 
 def undecoded() -> Iterator[Cell]:
-    """Cells whose error no cluster size of a half octave gives, see `reproducing_times`."""
+    """Cells whose error no power of 2 gives, see `reproducing_times`."""
     return (cell for cell in PRINTED if (cell.unit, cell.channel, cell.term) not in DECODED)
 
 
@@ -99,14 +104,59 @@ def longest_time(cell: Cell) -> float:
     return math.sqrt(low * high)
 
 
-def half_octaves(cell: Cell) -> list[Decoded]:
-    """Cluster sizes 2^(k/2) below half the record that give the printed error of a cell, with δ rounded or not."""
+def significant_digits(cell: Cell) -> int:
+    """Significant digits of the printed error."""
+    return len(Decimal(cell.printed_error).as_tuple().digits)
+
+
+def reproducing_sizes(cell: Cell, *, per_octave: int = 1) -> list[Decoded]:
+    """Cluster sizes 2^(k/per_octave) up to half the record that give the printed error, with δ rounded or not."""
     found = []
-    for k in range(2 * int(math.log2(cell.samples / 2)) + 1):
-        size = round(2 ** (k / 2))
+    for k in range(per_octave * int(math.log2(cell.samples / 2)) + 1):
+        size = round(2 ** (k / per_octave))
         delta = float(percentage_error(cell.samples, size)[0])
-        for rounded in (False, True):
-            error = cell.value * (round(delta, _TENTH_OF_A_PERCENT) if rounded else delta)
-            if Decimal(to_digits(error, cell.decimals)) == Decimal(cell.printed_error):
-                found.append(Decoded(size, rounded))
+        found += [Decoded(size, rounded) for rounded in (False, True) if _reproduces(cell, delta, rounded=rounded)]
     return found
+
+
+def _reproduces(cell: Cell, delta: float, *, rounded: bool) -> bool:
+    error = cell.value * (round(delta, _TENTH_OF_A_PERCENT) if rounded else delta)
+    return Decimal(to_digits(error, cell.decimals)) == Decimal(cell.printed_error)
+
+
+_STARTS = 500  # of octaves; more change the sums by less than 0.05
+
+
+def reproducing_share(cell: Cell, *, rounding: bool, per_octave: int = 1) -> float:
+    """Probability that sizes in steps of 2^(1/per_octave) from a random start contain one that gives the printed error.
+
+    `rounding`: δ may be rounded to 0.1 % first.
+    """
+    steps = np.arange(per_octave * math.log2(cell.samples / 2))
+    hits = 0
+    for start in (np.arange(_STARTS) + 0.5) / _STARTS:
+        delta = 1 / np.sqrt(2 * (cell.samples / 2 ** ((steps + start) / per_octave) - 1))  # (26)
+        hits += any(_reproduces(cell, float(x), rounded=way) for x in delta for way in {False, rounding})
+    return hits / _STARTS
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """How many cells a set of cluster sizes reproduces, and how many are expected by chance."""
+
+    hits: int
+    cells: int
+    mean: float
+    std: float
+    p_value: float  # probability of as many hits by chance
+
+
+def expected_hits(cells: Sequence[Cell], *, rounding: bool) -> Expected:
+    """Cells that a power of 2 reproduces, and the number that octaves from a random start reproduce."""
+    share = [reproducing_share(cell, rounding=rounding) for cell in cells]
+    hits = sum(any(rounding or not one.rounded for one in reproducing_sizes(cell)) for cell in cells)
+    counts = np.ones(1)  # probability of each number of hits
+    for p in share:
+        counts = np.convolve(counts, [1 - p, p])
+    spread = math.sqrt(sum(p * (1 - p) for p in share))
+    return Expected(hits, len(cells), sum(share), spread, float(counts[hits:].sum()))

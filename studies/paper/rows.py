@@ -13,7 +13,15 @@ from sigmatau.lots.repeatability import JUDGEMENTS, RandomEffects, random_effect
 from sigmatau.noise.terms import TERMS, aliasing_inflation
 from sigmatau.units import to_si
 from studies.paper.days import FIG_12, NAVIGATION, Found, cell_name
-from studies.paper.decoding import decoded, half_octaves, reproducing_times, undecoded
+from studies.paper.decoding import (
+    decoded,
+    expected_hits,
+    reproducing_share,
+    reproducing_sizes,
+    reproducing_times,
+    significant_digits,
+    undecoded,
+)
 from studies.paper.tables import DAYS, NAMES, PRINTED, RATES, STD, TITLES, Cell, truth
 
 __all__ = ["LEAST_INSIDE", "TABLES_OF", "Counted", "covered", "laid_within", "std_rows", "table"]
@@ -135,30 +143,66 @@ def unit_table(days: Days, unit: str) -> str:
 
 def plus_minus_table() -> str:
     """Every ± of Tables II, IV and V with the cluster size behind it."""
-    head = ("table", "coefficient", "value", "printed ±", "n", "τ [s]", "δ, eq. (26)", "rounded first", "value · δ")
+    head = (
+        "table",
+        "coefficient",
+        "value",
+        "printed ±",
+        "n",
+        "τ [s]",
+        "δ, eq. (26)",
+        "rounded first",
+        "value · δ",
+        "by chance",
+    )
     rows: list[tuple[str, ...]] = []
     for cell in PRINTED:
         found = decoded(cell)
         start = (TITLES[cell.unit], name_of(cell), cell.printed, cell.printed_error)
+        chance = f"{100 * reproducing_share(cell, rounding=True):.0f} %"
         if found is None:
-            rows.append((*start, "–", "–", "–", "–", "not explained"))
+            rows.append((*start, "–", "–", "–", "–", "not explained", chance))
             continue
         size, delta, text = found
-        power = math.log2(size.size)
-        n = f"2^{power:.0f}" if power == round(power) else f"2^{power:.1f} = {size.size}"
         rounded = f"to {round(100 * delta, 1):g} %" if size.rounded else "no"
-        rows.append((*start, n, f"{size.size / RATES[cell.unit]:.6g}", f"{100 * delta:.3g} %", rounded, text))
+        tau = f"{size.size / RATES[cell.unit]:.6g}"
+        rows.append((*start, f"2^{math.log2(size.size):.0f}", tau, f"{100 * delta:.3g} %", rounded, text, chance))
     explained = [cell for cell in PRINTED if decoded(cell)]
     agreeing = sum(found[2] == cell.printed_error for cell in explained if (found := decoded(cell)) is not None)
-    assert all(not half_octaves(cell) for cell in undecoded())
+    assert all(not reproducing_sizes(cell) for cell in undecoded())
     return (
-        f"{agreeing} of {len(PRINTED)} printed errors are eq. (26) at a cluster size of whole or half octaves, to the "
-        f"printed digit.\n\n{table(head, rows)}"
+        f"{agreeing} of {len(PRINTED)} printed errors are eq. (26) at a power of 2, to the printed digit.\n\n"
+        f"{table(head, rows)}"
     )
 
 
+def chance_table() -> str:
+    """How many ± the powers of 2 give, and how many octaves from a random start would give."""
+    plain = [cell for cell in PRINTED if significant_digits(cell) > 1]
+    coarse = [cell for cell in PRINTED if significant_digits(cell) == 1]
+    groups = (
+        ("all, δ as it is", PRINTED, False),
+        ("all, δ as it is or rounded to 0.1 %", PRINTED, True),
+        ("± with two or three digits, as it is or rounded", plain, True),
+        ("± with one digit, as it is or rounded", coarse, True),
+    )
+    rows = []
+    for name, cells, rounding in groups:
+        found = expected_hits(cells, rounding=rounding)
+        chance = f"{found.mean:.1f} ± {found.std:.1f}"
+        rows.append((name, f"{found.hits} of {found.cells}", chance, f"{found.p_value:.1g}"))
+    rest = [cell for cell in PRINTED if not any(not one.rounded for one in reproducing_sizes(cell))]
+    further = [cell for cell in rest if any(not one.rounded for one in reproducing_sizes(cell, per_octave=2))]
+    between = sum(reproducing_share(cell, rounding=False) for cell in rest)
+    text = (
+        f"The sizes halfway between the powers of 2 give {len(further)} further cell without rounding "
+        f"({', '.join(f'{TITLES[cell.unit]}, {name_of(cell)}' for cell in further)}); by chance {between:.1f} are expected."
+    )
+    return f"{table(('cells', 'reproduced', 'by chance', 'probability of as many by chance'), rows)}\n\n{text}"
+
+
 def unexplained_table() -> str:
-    """The ± that no cluster size of half octaves gives."""
+    """The ± that no power of 2 gives."""
     head = ("table", "coefficient", "printed", "τ that would give it [s]", "n there")
     rows = []
     for cell in undecoded():
@@ -366,6 +410,7 @@ def _tables() -> Iterator[tuple[str, Callable[[Days], str]]]:
     yield "navigation", navigation_text
     yield "coverage", coverage_table
     yield "plus-minus", lambda _: plus_minus_table()
+    yield "chance", lambda _: chance_table()
     yield "unexplained", lambda _: unexplained_table()
 
 

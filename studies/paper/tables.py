@@ -10,12 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib import resources
+from pathlib import Path
 
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.units import to_si
 
-__all__ = ["DAYS", "NAMES", "PRINTED", "RATES", "STD", "TABLES", "Cell", "day_model", "model", "truth"]
+__all__ = ["DAYS", "NAMES", "PAGES", "PRINTED", "RATES", "STD", "TABLES", "Cell", "day_model", "model", "truth"]
+
+PAGES = Path(__file__).resolve().parents[2] / "docs" / "paper"
 
 NAMES = {"cimu": "CIMU", "hg1700": "HG1700", "motionpak2": "MotionPak II"}
 TITLES = {"cimu": "II", "hg1700": "IV", "motionpak2": "V"}

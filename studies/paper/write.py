@@ -1,20 +1,18 @@
 """Fill the tables of docs/paper: ``make paper``, which then writes the outputs by tests/docs/pages.py.
 
-A page is its own template: ``<!-- made: NAME -->`` … ``<!-- end -->`` holds a table of `rows`.
+A page is its own template, as is the notebook: ``<!-- made: NAME -->`` … ``<!-- end -->`` holds a table of `rows`.
 """
 
 from __future__ import annotations
 
 import re
 import sys
-from pathlib import Path
 
-from studies.paper import days, figures
+from studies.paper import days, figures, notebook
 from studies.paper.rows import TABLES_OF, Days
+from studies.paper.tables import PAGES
 
 __all__ = ["PAGES", "made"]
-
-PAGES = Path(__file__).resolve().parents[2] / "docs" / "paper"
 
 _MADE = re.compile(r"^(<!-- made: ([\w -]+) -->\n).*?^(<!-- end -->)", flags=re.DOTALL | re.MULTILINE)
 
@@ -25,13 +23,15 @@ def made(page: str, found: Days) -> str:
 
 
 def main() -> None:
-    """Simulate what is not in the cache, draw the figures, and fill the tables of all pages."""
+    """Simulate what is not in the cache, draw the figures, fill the tables of all pages, and run the notebook."""
     days.save(days.results())
     found = days.load()
     figures.draw()
     for path in sorted(PAGES.glob("*.md")):
         sys.stderr.write(f"{path.name}\n")
         path.write_text(made(path.read_text(encoding="utf-8"), found), encoding="utf-8")
+    sys.stderr.write(f"{notebook.NOTEBOOK.name}\n")
+    notebook.write()
 
 
 if __name__ == "__main__":

@@ -174,14 +174,17 @@ class TestAnalyze:
         assert (code, err) == (2, "sigmatau: --style paper needs a figure, e.g. --plot p.pdf\n")
 
     def test_every_kind_of_fit_has_the_published_form(self, tmp_path, capsys):
-        """Adequate with a ramp, with a line, widened, too short."""
+        """Adequate with a ramp, with lines, widened beside a band that lacks power, too short."""
         schema = published()
         t = np.arange(2**16) / 100
         white = np.random.default_rng(2).standard_normal(2**16)
+        spectrum, frequency = np.fft.rfft(white), np.fft.rfftfreq(2**16, 0.01)
+        spectrum[(frequency > 0.5) & (frequency < 0.9)] *= 0.75
         cases = {
             "ramp": (white + 1e-2 * t, "adequate"),
             "line": (white + np.sin(2 * np.pi * 23.3 * t), "adequate_with"),
-            "lines": (white + 0.3 * np.sin(0.3 * t) + 0.3 * np.sin(2 * t), "widened"),
+            "lines": (white + 0.3 * np.sin(0.3 * t) + 0.3 * np.sin(2 * t), "adequate_with"),
+            "notch": (np.fft.irfft(spectrum), "widened"),
             "short": (white[:30], "too_short"),
         }
         for name, (y, verdict) in cases.items():

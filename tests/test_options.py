@@ -16,6 +16,7 @@ from conftest import ROOT
 from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.errors import OptionError
 from sigmatau.io.read.options import ReadOptions, TableOptions
+from sigmatau.lots.options import CompareOptions
 from sigmatau.options import declared, options_that_differ, stated
 from sigmatau.quality.inspect_options import InspectOptions
 
@@ -24,6 +25,7 @@ CALLS = {
     sigmatau.read: ReadOptions,
     sigmatau.from_frame: TableOptions,
     sigmatau.inspect: InspectOptions,
+    sigmatau.compare_runs: CompareOptions,
 }
 ADDED = """
     smoothing: float | None = field(

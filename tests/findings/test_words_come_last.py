@@ -13,7 +13,7 @@ FORMER = {"effect", "remedy"}
 TEXTS = {
     *("analysis/stages.py", "analysis/result.py", "exporting/export.py", "exporting/of_analysis.py"),
     "lots/lot_remark.py",
-    "store/rows.py",
+    *("store/rows.py", "store/text.py"),
 }  # errors, and remarks in files, that a person reads
 MODULES = [
     path

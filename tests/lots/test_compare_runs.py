@@ -137,7 +137,7 @@ class TestInMemory:
         by_axis = compare_runs(days, by="axis")
         assert by_axis.groups == ("",)
         assert by_axis["gyro_x", "random_walk"].k == DAYS
-        with pytest.raises(OptionError, match="unit, run or axis"):
+        with pytest.raises(OptionError, match="unit, run, axis"):
             compare_runs(days, by="day")
 
     def test_a_term_that_no_run_shows(self, days):

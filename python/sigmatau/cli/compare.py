@@ -22,10 +22,12 @@ from sigmatau.cli.options import (
     write_figure,
     write_result,
 )
+from sigmatau.cli.settings import Comparing
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
-from sigmatau.lots.comparison import By, RunComparison, compare_runs
+from sigmatau.lots.comparison import RunComparison, compare_runs
 from sigmatau.lots.comparison_text import overview, tables, unused_lines
+from sigmatau.lots.options import CompareOptions
 from sigmatau.results import csv_text
 
 _MOST_UNUSED = 10  # results that are named on the screen
@@ -35,14 +37,12 @@ _UNUSABLE = 1
 
 def compare_command(
     *results: Path,
-    by: Literal["unit", "run", "axis"] = "unit",
-    level: float = 0.95,
+    comparing: Comparing | None = None,
     table: Annotated[bool, Parameter(name=["--table", "--verbose", "-v"], negative=())] = False,
     plot: Path | None = None,
     style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     csv: Path | None = None,
-    jobs: int | None = None,
     store: str | None = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
     temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -59,10 +59,6 @@ def compare_command(
     results
         JSON or CSV files of analyze, or folders of them; or a table of values, a CSV with the columns run, channel, term,
         value, unit and error (1 sigma) or error_percent.
-    by
-        Compare the runs of each unit (unit), the units of each run (run), or all results of an axis (axis).
-    level
-        Confidence level of tests and intervals.
     table
         Print all values: one table for each sensor and term, runs as rows and axes as columns, as in the paper.
     plot
@@ -73,8 +69,6 @@ def compare_command(
         Write the comparison as JSON; - writes it to standard output instead of the table.
     csv
         Write one row for each group, channel and term as CSV in SI units.
-    jobs
-        Number of processes that read many files (default: all cores).
     store
         Compare the runs of this store in place of results: a SQLite file or postgresql://USER@HOST/NAME, see sigmatau
         store. Lines and filters (the clocks) are not compared.
@@ -97,8 +91,9 @@ def compare_command(
         raise OptionError("--temperature needs --store; results are chosen by name", option="temperature")
     if not results and store is None:
         raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
-    if jobs is not None and jobs < 1:
-        raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
+    options = CompareOptions(**(comparing or Comparing()).arguments())
+    if options.jobs is not None and options.jobs < 1:
+        raise OptionError(f"--jobs {options.jobs}: must be a number of processes, at least 1", option="jobs")
     results = matched(results)
     file = None if str(json) == "-" else json
     check_style(style, plot)
@@ -111,9 +106,9 @@ def compare_command(
     expect(plot, file)
     with working("reading results", quiet=quiet):
         comparison = (
-            compare_runs(results, by=by, level=level, jobs=jobs)
+            compare_runs(results, by=options.by, level=options.level, jobs=options.jobs)
             if store is None
-            else _of_store(store, unit or [], temperature, by, level)
+            else _of_store(store, unit or [], temperature, options)
         )
     if csv is not None:
         with atomic(csv) as temporary:
@@ -124,7 +119,7 @@ def compare_command(
     text = f"{overview(comparison)}\n\n{tables(comparison)}" if table else overview(comparison)
     write_result(text, comparison.to_dict() if json is not None else None, json)
     used = [run for run in comparison.runs if not run.problem]
-    if by == "unit" and len(used) > 1 and not any(run.serial or run.typed for run in used):
+    if options.by == "unit" and len(used) > 1 and not any(run.serial or run.typed for run in used):
         say(
             'one unit is assumed; name units by analyze --note "serial number=A123", or put them in folders',
             quiet=quiet,
@@ -132,13 +127,13 @@ def compare_command(
     return _tell_unused(comparison, quiet=quiet)
 
 
-def _of_store(place: str, units: Sequence[str], temperature: str | None, by: By, level: float) -> RunComparison:
+def _of_store(place: str, units: Sequence[str], temperature: str | None, options: CompareOptions) -> RunComparison:
     from sigmatau.cli.store import opened, temperatures
     from sigmatau.store.choosing import Chosen
 
     chosen = Chosen(units=tuple(units), temperature=temperatures(temperature))
     with opened(place) as store:
-        return store.compare(chosen, by=by, level=level)
+        return store.compare(chosen, by=options.by, level=options.level)
 
 
 def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:

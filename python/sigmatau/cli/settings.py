@@ -3,6 +3,7 @@
 from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.cli.declared import DeclaredOptions, typed_options
 from sigmatau.io.read.options import ReadOptions
+from sigmatau.lots.options import CompareOptions
 from sigmatau.quality.inspect_options import InspectOptions
 
 
@@ -34,3 +35,13 @@ class InspectSettings(DeclaredOptions):
 @typed_options(ReadOptions, only=("rate", "unit", "channels", "input", "scale", "offset", "skip", "interleaved"))
 class WatchReading(DeclaredOptions):
     """Options of reading lines of text as they come."""
+
+
+@typed_options(CompareOptions)
+class Comparing(DeclaredOptions):
+    """Options of a comparison of runs."""
+
+
+@typed_options(CompareOptions, only=("level",))
+class LevelSettings(DeclaredOptions):
+    """The confidence level of a trend, which is that of a comparison."""

@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import check_output, json_text, matched, say, working, write_result
+from sigmatau.cli.settings import LevelSettings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
 from sigmatau.results import csv_text
@@ -298,7 +299,7 @@ def trend_command(
     term: str = "random_walk",
     channel: Annotated[list[str] | None, Parameter(negative=())] = None,
     by: Literal["day", "week", "month", "quarter", "year"] = "month",
-    level: float = 0.95,
+    settings: LevelSettings | None = None,
     choice: Choice | None = None,
     json: Json = None,
 ) -> int:
@@ -314,15 +315,14 @@ def trend_command(
         Channel, gyro_x; may be repeated. Default: all.
     by
         Length of a period.
-    level
-        Confidence level of intervals and tests.
     json
         Write the trend as JSON; - writes it to standard output.
     """
     check_output(None if str(json) == "-" else json, (), "json")
     chosen = (choice or Choice()).chosen()
+    level = (settings or LevelSettings()).arguments()
     with opened(store) as opened_store:
-        found = opened_store.trend(term, channels=tuple(channel or ()), by=by, chosen=chosen, level=level)
+        found = opened_store.trend(term, channels=tuple(channel or ()), by=by, chosen=chosen, **level)
     write_result(repr(found), found.to_dict() if json is not None else None, json)
     return 0
 

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError, OptionError
+from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.lots.group_effects import GroupEffects
 from sigmatau.lots.grouping import Cells, cells_of, effects_of, holm
+from sigmatau.lots.options import By, CompareOptions
 from sigmatau.lots.preparing import of_one_unit, table_of, with_places, without_copies
-from sigmatau.lots.repeatability import Judgement, RandomEffects, check_level, judgements_of, one_group
+from sigmatau.lots.repeatability import Judgement, RandomEffects, Scale, judgements_of, one_group
 from sigmatau.lots.runs import SIGNED, Label, Run, RunTable
+from sigmatau.options import keywords_of
 from sigmatau.quality.clocks import clocks
 from sigmatau.results import Tabular
 
@@ -26,8 +28,6 @@ if TYPE_CHECKING:
 
     from sigmatau.analysis import Analysis
     from sigmatau.plot.style import Panels
-
-By = Literal["unit", "run", "axis"]
 
 _MOST_CLOCKS = 100  # runs of a unit whose clocks are compared pair by pair
 _NUMBERS = (
@@ -139,7 +139,7 @@ class RunComparison(Tabular):
         RandomEffects
         """
         _, label = self.key(at)
-        scale: Literal["relative", "absolute"] = "absolute" if label.term in SIGNED else "relative"
+        scale: Scale = "absolute" if label.term in SIGNED else "relative"
         return one_group(self.effects, at, scale=scale, level=self.level, std=float(self.cells.std[at]))
 
     def values(self, at: int) -> list[tuple[Run, float, float]]:
@@ -296,14 +296,9 @@ def _none_of(values: NDArray[np.float64]) -> list[float | None]:
     return [x if ok else None for x, ok in zip(values.tolist(), np.isfinite(values).tolist(), strict=True)]
 
 
+@keywords_of(CompareOptions)
 def compare_runs(
-    results: Sequence[str | Path | Mapping[str, Any] | Analysis] | str | Path,
-    *,
-    names: Sequence[str] | None = None,
-    units: Sequence[str] | None = None,
-    by: By = "unit",
-    level: float = 0.95,
-    jobs: int | None = None,
+    results: Sequence[str | Path | Mapping[str, Any] | Analysis] | str | Path, options: CompareOptions
 ) -> RunComparison:
     """Repeatability of every channel and term over several results.
 
@@ -317,17 +312,6 @@ def compare_runs(
     results : sequence of path, dict or Analysis
         Results of `analyze`: objects, their ``to_dict()``, JSON or CSV files, or folders of these; or tables of typed
         values with the columns ``run, channel, term, value, unit`` and ``error`` (see docs/how-to/repeatability.md).
-    names : sequence of str, optional
-        Names of the runs, one for each result. Default: the note "run", or the name of the file.
-    units : sequence of str, optional
-        Names of the units, one for each result. Default: the note "serial number" or "unit", or the folder if there are
-        several.
-    by : {"unit", "run", "axis"}
-        Compare the runs of each unit, the units of each run, or all results of an axis.
-    level : float
-        Confidence level of tests and intervals.
-    jobs : int, optional
-        Processes that read many files. Default: all cores.
 
     Returns
     -------
@@ -353,20 +337,13 @@ def compare_runs(
     >>> compared["gyro_x", "random_walk"].judgement
     'repeatable'
     """
-    _check_options(by, level)
-    table = table_of(results, names, units, jobs)
-    return compare_table(replace(table, runs=with_places(without_copies(table))), by=by, level=level)
+    table = table_of(results, options.names, options.units, options.jobs)
+    return compare_table(replace(table, runs=with_places(without_copies(table))), options)
 
 
-def _check_options(by: str, level: float) -> None:
-    check_level(level)
-    if by not in ("unit", "run", "axis"):
-        raise OptionError(f"{{option}} must be unit, run or axis, not {by!r}", option="by")
-
-
-def compare_table(table: RunTable, *, by: By = "unit", level: float = 0.95) -> RunComparison:
+def compare_table(table: RunTable, options: CompareOptions) -> RunComparison:
     """`compare_runs` of rows that are there, such as those of a `Store`: units are named, copies of a log have a problem."""
-    _check_options(by, level)
+    by, level = options.by, options.level
     usable = np.array([not run.problem for run in table.runs], dtype=bool)
     if not usable.any():
         reasons = [f"{run.place or run.name}: {run.problem}" for run in table.runs]

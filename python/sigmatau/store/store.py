@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from sigmatau.analysis import Analysis
     from sigmatau.analysis.failed import FailedAnalysis
-    from sigmatau.lots.comparison import By, RunComparison
+    from sigmatau.lots.comparison import RunComparison
+    from sigmatau.lots.options import By
     from sigmatau.store.from_files import FilesAdded
     from sigmatau.store.naming import Naming
     from sigmatau.store.trend import Period, Trend
@@ -322,13 +323,15 @@ class Store:
             If no run has coefficients.
         """
         from sigmatau.lots.comparison import compare_table
+        from sigmatau.lots.options import CompareOptions
         from sigmatau.store.run_table import run_table
 
+        options = CompareOptions(by=by, level=level)
         with self._read() as connection:
             table = run_table(connection, conditions(chosen))
         if not table.runs:
             raise DataError("the store has no run with coefficients of this kind")
-        return compare_table(table, by=by, level=level)
+        return compare_table(table, options)
 
     def latest(self, unit: str, *, run: str | None = None) -> tuple[Mapping[str, Any], Analysis | FailedAnalysis]:
         """The latest run of a unit that has coefficients, or else its latest run, with the result.

@@ -14,6 +14,7 @@ from sigmatau.findings.curves import (
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.fit import (
     BeyondClass,
+    CountedAngle,
     Disturbed,
     FewDegreesOfFreedom,
     NoAdequateModel,
@@ -41,6 +42,7 @@ def of_gyro(details, severity="warning", **more):
     return Finding(details=details, severity=severity, channels=("gyro_x",), **more)
 
 
+COUNTED = CountedAngle(quantity="angular_rate", rate_unit="rad/s", step=4.24e-5, by_step=1.224e-5)
 FEW = TooFewTimes(times=7, needed=8, samples=60000)
 FILTER = BandLeftOut(highest=12.5)
 OFF = BandsOff(frequency=0.0033, ratio=1.34)
@@ -58,6 +60,31 @@ SHAKEN = Disturbed(
 )
 
 EXAMPLES = [
+    *(
+        of_gyro(replace(COUNTED, **seen), "info", size=1.224e-5)
+        for seen in (
+            {"value": 1.216e-5, "low": 1.17e-5, "high": 1.26e-5},
+            {"value": 2.4e-5, "low": 2.3e-5, "high": 2.5e-5},
+            {"value": 0.7e-5, "low": 0.6e-5, "high": 0.8e-5},
+            {"value": 0.7e-5},
+            {"limit": 1.4e-5},
+            {},
+        )
+    ),
+    Finding(
+        details=CountedAngle(
+            quantity="acceleration",
+            rate_unit="m/s^2",
+            step=7.62e-4,
+            by_step=2.2e-4,
+            value=2.1e-4,
+            low=1.9e-4,
+            high=2.3e-4,
+        ),
+        severity="info",
+        channels=("accel_x",),
+        size=2.2e-4,
+    ),
     of_gyro(TooShort(reasons=(FEW,))),
     of_gyro(TooShort(reasons=(FEW,), missing=0.9996), size=0.9996),
     of_gyro(TooShort(reasons=(ZeroVariance(),))),

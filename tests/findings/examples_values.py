@@ -174,10 +174,16 @@ EXAMPLES = [
                 added=2.89e-6,
                 summed=summed,
                 needed=needed,
+                passing=passing,
             ),
             ("gyro_x",),
         )
-        for summed, needed in ((512, 1310.72), (None, None))
+        for summed, needed, passing in ((512, 1310.72, 0.0), (None, None, 3.125), (None, None, None))
+    ),
+    values(
+        CoarseResolution(step=2e-3, noise=7e-4, unit="m/s^2", rounding="quantization", added=5.77e-6, summed=4),
+        ("accel_x",),
+        severity="info",
     ),
     unit(
         ImplausibleUnit(

@@ -1,6 +1,7 @@
 """Disturbed records: upper limits that hold, and quiet records and steady lines that keep their coefficients."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -103,6 +104,27 @@ def test_few_sums_of_coarse_pulses_give_a_limit(noise, duration):
         assert fitted.why_not("random_walk") == "hidden by the rounding"
         assert walk.value is None
         assert walk.upper_limit >= noise * 1e-5, k
+        assert fitted["quantization"].upper_limit >= 1e-6 / math.sqrt(12)
+
+
+@pytest.mark.parametrize(("noise", "bias"), [(0.33, 0.0), (0.1, 0.21), (0.8, 0.0)])
+def test_counts_that_are_logged_as_rates(noise, bias):
+    """Random walk and quantization noise are those of the counts, without a filter: 10 of 12 intervals at the least."""
+    walks = steps = 0
+    for k in range(12):
+        record = counted(f"as rates {noise} {bias} {k}", duration=600.0, noise=noise, bias=bias)
+        rates = record.stream_of("gyro_x").column("gyro_x")
+        analysis = st.analyze(st.Record.from_arrays(rate=100.0, unit={"gyro": "rad/s"}, gyro_x=rates), threads=1)
+        fitted, walk = walk_of(analysis)
+        quantization = fitted["quantization"]
+        assert (fitted.trust, fitted.response) == ("good", None)
+        (compared,) = [one.details for one in analysis.findings if one.code == "counted_angle"]
+        assert compared.by_step == pytest.approx(1e-6 / math.sqrt(12), rel=1e-6)
+        assert (compared.value, compared.low) == (quantization.value, quantization.low)
+        walks += holds(walk, noise * 1e-5)
+        steps += holds(quantization, 1e-6 / math.sqrt(12))
+    assert walks >= 10
+    assert steps >= 10
 
 
 def moved_at_times(name, *, size, share, rate=100.0, seconds=300.0):

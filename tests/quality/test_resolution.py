@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from known import seed_of
 from sigmatau import Record, allan, check
+from sigmatau.quality.samples.counts import rounding_by_sums
 from sigmatau.quality.samples.resolution import (
     coarse_resolution,
     common_step,
@@ -144,3 +146,54 @@ def test_rates_that_were_made_of_differences_of_angles(steps, drift):
     record = Record.from_arrays(rate=100, gyro=np.diff(pulses * step) * 100, unit={"gyro": "rad/s"})
     assert resolution(record.streams[0], "gyro").step == pytest.approx(100 * step, rel=1e-6)
     assert "saturation" not in {finding.code for finding in check(record)}
+
+
+def counts_of(name, *, noise, rate=0.0, n=60_000):
+    """Counts of an angle that moves by `noise` counts a sample, and turns by `rate`."""
+    rng = np.random.default_rng(seed_of(name))
+    angle = np.cumsum(noise * rng.standard_normal(n + 1) + rate) + rng.uniform()
+    return np.diff(np.round(angle))
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.013, 0.31, 0.5, 7.25])
+@pytest.mark.parametrize("noise", [0.01, 0.05, 0.2, 0.4, 0.7, 1.0])
+def test_counts_of_an_angle_are_recognised(noise, rate):
+    assert rounding_by_sums(counts_of(f"counts {noise} {rate}", noise=noise, rate=rate)) == "of_sums"
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda k: k * 1.00137e-3 - 7.7e-5,
+        lambda k: np.float32(np.rad2deg(k * 1e-3)).astype(float),
+        lambda k: k * 64.0,
+        lambda k: np.round(k * 0.0333, 4),
+    ],
+)
+@pytest.mark.parametrize(("noise", "rate"), [(0.3, 0.11), (0.8, 0.0)])
+def test_counts_are_recognised_however_they_are_written(write, noise, rate):
+    (found,) = coarse_resolution(stream_of(write(counts_of(f"written {noise}", noise=noise, rate=rate))))
+    assert found.details.rounding == "quantization"
+    assert found.walk_factor is None
+    assert found.details.passing == pytest.approx(100 * rate, abs=2)
+
+
+@pytest.mark.parametrize("noise", [0.25, 0.4, 0.6, 1.0, 2.0])
+def test_rounded_rates_are_no_counts(noise):
+    """Rates with white, filtered, slow noise, a tone or a resonance, each sample rounded by itself."""
+    rng = np.random.default_rng(seed_of(f"rates {noise}"))
+    white = noise * rng.standard_normal(N) + rng.uniform()
+    smooth = np.convolve(white, [0.25, 0.5, 0.25], "same")
+    slow = white + np.cumsum(rng.standard_normal(N)) / 300
+    tone = white + 0.7 * np.cos(2 * np.pi * 0.23 * np.arange(N))
+    ringing = white + lfilter([0.1], [1, -0.6, 0.9], rng.standard_normal(N))
+    for samples in (white, smooth, slow, tone, ringing):
+        assert rounding_by_sums(np.round(samples)) != "of_sums"
+    if noise < 0.7:
+        assert rounding_by_sums(np.round(white)) == "of_samples"
+
+
+def test_increments_that_were_rounded_by_themselves_have_white_rounding():
+    k = np.round(0.6 * np.random.default_rng(seed_of("own rounding")).standard_normal(N) + 0.2)
+    (found,) = coarse_resolution(stream_of(k, kind="increments"))
+    assert found.details.rounding == "white"

@@ -287,6 +287,50 @@ class SecondExplanation(Details, code="second_explanation"):
 
 
 @frozen
+class CountedAngle(Details, code="counted_angle"):
+    """The quantization noise that the step of a counted angle (or velocity) makes, and that of the fit.
+
+    Attributes
+    ----------
+    quantity, rate_unit : str
+        Of the channel.
+    step : float
+        Of the angle. [rate unit·s]
+    by_step : float
+        Quantization noise by the step, step/√12. [rate unit·s]
+    value, low, high : float or None
+        Quantization noise of the fit with its interval; None if it was not observed. [rate unit·s]
+    limit : float or None
+        Its upper limit, if it was not observed. [rate unit·s]
+    """
+
+    quantity: str
+    rate_unit: str
+    step: float
+    by_step: float
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    limit: float | None = None
+
+    def words(self, finding: Finding) -> Words:
+        unit, factor = display_units("quantization", self.quantity, self.rate_unit)[0]
+        makes = (
+            f"counts of {self.step / factor:.3g} {unit} make a quantization noise of {self.by_step / factor:.3g} {unit}"
+        )
+        if self.value is None:
+            limit = "none" if self.limit is None else f"less than {self.limit / factor:.3g} {unit}"
+            return Words(f"{makes}; the fit shows {limit}")
+        if self.low is None or self.high is None:
+            return Words(f"{makes}; the fit has {self.value / factor:.3g} {unit}")
+        half = two_digits((self.high - self.low) / (2 * factor))
+        fitted = f"{makes}; the fit has {self.value / factor:.3g} ± {half} {unit}"
+        if self.low > self.by_step:
+            return Words(fitted, "The rest has another cause than the counts")
+        return Words(fitted, "" if self.high >= self.by_step else "Use that of the counts")
+
+
+@frozen
 class ShortTimesLeftOut(Details, code="short_times_left_out"):
     """The fit begins beyond the shortest averaging time; the reasons are empty if this was requested.
 

@@ -180,12 +180,12 @@ class CoarseValues:
 
 @frozen
 class CoarseCounts:
-    """The rounding of the angle is not white from increment to increment, so that the fit is that of sums of increments.
+    """The rounding of the angle is not white from sample to sample, so that the fit is that of sums of samples.
 
     Attributes
     ----------
     summed : int or None
-        Increments in a sum; None if no sum in the record has white rounding.
+        Samples in a sum; None if no sum in the record has white rounding.
     hidden : bool
         Whether the record has too few such sums: all terms are upper limits.
     """
@@ -197,9 +197,9 @@ class CoarseCounts:
     @property
     def text(self) -> str:
         return (
-            "the rounding of the increments hides the noise"
+            "the rounding of the angle hides the noise"
             if self.hidden
-            else f"the rounding is white only in sums of {self.summed} increments, which are fitted"
+            else f"the rounding is white only in sums of {self.summed} samples, which are fitted"
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from sigmatau.findings.finding import Details, Finding, Words
@@ -320,13 +321,17 @@ class CoarseResolution(Details, code="coarse_resolution"):
     unit : str
         Of the stream; SI.
     rounding : {"quantization", "white", "unknown"}
-        What rounding adds: quantization noise to increments, white noise to rates; neither below half a step of noise.
+        What rounding adds: quantization noise if an angle (or velocity) was rounded, in a log of increments or of rates;
+        white noise if the rates were; below half a step of noise that is unknown.
     added : float or None
         Coefficient of the noise added: Q [unit·s], at most, or N [unit·√s]; None if unknown.
     summed : int or None
-        Increments that must be summed for white rounding of the angle; None if no sum in the record is long enough.
+        Samples that must be summed for white rounding of the angle; None if no sum in the record is long enough.
     needed : float or None
         Shortest record that shows the random walk in such sums, if this one does not. [s]
+    passing : float or None
+        Of a rounded angle: how often the mean rate passes a step, folded at half the sampling rate. A steady rate has
+        lines at its multiples. [Hz]
     """
 
     step: float
@@ -336,6 +341,7 @@ class CoarseResolution(Details, code="coarse_resolution"):
     added: float | None
     summed: int | None = 1
     needed: float | None = None
+    passing: float | None = None
 
     @property
     def biases_walk(self) -> bool:
@@ -347,15 +353,21 @@ class CoarseResolution(Details, code="coarse_resolution"):
         times = "equal to" if noise == "1" else f"{noise} times"
         said = f"the noise is {times} the resolution of {self.step:.3g} {self.unit}"
         finer = "Record again with a smaller range or more bits"
+        if self.rounding == "quantization" and self.added is not None:
+            angle = "a velocity" if self.unit == "m/s^2" else "an angle"
+            counts = f"counts of {angle}, {self.added * math.sqrt(12):.3g} {_integrated(self.unit)} each"
+            said = f"{counts}; the noise is {noise} counts"
+            if self.passing and (self.summed is None or self.needed is not None):
+                said = f"{counts}, with lines every {self.passing:.3g} Hz"
         if self.rounding == "unknown":
             return Words(_joined(said, "what rounding adds is unknown, and intervals allow for it"), finer)
         if self.summed is None or self.needed is not None:
             long = "Record longer" if self.needed is None else f"Record {duration_text(self.needed)} or more"
             return Words(
-                _joined(said, "its rounding is not white and hides the random walk"), f"{long}, or more finely"
+                _joined(said, "the rounding is not white and hides the random walk"), f"{long}, or more finely"
             )
         if self.rounding == "quantization" and self.summed > 1:
-            return Words(_joined(said, f"its rounding is white only in sums of {self.summed} samples"))
+            return Words(_joined(said, f"white rounding only in sums of {self.summed} samples"))
         if self.rounding == "quantization":
             added = f"{self.added:.3g} {_integrated(self.unit)}"
             return Words(_joined(said, f"adds up to {added} of quantization noise"))

@@ -1,4 +1,4 @@
-"""Fit of increments of an angle whose rounding is not white from one to the next: by sums of them, or upper limits."""
+"""Fit of counts of an angle whose rounding is not white from sample to sample: by sums of them, or upper limits."""
 
 from __future__ import annotations
 
@@ -10,28 +10,37 @@ import numpy as np
 
 from sigmatau.findings.reasons import CoarseCounts
 from sigmatau.fitting.adjust import adjusted
-from sigmatau.fitting.adjustment import Adjustment, Part
+from sigmatau.fitting.adjustment import Adjustment, Change, Part
 from sigmatau.fitting.channel import by_likelihood, fit_channel
 from sigmatau.fitting.disturbance import limits_alone
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import usable
+from sigmatau.model.parameters import Parameter
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Columns, Stream, Transform
 
 
 def fit_sums(
-    record: Record, channel: str, *, summed: int | None, least: int, terms: Sequence[str] | None = None
+    record: Record,
+    channel: str,
+    *,
+    summed: int | None,
+    least: int,
+    quantization: float,
+    terms: Sequence[str] | None = None,
 ) -> NoiseFit:
-    """Fit coarse increments by the likelihood of their sums, in which the rounding is quantization noise.
+    """Fit coarse counts by the likelihood of their sums, in which the rounding is quantization noise.
 
     Parameters
     ----------
     record : Record
     channel : str
     summed : int or None
-        Increments of a sum whose rounding is white; None if there is none.
+        Samples of a sum whose rounding is white; None if there is none.
     least : int
         Sums that are needed. With fewer all terms are upper limits.
+    quantization : float
+        Quantization noise by the step of the angle: its limit is no smaller. [rate unit·s]
     terms : sequence of str, optional
         See `sigmatau.fit_channel`.
     """
@@ -43,19 +52,32 @@ def fit_sums(
             return fitted
         # Lines and resonances of such counts are those of the rounding.
         without: tuple[Part, ...] = ("sinusoid", "resonance", "highest", "reasons")
-        return adjusted(fitted, partial(_hidden, stream=stream, summed=summed, without=without))
+        return adjusted(
+            fitted, partial(_hidden, stream=stream, summed=summed, quantization=quantization, without=without)
+        )
     streams = tuple(sums if each is stream else each for each in record.streams)
     fitted = by_likelihood(replace(record, streams=streams), channel, terms=terms)
     fitted = replace(fitted, n=stream.grid.n, tau0=stream.grid.tau0)
     if fitted.verdict == "disturbed":
-        return adjusted(fitted, partial(_hidden, stream=stream, summed=summed))
+        return adjusted(fitted, partial(_hidden, stream=stream, summed=summed, quantization=quantization))
     return adjusted(fitted, partial(_of_sums, summed=summed, tau_min=sums.grid.tau0))
 
 
-def _hidden(fitted: NoiseFit, *, stream: Stream, summed: int | None, without: tuple[Part, ...] = ()) -> Adjustment:
-    """Upper limits alone: the rounding hides the noise."""
+def _hidden(
+    fitted: NoiseFit, *, stream: Stream, summed: int | None, quantization: float, without: tuple[Part, ...] = ()
+) -> Adjustment:
+    """Upper limits alone: the rounding hides the noise, all but its own."""
     reason = CoarseCounts(summed=summed, hidden=True)
-    return limits_alone(fitted, stream, cause="coarse_counts", reason=reason, without=without)
+    limits = limits_alone(fitted, stream, cause="coarse_counts", reason=reason, without=without)
+    return replace(limits, changes=tuple(_at_least(change, quantization) for change in limits.changes))
+
+
+def _at_least(change: Change, quantization: float) -> Change:
+    """The limit of quantization noise with that of the step in it."""
+    limit = change.after.upper_limit
+    if change.parameter != Parameter("quantization") or limit is None or limit >= quantization:
+        return change
+    return replace(change, after=replace(change.after, upper_limit=quantization))
 
 
 def _of_sums(fitted: NoiseFit, *, summed: int, tau_min: float) -> Adjustment:

@@ -10,6 +10,7 @@ from sigmatau.findings.disturbances import NotStatic
 from sigmatau.findings.drift import TemperatureDrift, WarmUp
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.fit import (
+    CountedAngle,
     Disturbed,
     FewDegreesOfFreedom,
     NoAdequateModel,
@@ -29,6 +30,7 @@ from sigmatau.findings.spectrum import (
     Resonance,
     SpectralLines,
 )
+from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
 from sigmatau.fitting.fitted_values import Sinusoid
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -139,6 +141,7 @@ def fit_findings(
     if fitted.highest is not None:
         band = BandLeftOut(highest=fitted.highest)
         findings.append(Finding(details=band, severity="info", channels=channels, size=fitted.highest, unit="Hz"))
+    findings += _counted_angle(fitted, beside)
     findings += _lines(fitted, thresholds=thresholds)
     for process in () if disturbed else fitted.gauss_markov:
         time = process.time
@@ -153,6 +156,28 @@ def fit_findings(
         late = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
         findings.append(Finding(details=late, severity="info", channels=channels))
     return findings
+
+
+def _counted_angle(fitted: NoiseFit, beside: Sequence[Finding]) -> list[Finding]:
+    """Quantization noise by the step of a counted angle, against that of the fit."""
+    term = fitted.terms.get("quantization")
+    for finding in beside:
+        steps = finding.details
+        if term is None or fitted.channel not in finding.channels or not isinstance(steps, CoarseResolution):
+            continue
+        if steps.rounding == "quantization" and steps.added is not None:
+            details = CountedAngle(
+                quantity=fitted.quantity,
+                rate_unit=fitted.rate_unit,
+                step=steps.added * math.sqrt(12),
+                by_step=steps.added,
+                value=term.value if term.observed else None,
+                low=term.low if term.observed else None,
+                high=term.high if term.observed else None,
+                limit=None if term.observed else term.upper_limit,
+            )
+            return [Finding(details=details, severity="info", channels=(fitted.channel,), size=steps.added)]
+    return []
 
 
 def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[Finding]:

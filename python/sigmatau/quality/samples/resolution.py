@@ -14,6 +14,7 @@ from sigmatau.findings.values import CoarseResolution
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
+from sigmatau.quality.samples.counts import rounding_by_sums, steps_a_sample
 from sigmatau.record.streams import Stream
 
 
@@ -244,8 +245,9 @@ def rounded(finding: Finding) -> bool:
 def coarse_resolution(stream: Stream, *, thresholds: ResolutionThresholds = THRESHOLDS) -> list[Finding]:
     """Channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding per channel.
 
-    Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise, not quantization
-    noise, which belongs to increments and accumulated values alone. Below half a step of noise it is not known how much.
+    Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise. Rounding of an angle
+    is quantization noise, also in a log of rates: see `sigmatau.quality.samples.counts`. Below half a step of noise it is
+    not known how much the rounding of a rate adds.
     """
     findings = (_coarse(stream, channel, thresholds=thresholds) for channel in stream.channels)
     return [finding for finding in findings if finding is not None]
@@ -265,9 +267,11 @@ def _coarse(stream: Stream, channel: str, *, thresholds: ResolutionThresholds) -
     factors: tuple[tuple[str, float], ...] = ()
     summed: int | None = 1
     needed: float | None = None
-    if stream.samples.transforms[stream.channels.index(channel)].kind != "rate":
+    passing: float | None = None
+    if _counted(stream, channel, found.step):
         rounding, severity, added = "quantization", "info", found.step * tau0 / math.sqrt(12)
-        summed = white_sum(stream.column(channel) / found.step, thresholds=thresholds)
+        samples = stream.column(channel) / found.step
+        summed, passing = white_sum(samples, thresholds=thresholds), abs(steps_a_sample(samples)) / tau0
         if summed is None or stream.grid.n < thresholds.least_sums * summed:
             severity, needed = "warning", None if summed is None else thresholds.least_sums * summed * tau0
     else:
@@ -293,10 +297,19 @@ def _coarse(stream: Stream, channel: str, *, thresholds: ResolutionThresholds) -
         added=added,
         summed=summed,
         needed=needed,
+        passing=passing,
     )
     return Finding(
         details=details, severity=severity, channels=(channel,), size=found.ratio, unit="steps", factors=factors
     )
+
+
+def _counted(stream: Stream, channel: str, step: float) -> bool:
+    """Whether the angle was rounded. Where its sums do not show it, an angle was, and a rate was not."""
+    by_sums = rounding_by_sums(stream.column(channel) / step)
+    if by_sums is not None:
+        return by_sums == "of_sums"
+    return stream.samples.transforms[stream.channels.index(channel)].kind != "rate"
 
 
 def _rounding(stream: Stream, channel: str) -> float:

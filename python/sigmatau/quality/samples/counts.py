@@ -1,0 +1,122 @@
+"""Counts of an angle: samples whose sum was rounded, not each by itself, by how the variance of sums grows."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.frozen import frozen
+
+
+@frozen
+class CountThresholds:
+    """Thresholds of `rounding_by_sums`."""
+
+    examined: int = 1 << 20
+    """Samples at the beginning of the record that are summed. [samples] Derived: with 10⁶ samples noise of three steps
+    shows a rounding of the sum by six standard errors."""
+
+    least_sums: int = 256
+    """Sums from which their variance is compared. [1] Derived: it is then known to √(3/256), 11 %."""
+
+    enough: float = 2.0
+    """Variance of sums beyond which longer ones are not compared. [steps²] Derived: the rounding is an eighth of it;
+    slow noise shows in longer ones."""
+
+    shortest: int = 8
+    """Sums that are compared in any case. [samples] Derived: the rounding is then an eighth of that of a sample."""
+
+    errors: float = 4.5
+    """Standard errors from which on a difference is not chance. [1] Derived: ten sizes of sums, 3·10⁻⁶ each."""
+
+    off: float = 0.12
+    """Difference from the variance of a rounded sum, over that by its rounding, at most. [1] Judgement: slow noise and a
+    rate that drifts; vibration, or what a filter lifts, differs more."""
+
+    rare: float = 0.1
+    """Variance of samples below which it may differ from that of an angle that is anywhere in a step. [steps²] Judgement:
+    such an angle passes so few steps that most of the counts are those of a few passages."""
+
+    least: float = 0.3
+    """Variance that samples which were rounded by themselves may miss in sums, over that by the rounding, at most. [1]
+    Measured: within 0.06 of white noise and noise that wanders."""
+
+
+THRESHOLDS = CountThresholds()
+
+_ROUNDING = 0.25  # variance of sums by the white rounding of their ends: 6/12/2 [steps²]
+_NOISE = np.geomspace(1e-5, 30.0, 150)  # variances of a sample before rounding that are tried [steps²]
+_HARMONICS = np.arange(1, 33)[:, None]  # of the rounding error, a sawtooth: the rest has 1 % of its power
+
+
+def rounding_by_sums(
+    samples: Floats, *, thresholds: CountThresholds = THRESHOLDS
+) -> Literal["of_sums", "of_samples"] | None:
+    """Whether the sum of samples was rounded, or each sample by itself; None if the record does not show it.
+
+    `samples` in steps, from any offset. If each was rounded by itself, the sum of m samples has m times the variance of one,
+    more with slow noise or a filter. If the angle was rounded, only the two ends of a sum have rounding errors. How its
+    variance grows then follows from the mean rate and the noise before rounding, of which the noise alone is free.
+    """
+    samples = samples[: thresholds.examined]
+    sizes, variances, errors = [], [], []
+    size = 1
+    while len(samples) // size >= thresholds.least_sums:
+        sums = samples if size == 1 else samples[: len(samples) // size * size].reshape(-1, size).sum(axis=1)
+        variance, error = _variance(sums)
+        sizes.append(size)
+        variances.append(variance)
+        errors.append(thresholds.errors * error)
+        if size >= thresholds.shortest and variance > thresholds.enough:
+            break
+        size *= 2
+    if len(sizes) < 2 or not variances[0] > 0:
+        return None
+    m, seen, chance = np.array(sizes), np.array(variances), np.array(errors)
+    missing = seen[0] - seen / m
+    expected = np.minimum(_ROUNDING, seen[0]) * (1 - 1 / m)
+    unsure = np.hypot(chance[0], chance / m)
+    if (missing[1:] > np.maximum(unsure, thresholds.least * expected)[1:]).any():
+        allowed = chance + thresholds.off * np.minimum(_ROUNDING, seen)
+        predicted = _of_rounded_sums(m, steps_a_sample(samples))
+        if seen[0] < thresholds.rare:
+            predicted = predicted * (seen[0] / predicted[0])
+        # In units of what is allowed, of each size and each noise that is tried.
+        off = np.abs(predicted - seen[:, None]) / allowed[:, None]
+        return "of_sums" if off.max(axis=0).min() < 1 else None
+    by_themselves = seen[-1] > 1 and (np.abs(missing) + unsure)[-1] < thresholds.least * expected[-1]
+    return "of_samples" if by_themselves else None
+
+
+def steps_a_sample(samples: Floats) -> float:
+    """Mean rate in steps a sample, but for whole steps: -0.5 to 0.5. An offset of the log does not matter."""
+    present = samples[np.isfinite(samples)]
+    return float(np.rint(present - present[0]).mean() + 0.5) % 1 - 0.5 if len(present) else 0.0
+
+
+def _of_rounded_sums(m: Floats, rate: float) -> Floats:
+    """Variances of sums of m samples of a rounded angle, (sizes, noises); `rate` in steps a sample.
+
+    The rounding error of an angle that may be anywhere in a step has the covariance Σⱼ cos(2πj·k·rate)
+    exp(−2π²j²k·σ²)/(2π²j²) after k samples, and no correlation with the noise.
+    """
+
+    def covariance(k: int) -> Floats:
+        turning = np.cos(2 * np.pi * _HARMONICS * k * rate) / (2 * np.pi**2 * _HARMONICS**2)
+        return np.asarray((turning * np.exp(-2 * (np.pi * _HARMONICS) ** 2 * k * _NOISE)).sum(axis=0))
+
+    at = {k: covariance(k) for k in {*m.tolist(), *(2 * m).tolist()}}
+    return np.stack([k * _NOISE + _ROUNDING - 4 * at[k] + at[2 * k] for k in m.tolist()])
+
+
+def _variance(sums: Floats) -> tuple[float, float]:
+    """Half the mean square of the changes, and its standard error."""
+    squares = np.diff(sums)
+    squares *= squares
+    squares = squares[np.isfinite(squares)] / 2
+    if len(squares) < 2:
+        return 0.0, math.inf
+    return float(squares.mean()), float(squares.std()) * math.sqrt(1.5 / len(squares))

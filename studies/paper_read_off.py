@@ -118,7 +118,9 @@ def read(curve: DeviationCurve, unit: str, beside: ReadOff) -> dict[str, dict[st
         "beside the fit": beside,
     }
     lines = {way: dict(one) for way, one in found.items()}
-    lines["alone"] = {term: read_off(curve, rules={}, **{term: span})[term] for term, span in by_hand.items()}
+    lines["alone"] = {
+        term: read_off(curve, rules={}, force=True, **{term: span})[term] for term, span in by_hand.items()
+    }
     return {way: {term: [c.value, c.error, c.tau_min, c.tau_max] for term, c in lines[way].items()} for way in WAYS}
 
 

@@ -143,6 +143,24 @@ class TestAnalyze:
         assert last[0].endswith("k.yaml: written for kalibr")
         assert last[1] == "More: -v · report: --report r.html"
 
+    @pytest.mark.parametrize("method", ["read-off", "likelihood"])
+    def test_a_line_of_another_slope_is_refused_or_forced(self, log, method, capsys):
+        options = ("analyze", log, "--rate", 100, "--method", method, "--read-off-at", "gyro_x.rate_ramp=20ms:500ms")
+        code, out, err = run(*options, capsys=capsys)
+        assert code == 0
+        refusal = r"reach\s+the\s+curve\s+there,\s+which\s+has\s+the\s+slope\s+-0\.[45]\d+\s+±\s+0\.\d+,\s+not\s+\+1"
+        assert re.search(refusal, out + err)
+        assert "--force draws a refused line" in err
+        _, out, err = run(*options, "--json", "-", capsys=capsys)
+        assert re.search(refusal, err)
+        plain = json.loads(out)["channels"]["gyro_x"]["read_off"]
+        assert list(plain) == ["random_walk"]
+        _, out, err = run(*options, "--force", "--json", "-", capsys=capsys)
+        forced = json.loads(out)["channels"]["gyro_x"]["read_off"]
+        assert forced["rate_ramp"]["forced"] is True
+        assert forced["random_walk"] == plain["random_walk"]
+        assert "--force" not in err
+
     def test_terms_that_may_be_present(self, log, capsys):
         options = ("analyze", log, "--rate", 100, "--json", "-")
         code, out, _ = run(*options, "--terms", "random_walk, rate_random_walk", capsys=capsys)

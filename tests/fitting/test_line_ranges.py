@@ -8,8 +8,8 @@ import pytest
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
 from sigmatau.fitting.fitted_values import FittedTerm
-from sigmatau.fitting.read_off import read_off_beside
-from sigmatau.fitting.tables import fit_table
+from sigmatau.fitting.read_off import read_off, read_off_beside
+from sigmatau.fitting.tables import fit_table, read_off_legend
 from sigmatau.units import to_si
 
 TRUTH = {"quantization": to_si(5.1154, "arcsec"), "random_walk": to_si(0.094, "deg/sqrt(h)")}
@@ -50,11 +50,26 @@ def test_beside_a_fit_lines_are_laid_in_its_ranges(analysis):
 
 
 def test_rules_are_independent_of_the_fit(analysis):
-    model = NoiseModel(channels={"gyro_x": TRUTH})
-    record = simulate(model, duration=1800, rate=100, rng=seed_of("line ranges, HG1700"))
-    alone = analyze(record, method="read-off").read_off["gyro_x"]
+    alone = read_off(analysis.curves["gyro_x"])
     assert {one.range_from for one in alone.values()} == {"rules"}
     assert alone["quantization"].tau_max < analysis.read_off["gyro_x"]["quantization"].tau_max
+
+
+def test_the_method_reads_beside_the_fit_and_says_so(analysis):
+    """The same lines as beside the coefficients of the fit; a record without a model is read by the rules."""
+    model = NoiseModel(channels={"gyro_x": TRUTH})
+    record = simulate(model, duration=1800, rate=100, rng=seed_of("line ranges, HG1700"))
+    alone = analyze(record, method="read-off")
+    assert not alone.fits
+    lines, beside = alone.read_off["gyro_x"], analysis.read_off["gyro_x"]
+    assert {name: line.to_dict() for name, line in lines.items()} == {
+        name: line.to_dict() for name, line in beside.items()
+    }
+    assert "where the fitted model says that its term is most of the\n  variance" in repr(alone)
+    poor = replace(analysis["gyro_x"], p_value=1e-9)
+    by_rules = read_off_beside(analysis.curves["gyro_x"], poor, {})
+    assert {line.range_from for line in by_rules.values()} == {"rules"}
+    assert "By rules on the curve alone, without a model: gyro_x." in read_off_legend({"gyro_x": by_rules})
 
 
 def hidden_in(fit):
@@ -75,9 +90,12 @@ def test_term_that_is_hidden_everywhere(analysis):
     ]
     text = fit_table({"gyro_x": fit}, {"gyro_x": read})
     assert "not read off, hidden by other noise: bias instability" in text
-    # A range that is given is read all the same.
-    by_hand = read_off_beside(analysis.curves["gyro_x"], fit, {"bias_instability": (100, 400)})
-    assert by_hand["bias_instability"].range_from == "given"
+    # A given range has the same answer with the slope, unless it is forced.
+    spans = {"bias_instability": (100, 400)}
+    by_hand = read_off_beside(analysis.curves["gyro_x"], fit, spans)
+    assert "which has the slope -0." in by_hand.refused[-1].reason
+    forced = read_off_beside(analysis.curves["gyro_x"], fit, spans, force=True)["bias_instability"]
+    assert (forced.range_from, forced.forced) == ("given", True)
 
 
 def test_lines_begin_where_the_model_describes_the_curve(analysis):

@@ -1,5 +1,7 @@
 """Reading off: exact curves, what is refused, and how often a term is invented."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -261,15 +263,67 @@ def test_a_given_range_overrides_the_rules():
     assert found["random_walk"].error == pytest.approx(1e-4 * percentage_error(720_000, 768)[0])
     assert "τ 1.28 … 7.68 s, given" in repr(found)
     assert found.to_dict()["random_walk"]["range_from"] == "given"
-    # No rule would read a plateau here, and the random walk by the rules leaves nothing for it.
+    # The random walk by the rules leaves nothing for a plateau here, and stays.
     plateau = read_off(curve, bias_instability=(2, 4))
-    assert list(plateau) == ["bias_instability"]
-    assert plateau["bias_instability"].slope == pytest.approx(-0.5)
-    assert [r.term for r in plateau.refused] == ["random_walk"]
+    assert list(plateau) == ["random_walk"]
+    assert plateau["random_walk"].to_dict() == read_off(curve)["random_walk"].to_dict()
+    (refusal,) = plateau.refused
+    assert (refusal.term, refusal.by_hand) == ("bias_instability", True)
+    assert re.search(r"reach the curve there, which has the slope -0\.500 ± 0\.0\d+, not 0", refusal.reason)
+    forced = read_off(curve, bias_instability=(2, 4), force=True)
+    assert list(forced) == ["random_walk", "bias_instability"]
+    assert forced["bias_instability"].slope == pytest.approx(-0.5)
+    assert forced["random_walk"].to_dict() == plateau["random_walk"].to_dict()
+    assert "given, forced: not the slope of the curve" in repr(forced)
     # Two lines cannot both be laid through the same points of one slope.
     both = read_off(curve, random_walk=(1, 10), quantization=(1, 10))
     assert list(both) == ["random_walk"]
     assert "reach the curve" in both.refused[0].reason
+
+
+@pytest.mark.parametrize(
+    ("truth", "term", "span", "slope"),
+    [
+        ({"rate_ramp": 1e-7}, "random_walk", (350, 1311), "+1.00"),
+        ({"rate_random_walk": 1e-5}, "bias_instability", (1, 100), "+0.500"),
+        ({"quantization": 1e-4}, "random_walk", (0.1, 10), "-1.0000"),
+    ],
+)
+def test_a_line_where_the_curve_has_another_slope(truth, term, span, slope):
+    curve = exact(truth, grid="half")
+    refused = read_off(curve, rules={}, **{term: span})
+    assert not refused.coefficients
+    assert refused.refused[0].reason.startswith(f"the curve has the slope {slope} ± 0.")
+    assert read_off(curve, rules={}, **{term: span}, force=True)[term].forced
+    (true,) = truth
+    assert not read_off(curve, rules={}, **{true: span})[true].forced
+
+
+def test_the_error_of_a_slope_holds():
+    """Standard deviation of the slope over simulated curves, against the error by eq. (26): white and red noise."""
+    for term in ("random_walk", "rate_random_walk"):
+        rng = np.random.default_rng(seed_of(f"slope of {term}"))
+        slopes = []
+        for _ in range(60):
+            x = rng.standard_normal(4096)
+            x = x if term == "random_walk" else np.cumsum(x)
+            line = read_off(
+                allan(Record.from_arrays(rate=1, gyro_x=x))["gyro_x"], rules={}, force=True, **{term: (16, 512)}
+            )
+            slopes.append(line[term].slope)
+        # Eq. (26) is 20 % too large for white noise, and correlation makes the slope of red noise better.
+        assert 0.5 < np.std(slopes, ddof=1) / line[term].slope_error < 1 + 3 / np.sqrt(2 * 60)
+
+
+def test_lines_by_hand_do_not_change_the_others():
+    """A line of a random walk where a ramp rises, beside a quantization noise that is given by hand."""
+    truth = {"quantization": 4.667e-4, "rate_ramp": to_si(2.64, "m/s/h^2")}
+    curve = exact(truth, rate=200, n=1_440_000, grid="half")
+    plain, by_hand = read_off(curve), read_off(curve, random_walk=(350, 1311), quantization=(0.005, 10))
+    assert by_hand["rate_ramp"].to_dict() == plain["rate_ramp"].to_dict()
+    assert by_hand["quantization"].range_from == "given"
+    assert by_hand["quantization"].value == pytest.approx(truth["quantization"], rel=1e-6)
+    assert [refusal.term for refusal in by_hand.refused] == ["random_walk"]
 
 
 def test_one_point_and_long_times():

@@ -238,6 +238,10 @@ class CoefficientForm:
         " the variance",
         default="rules",
     )
+    slope_error: float | None = key(
+        "standard error of the slope by eq. (26); null for one point", default=None, null=True
+    )
+    forced: bool = key("the line is drawn although the slope of the curve is not its own", default=False)
 
 
 @frozen

@@ -61,8 +61,8 @@ class AnalysisOptions(CheckOptions):
         default="likelihood",
         metadata=option(
             "Method",
-            "Fit the coefficients to the spectrum (likelihood) or to the Allan variances (gls), or only read them off the"
-            " curve, as in the paper (read-off).",
+            "Fit the coefficients to the spectrum (likelihood) or to the Allan variances (gls), or read them off the curve,"
+            " as in the paper (read-off): each line where the fitted model says that its term dominates.",
             choices=get_args(Method),
             python="The likelihood has the filters, lines and processes that were found in the model. Coefficients are"
             " always read off the curve too. Channels with very few samples are fitted by least squares, which always uses"
@@ -98,13 +98,24 @@ class AnalysisOptions(CheckOptions):
         metadata=option(
             "Method",
             "Averaging times between which lines are read off, by term, or by channel or sensor and term.",
-            "Default: by rules.",
+            "Default: where the term dominates in the fitted model, by rules if there is none. A line is refused where the"
+            " slope of the curve is not its own; the other lines stay as they are.",
             form="ranges",
             unit="s",
             kind="mapping of str to tuple of float, optional",
             python='Example: ``{"random_walk": (1, 10), "gyro_x.quantization": (0.01, 2)}``; see `sigmatau.read_off`.',
             typed="Examples: random_walk=1s:10s for all channels, gyro_x.random_walk=1s:10s for one, gyro.random_walk=… for"
             " a sensor (ms, s, min, h, d); may be repeated.",
+        ),
+    )
+    force: bool = field(
+        default=False,
+        metadata=option(
+            "Method",
+            f"Draw a line of {Hint('read_off_at')} although the curve has another slope there; it is marked.",
+            "Default: such a line is refused, with the slope and its error.",
+            form="flag",
+            kind="bool",
         ),
     )
     long: Long = field(
@@ -177,7 +188,8 @@ class AnalysisOptions(CheckOptions):
         if self.terms is not None:
             if self.method == "read-off":
                 raise OptionError(
-                    "{option} are of a fit: nothing is fitted if coefficients are read off", option="terms"
+                    "{option} are of a fit, which has only the ranges of the lines if coefficients are read off",
+                    option="terms",
                 )
             wanted = wanted_terms(self.terms)
             object.__setattr__(self, "terms", [name for name in TERMS if name in wanted])

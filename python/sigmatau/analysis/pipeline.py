@@ -50,6 +50,8 @@ class State:
         Streams that are analysed in bounded memory.
     curves, fitted_on : mapping of str to DeviationCurve
         By channel; `fitted_on` are those that are fitted in place of the others.
+    models : mapping of str to NoiseFit
+        Fits that have only the ranges of the lines, with ``method="read-off"``.
     fits, read_off, means, mean_stability, stability : mapping
         By channel, see `Analysis`.
     """
@@ -65,6 +67,7 @@ class State:
     curves: Mapping[str, DeviationCurve] = field(default_factory=dict)
     fitted_on: Mapping[str, DeviationCurve] = field(default_factory=dict)
     fits: Mapping[str, NoiseFit] = field(default_factory=dict)
+    models: Mapping[str, NoiseFit] = field(default_factory=dict)
     read_off: Mapping[str, ReadOff] = field(default_factory=dict)
     means: Mapping[str, ChannelMean] = field(default_factory=dict)
     mean_stability: Mapping[str, tuple[MeanStability, ...]] = field(default_factory=dict)

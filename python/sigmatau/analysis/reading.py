@@ -404,6 +404,8 @@ def _read_off(name: str, channel: forms.ChannelForm) -> ReadOff:
             slope=form.slope,
             percentage=form.error / form.value if form.value else math.nan,
             range_from=form.range_from,
+            slope_error=form.slope_error,
+            forced=form.forced,
         )
         for term, form in channel.read_off.items()
         if term in TERMS

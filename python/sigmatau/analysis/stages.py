@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from sigmatau.analysis.options import AnalysisOptions, options_of
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
@@ -137,10 +137,11 @@ def curves(state: State) -> State:
 
 
 def fit(state: State) -> State:
-    """Fit the coefficients of each channel, and its curve's degrees of freedom by them."""
-    options, record, findings, method = state.options, state.record, state.findings, state.options.method
-    if method == "read-off" or state.moves:
+    """Fit the coefficients of each channel, and its curve's degrees of freedom by them; to read off, only the models."""
+    options, record, findings = state.options, state.record, state.findings
+    if state.moves:
         return state
+    method: Literal["likelihood", "gls"] = "gls" if options.method == "gls" else "likelihood"
     coarse = {finding.channel: finding.details for finding in findings if isinstance(finding.details, CoarseResolution)}
 
     def fitted(channel: str) -> tuple[NoiseFit, NoiseFit, DeviationCurve]:
@@ -162,7 +163,10 @@ def fit(state: State) -> State:
         return first, first, curve
 
     fits, final_curves, streams = {}, {}, _streams_by_channel(record)
-    for channel, (first, final, curve) in in_threads(fitted, tuple(state.curves), options.threads).items():
+    results = in_threads(fitted, tuple(state.curves), options.threads)
+    if options.method == "read-off":
+        return replace(state, models={channel: final for channel, (_, final, _) in results.items()})
+    for channel, (first, final, curve) in results.items():
         fits[channel], final_curves[channel] = final, curve
         stream = streams[channel]
         missing = 0.0 if stream.mask is None else float(stream.mask[:, stream.channels.index(channel)].mean())
@@ -192,7 +196,9 @@ def judge(state: State) -> State:
         means = {name: channel_mean(streams[name], name, fits.get(name)) for name in channels}
         state = replace(
             state,
-            read_off=read_off_curves(state.curves, fits, ReadOffAt(options.read_off_at)),
+            read_off=read_off_curves(
+                state.curves, fits or state.models, ReadOffAt(options.read_off_at, force=options.force)
+            ),
             mean_stability={name: of_means for name, of_means in spreads.items() if of_means},
             means={name: mean for name, mean in means.items() if mean is not None},
         )

@@ -39,7 +39,7 @@ from sigmatau.cli.options import (
     write_json,
     write_result,
 )
-from sigmatau.cli.ranges import lines_by_hand
+from sigmatau.cli.ranges import lines_by_hand, refused_by_hand
 from sigmatau.cli.reading import Reading, read_log, readings_of
 from sigmatau.cli.settings import Settings
 from sigmatau.errors import DataError, OptionError
@@ -240,7 +240,7 @@ def _one(
             checksum.join()
     attempts = Attempts()
     with attempts.attempt():
-        _print_result(analysis, outputs, settings, verbose=verbose, quiet=quiet)
+        _print_result(analysis, outputs, verbose=verbose, quiet=quiet)
     _write_outputs(attempts, analysis, record, outputs, quiet=quiet)
     code = exit_code(analysis.findings)
     if code == NOT_AT_REST and exports.files and analysis.rest is not None:
@@ -253,23 +253,29 @@ def _one(
     return attempts.finish(code)
 
 
-def _print_result(
-    analysis: Analysis, outputs: Outputs, settings: Mapping[str, Any], *, verbose: bool, quiet: bool
-) -> None:
+def _print_result(analysis: Analysis, outputs: Outputs, *, verbose: bool, quiet: bool) -> None:
     """Print the coefficients, or the JSON, and the findings."""
     with_table = str(outputs.json) != "-"
     if not with_table:
         write_result("", analysis.to_dict(), outputs.json)
     if verbose:
         _by_sensor(analysis, with_table=with_table, quiet=quiet)
+        _say_refused(analysis, with_table=with_table, quiet=quiet)
         return
     told = wrapped(causes(analysis.findings, rest="--verbose", room=_MOST_LINES))
     if with_table:
         _table(screen(analysis, below=len(told) + 1, legend=not quiet))
-        by_hand = lines_by_hand(analysis, settings["read_off_at"] or {})
+        by_hand = lines_by_hand(analysis)
         if by_hand:
             _table("\n".join(by_hand))
+    _say_refused(analysis, with_table=with_table, quiet=quiet)
     for line in told:
+        say(line, quiet=quiet)
+
+
+def _say_refused(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
+    """Name the lines of given ranges that were refused."""
+    for line in refused_by_hand(analysis, in_table=with_table and not analysis.fits):
         say(line, quiet=quiet)
 
 

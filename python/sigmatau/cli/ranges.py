@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from sigmatau.analysis import Analysis
 from sigmatau.cli.options import key_values
 from sigmatau.errors import OptionError
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.selection.time_text import time_of
-from sigmatau.results import wrapped
+from sigmatau.results import seconds, wrapped
 
 _EXAMPLE = "random_walk=1s:10s"
 
@@ -32,9 +32,11 @@ def read_off_ranges(values: Sequence[str]) -> dict[str, tuple[float, float]]:
     return found
 
 
-def lines_by_hand(analysis: Analysis, ranges: Mapping[str, object]) -> list[str]:
+_FORCE = "--force draws a refused line"
+
+
+def lines_by_hand(analysis: Analysis) -> list[str]:
     """What was read off in the given ranges beside a fit, a line a channel. A read-off without a fit has its own table."""
-    terms = {key.rpartition(".")[2] for key in ranges}
     lines = []
     for channel, read in analysis.read_off.items() if analysis.fits else ():
         texts = [
@@ -42,7 +44,18 @@ def lines_by_hand(analysis: Analysis, ranges: Mapping[str, object]) -> list[str]
             for name, one in read.items()
             if one.range_from == "given"
         ]
-        refused = [f"{TERMS[one.term].label(read.quantity)}: {one.reason}" for one in read.refused if one.term in terms]
-        if texts or refused:
-            lines.append(f"{channel} read off: {', '.join([*texts, *refused])}")
+        if texts:
+            lines.append(f"{channel} read off: {', '.join(texts)}")
     return wrapped(lines)
+
+
+def refused_by_hand(analysis: Analysis, *, in_table: bool) -> list[str]:
+    """The lines of given ranges that were refused, and why, a line each, unless the table has them."""
+    lines = [
+        f"{channel} {TERMS[refusal.term].label(read.quantity)} not read off from {seconds(refusal.tau_min)} to"
+        f" {seconds(refusal.tau_max)} s: {refusal.reason}"
+        for channel, read in analysis.read_off.items()
+        for refusal in read.refused
+        if refusal.by_hand
+    ]
+    return [*(() if in_table else lines), _FORCE] if lines else []

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.read_off_by_hand import lay_by_hand, slope_of_curve
 from sigmatau.fitting.read_off_lines import Span, lay, points_between, points_in, span_of
 from sigmatau.fitting.read_off_regions import RULES, Refusal, Rule, regions
 from sigmatau.frozen import frozen
@@ -52,8 +53,12 @@ class Coefficient:
         Slope of the curve there in log σ over log τ; None if a given range has one point. [1]
     percentage : float
         Error over value, a ratio.
-    range_from : {"rules", "given"}
-        How the range was found.
+    range_from : {"rules", "given", "fit"}
+        Origin of the range: the rules, given by hand, or where the fitted model says that the term dominates.
+    slope_error : float or None
+        Standard error of the slope by eq. (26). [1]
+    forced : bool
+        Whether the line is drawn although the slope of the curve is not its own.
     """
 
     term: str
@@ -65,12 +70,15 @@ class Coefficient:
     slope: float | None
     percentage: float
     range_from: Source = "rules"
+    slope_error: float | None = None
+    forced: bool = False
 
     @property
     def region(self) -> str:
         """Where the line was laid, in words: ``"τ 1 … 10 s, given"``."""
         given = ", given" if self.range_from == "given" else ""
-        return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{given}"
+        forced = ", forced: not the slope of the curve" if self.forced else ""
+        return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{given}{forced}"
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``c.to("deg/sqrt(h)")``.
@@ -94,7 +102,10 @@ class Coefficient:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        return plain(self, "value error unit slope range_from", tau_s=[self.tau_min, self.tau_max])
+        forced = {"forced": True} if self.forced else {}
+        return plain(
+            self, "value error unit slope slope_error range_from", tau_s=[self.tau_min, self.tau_max], **forced
+        )
 
 
 @frozen(kw_only=False)
@@ -202,6 +213,7 @@ def read_off(
     rate_random_walk: Span | None = None,
     rate_ramp: Span | None = None,
     rules: Mapping[str, Rule] = RULES,
+    force: bool = False,
 ) -> ReadOff:
     """Read the coefficients of the five terms off an Allan deviation curve.
 
@@ -217,19 +229,24 @@ def read_off(
 
     A flat or rising region after which the curve falls below the line, or a region of slope −1 that begins below the
     line, is refused with a reason: the five terms cannot cause such a curve, but a filter, a line or correlated noise
-    can. A region that the other terms together explain as well, such as the crossing of two terms, is refused too. The
-    rules are not applied to given ranges.
+    can. A region that the other terms together explain as well, such as the crossing of two terms, is refused too.
+
+    A line in a given range is refused, with the measured slope and its error, if the slope of what the other lines leave
+    differs from its own by more than the tolerance of its rule and twice the error, or if they leave less than the error of
+    the curve. It does not change the lines of other terms that are found by rules.
 
     Parameters
     ----------
     curve : DeviationCurve
         Allan deviations of one channel.
     quantization, random_walk, bias_instability, rate_random_walk, rate_ramp : tuple of float, optional
-        Shortest and longest averaging time of the line of the term; the rules are not applied.
+        Shortest and longest averaging time of the line of the term, in place of its region by the rules.
         Default: by the rules. [s]
     rules : mapping of str to Rule
         Rules by term; terms without a rule are read off only in a given range. With ``rules={}`` only terms with a
         given range are read off.
+    force : bool
+        Lay refused lines of given ranges too; they are marked, see `Coefficient.forced`.
 
     Returns
     -------
@@ -283,34 +300,30 @@ def read_off(
         rate_ramp=rate_ramp,
     )
     wanted = {} if _refuses(curve) else rules
-    refused = [_whole(curve, name, _refuses(curve)) for name in rules if name not in given and name not in wanted]
-    found, others = regions(curve, wanted, given)
-    lines: dict[str, tuple[NDArray[np.intp], Source]] = {name: (at, "given") for name, at in given.items()}
-    lines |= {name: (at, "rules") for name, at in found.items()}
-    return _laid(curve, lines, [*refused, *others])
+    refused = [_whole(curve, name, _refuses(curve)) for name in rules if name not in wanted]
+    by_rules, without_region = regions(curve, wanted)
+    return _laid(curve, by_rules, "rules", given, [*refused, *without_region], force=force)
 
 
-def read_off_beside(curve: DeviationCurve, fitted: NoiseFit, given: Mapping[str, Span]) -> ReadOff:
+def read_off_beside(
+    curve: DeviationCurve, fitted: NoiseFit, given: Mapping[str, Span], *, force: bool = False
+) -> ReadOff:
     """Read off the observed terms of a fit where they are most of the variance, and other terms in given ranges.
 
-    A fit without intervals says nothing of the ranges; they are then found by the rules.
+    A fit without intervals, or one that does not fit, says nothing of the ranges; they are then found by the rules.
     """
     spans: Any = given
-    if not fitted.quantified:
-        return read_off(curve, **spans)
-    lines: dict[str, tuple[NDArray[np.intp], Source]]
-    lines = {name: (at, "given") for name, at in _given(curve, **spans).items()}
-    refused = []
+    if not fitted.quantified or fitted.is_misfit:
+        return read_off(curve, **spans, force=force)
+    lines, refused = {}, []
     for name, span in fitted.line_ranges.items():
-        if name in lines:
-            continue
         why = _refuses(curve)
         at = np.empty(0, dtype=np.intp) if why or span is None else points_between(curve, span)
         if len(at):
-            lines[name] = at, "fit"
+            lines[name] = at
         else:
             refused.append(_whole(curve, name, why))
-    return _laid(curve, lines, refused)
+    return _laid(curve, lines, "fit", _given(curve, **spans), refused, force=force)
 
 
 _HIDDEN = "other noise hides it at all averaging times"  # a fitted term that is nowhere most of the variance
@@ -330,31 +343,54 @@ def _refuses(curve: DeviationCurve) -> str:
 
 
 def _laid(
-    curve: DeviationCurve, lines: Mapping[str, tuple[NDArray[np.intp], Source]], refused: list[Refusal]
+    curve: DeviationCurve,
+    ranges: Mapping[str, NDArray[np.intp]],
+    source: Source,
+    given: Mapping[str, NDArray[np.intp]],
+    refused: list[Refusal],
+    *,
+    force: bool,
 ) -> ReadOff:
-    """The coefficients of lines through points of a curve."""
-    given = [name for name, (_, source) in lines.items() if source == "given"]
-    values, without = lay(curve, {name: at for name, (at, _) in lines.items()}, given=given)
-    for name, reason in without.items():
-        tau = curve.tau[lines[name][0]]
-        refused.append(Refusal(term=name, tau_min=float(tau[0]), tau_max=float(tau[-1]), reason=reason))
-    coefficients = {}
-    for name in TERMS:
-        if name in values:
-            at, source = lines[name]
-            delta = float(curve.error[at[-1]])
-            coefficients[name] = Coefficient(
-                term=name,
-                value=values[name],
-                error=values[name] * delta,
-                unit=coefficient_unit(name, curve.quantity, curve.unit),
-                tau_min=float(curve.tau[at[0]]),
-                tau_max=float(curve.tau[at[-1]]),
-                slope=_slope(curve, at),
-                percentage=delta,
-                range_from=source,
-            )
-    return ReadOff(curve.channel, curve.quantity, curve.unit, coefficients, tuple(refused))
+    """The coefficients of lines through points of a curve. Lines in given ranges replace those of their terms, and are laid
+    beside the others, which they do not change.
+    """
+    values, hidden = lay(curve, ranges)
+    held = {name: value for name, value in values.items() if name not in given}
+    by_hand, reasons = lay_by_hand(curve, given, held, force=force)
+    lines = {name: _coefficient(curve, name, value, ranges[name], source) for name, value in held.items()}
+    for name, line in by_hand.items():
+        lines[name] = _coefficient(curve, name, line.value, given[name], "given", forced=line.forced)
+    refused = [one for one in refused if one.term not in given]
+    refused += [_refusal(curve, name, ranges[name], why) for name, why in hidden.items() if name not in given]
+    refused += [_refusal(curve, name, given[name], why, by_hand=True) for name, why in reasons.items()]
+    ordered = {name: lines[name] for name in TERMS if name in lines}
+    return ReadOff(curve.channel, curve.quantity, curve.unit, ordered, tuple(refused))
+
+
+def _refusal(curve: DeviationCurve, name: str, at: NDArray[np.intp], reason: str, *, by_hand: bool = False) -> Refusal:
+    tau = curve.tau[at]
+    return Refusal(term=name, tau_min=float(tau[0]), tau_max=float(tau[-1]), reason=reason, by_hand=by_hand)
+
+
+def _coefficient(
+    curve: DeviationCurve, name: str, value: float, at: NDArray[np.intp], source: Source, *, forced: bool = False
+) -> Coefficient:
+    """The coefficient of a line, with the error of eq. (26) at its longest averaging time."""
+    delta = float(curve.error[at[-1]])
+    slope = slope_of_curve(curve, at) if len(at) > 1 else None
+    return Coefficient(
+        term=name,
+        value=value,
+        error=value * delta,
+        unit=coefficient_unit(name, curve.quantity, curve.unit),
+        tau_min=float(curve.tau[at[0]]),
+        tau_max=float(curve.tau[at[-1]]),
+        slope=None if slope is None else slope.value,
+        slope_error=None if slope is None else slope.error,
+        percentage=delta,
+        range_from=source,
+        forced=forced,
+    )
 
 
 def _given(curve: DeviationCurve, **spans: Span | None) -> dict[str, NDArray[np.intp]]:
@@ -367,11 +403,3 @@ def _given(curve: DeviationCurve, **spans: Span | None) -> dict[str, NDArray[np.
             except OptionError as error:
                 raise error.named(name) from None
     return found
-
-
-def _slope(curve: DeviationCurve, at: NDArray[np.intp]) -> float | None:
-    """Slope of a straight line through some points of a curve; None for one point."""
-    if len(at) == 1:
-        return None
-    weight = 1 / curve.error[at]
-    return float(np.polyfit(np.log(curve.tau[at]), np.log(curve.adev[at]), 1, w=weight)[0])

@@ -23,8 +23,9 @@ class ReadOffAt:
     A range of a channel goes before one of its sensor, and this before one of all channels.
     """
 
-    def __init__(self, given: Mapping[str, object] | None) -> None:
+    def __init__(self, given: Mapping[str, object] | None, *, force: bool = False) -> None:
         self._spans: dict[tuple[str, str], Span] = {}
+        self._force = force
         if given is not None and not isinstance(given, Mapping):
             raise OptionError(
                 f"{{option}} must be ranges of averaging times by term, in s, e.g. {{'random_walk': (1, 10)}},"
@@ -53,7 +54,9 @@ class ReadOffAt:
         found = {term: (place, span) for at in places for (place, term), span in self._spans.items() if place == at}
         spans: dict[str, Any] = {term: span for term, (_, span) in found.items()}
         try:
-            return read_off(curve, **spans) if fitted is None else read_off_beside(curve, fitted, spans)
+            if fitted is None:
+                return read_off(curve, **spans, force=self._force)
+            return read_off_beside(curve, fitted, spans, force=self._force)
         except OptionError as error:
             place = found[error.option or ""][0]
             raise error.named("read_off_at", f"{place}.{error.option}" if place else str(error.option)) from None

@@ -7,7 +7,8 @@ that is alone therefore goes through the curve, and one beside others through wh
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,9 @@ PER_OCTAVE = 8
 LEAST_SHARE = 0.02
 """Least mean share of the variance in its range that a line has; one with less has no definite height."""
 
-_HIDDEN = "the lines of the other terms reach the curve there"
-_GIVES_WAY = "it leaves nothing for the line of a given range"
+HIDDEN = "the lines of the other terms reach the curve there"
+"""Reason against a line for which the others leave nothing."""
+
 _MOST_STEPS = 100
 _CONVERGED = 1e-10
 _LARGEST_STEP = 1.0  # of the logarithm of a variance
@@ -83,7 +85,7 @@ def points_in(curve: DeviationCurve, span: Span) -> NDArray[np.intp]:
 
 
 def lay(
-    curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]], *, given: Container[str] = ()
+    curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]], *, held: Mapping[str, float] = MappingProxyType({})
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Lay a line of each term through its range of a curve.
 
@@ -96,8 +98,8 @@ def lay(
     curve : DeviationCurve
     ranges : mapping of str to ndarray
         By term, the indices of the points through which its line goes.
-    given : container of str
-        Terms whose ranges were given. If nothing is left for such a line, the strongest of the other lines is not laid.
+    held : mapping of str to float
+        Coefficients of lines that are laid already, by term: they stay as they are. [SI]
 
     Returns
     -------
@@ -106,43 +108,46 @@ def lay(
     dict of str to str
         Terms without a line, and why.
     """
-    kept = dict(ranges)
-    gone: dict[str, str] = {}
-    while kept:
-        heights, shares = _solved(curve, kept)
-        names = list(kept)
-        lost = int(np.argmin(shares.diagonal()))
-        if shares[lost, lost] >= LEAST_SHARE:
-            return {name: math.exp(value / 2) for name, value in zip(names, heights, strict=True)}, gone
-        others = [k for k, name in enumerate(names) if name not in given]
-        if names[lost] in given and others:
-            lost, reason = max(others, key=lambda k: float(shares[lost, k])), _GIVES_WAY
-        else:
-            reason = _HIDDEN
-        gone[names[lost]] = reason
-        del kept[names[lost]]
-    return {}, gone
+    remaining = dict(ranges)
+    hidden: dict[str, str] = {}
+    while remaining:
+        heights, shares = _solved(curve, remaining, held)
+        names = list(remaining)
+        lowest = int(np.argmin(shares.diagonal()))
+        if shares[lowest, lowest] >= LEAST_SHARE:
+            return {name: math.exp(value / 2) for name, value in zip(names, heights, strict=True)}, hidden
+        hidden[names[lowest]] = HIDDEN
+        del remaining[names[lowest]]
+    return {}, hidden
 
 
 def _solved(
-    curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]]
+    curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]], held: Mapping[str, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Logarithms of the squared coefficients, and the mean share of each line (columns) in the range of each (rows)."""
     used = distinct(np.concatenate(list(ranges.values())))
     shape = np.log([avar(name, 1.0, m=curve.m[used], tau0=curve.tau0) for name in ranges])
     weight = np.array([np.isin(used, at) / curve.error[used] ** 2 for at in ranges.values()])
     weight /= weight.sum(axis=1, keepdims=True)
+    with np.errstate(divide="ignore"):  # no line is held
+        log_held = np.log(sum_of_lines(curve, held, used))
     measured = np.log(curve.avar[used])
     height = (weight * (measured - shape)).sum(axis=1)
     for _ in range(_MOST_STEPS):
         log_part = height[:, None] + shape
-        total = np.logaddexp.reduce(log_part, axis=0)
+        total = np.logaddexp(np.logaddexp.reduce(log_part, axis=0), log_held)
         share = np.exp(log_part - total)
         of_line = weight * share
-        of_line /= of_line.sum(axis=1, keepdims=True)
+        of_line /= np.maximum(of_line.sum(axis=1, keepdims=True), 1e-300)
         slope = of_line @ share.T + 1e-12 * np.eye(len(height))
         step = np.clip(np.linalg.solve(slope, of_line @ (measured - total)), -_LARGEST_STEP, _LARGEST_STEP)
         height += step
         if np.abs(step).max() < _CONVERGED or share.max(axis=1).min() < 1e-30:
             break
     return height, weight @ share.T
+
+
+def sum_of_lines(curve: DeviationCurve, lines: Mapping[str, float], at: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Variance of lines at some points of a curve."""
+    parts = (avar(name, value, m=curve.m[at], tau0=curve.tau0) for name, value in lines.items())
+    return sum(parts, np.zeros(len(at)))

@@ -84,6 +84,8 @@ class Refusal:
         Why it is not that of the term.
     hidden : bool
         Whether other noise hides the term at all averaging times.
+    by_hand : bool
+        Whether the range was given by hand.
     """
 
     term: str
@@ -91,12 +93,11 @@ class Refusal:
     tau_max: float
     reason: str
     hidden: bool = False
+    by_hand: bool = False
 
 
-def regions(
-    curve: DeviationCurve, rules: Mapping[str, Rule], given: Mapping[str, NDArray[np.intp]]
-) -> tuple[dict[str, NDArray[np.intp]], list[Refusal]]:
-    """Regions of the terms that have a rule and no given range, as indices of the curve, and those that are refused.
+def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str, NDArray[np.intp]], list[Refusal]]:
+    """Regions of the terms that have a rule, as indices of the curve, and those that are refused.
 
     They are looked for in the curve, and then, one at a time, in what the lines leave that are there already.
     """
@@ -108,7 +109,7 @@ def regions(
         rest = points is not whole
         new: dict[str, tuple[float, NDArray[np.intp]]] = {}
         for name, rule in rules.items():
-            if name in found or name in given or name in refused:
+            if name in found or name in refused:
                 continue
             term = TERMS[name]
             region = points.longest(term.slope, rule, rest=rest)
@@ -126,9 +127,9 @@ def regions(
                 refused[name] = Refusal(term=name, tau_min=ends[0], tau_max=ends[1], reason=reason)
         taken = [max(new, key=lambda name: new[name][0])] if rest and new else list(new)
         found |= {name: new[name][1] for name in taken}
-        if (rest and not new) or not (found or given):
+        if (rest and not new) or not found:
             return found, list(refused.values())
-        lines, _ = lay(curve, dict(given) | found, given=given)
+        lines, _ = lay(curve, found)
         points = whole.without(curve, lines)
 
 

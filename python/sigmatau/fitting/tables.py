@@ -15,8 +15,10 @@ from sigmatau.results import interval_texts, seconds, wrapped
 _LEGEND = (
     "Read off as in El-Sheimy, Hou & Niu (2008): lines with the slopes of the terms, which together follow the curve. ± is"
     " their eq. (26) at the longest τ of each region: a rule of thumb, not a confidence interval. A term that is not listed"
-    " has no region.",
+    " has no region."
 )
+_BESIDE_FIT = "Each line is laid where the fitted model says that its term is most of the variance."
+_BY_RULES = "By rules on the curve alone, without a model"
 
 _COLUMNS = 4
 
@@ -149,7 +151,11 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
 def read_off_legend(read_off: Mapping[str, ReadOff]) -> str:
     """What the numbers of `read_off_table` are."""
     seen = [(result.quantity, name) for result in read_off.values() for name in result]
-    return "\n".join(wrapped([*_LEGEND, *_look_alikes(seen)]))
+    sources = {channel: {line.range_from for line in result.values()} for channel, result in read_off.items()}
+    by_rules = [channel for channel, origins in sources.items() if "rules" in origins]
+    ranges = [_BESIDE_FIT] if any("fit" in origins for origins in sources.values()) else []
+    ranges += [f"{_BY_RULES}: {', '.join(by_rules)}."] if by_rules else []
+    return "\n".join(wrapped([_LEGEND, *ranges, *_look_alikes(seen)]))
 
 
 def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping[str, float] | None = None) -> str:

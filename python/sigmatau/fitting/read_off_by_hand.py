@@ -1,0 +1,171 @@
+"""Lines in ranges that were given by hand: laid through what the other lines leave, and refused where the slope is wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.read_off_lines import HIDDEN, lay, sum_of_lines
+from sigmatau.fitting.read_off_regions import RULES
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS, avar
+
+_SLOPE_ERRORS = 2.0
+"""Standard errors of the slope that are allowed in addition to the tolerance of the term's rule, as in the rules."""
+
+_CORRELATION = 0.5
+"""Of overlapping Allan variances an octave apart: 0.4 for quantization, 0.53 for white and 0.88 for red noise (N = 1000).
+The error of a slope falls with it, so that it is not too small for red noise."""
+
+_WHOLE = 0.95  # least mean share of a line whose slope is called that of the curve
+
+
+@frozen
+class Slope:
+    """Measured slope of a curve, or of what other lines leave of it.
+
+    Attributes
+    ----------
+    value, error : float
+        Of log σ over log τ. [1]
+    of : {"curve", "rest"}
+    """
+
+    value: float
+    error: float
+    of: Literal["curve", "rest"]
+
+    def differs(self, term: str) -> bool:
+        """Whether it is not that of a term, by the tolerance of its rule and the error of the curve."""
+        return abs(self.value - TERMS[term].slope) > RULES[term].tolerance + _SLOPE_ERRORS * self.error
+
+    def against(self, term: str) -> str:
+        """The slope and that of a term: ``"the slope +1.00 ± 0.31, not -0.5"``."""
+        slope = f"{TERMS[term].slope:+g}" if TERMS[term].slope else "0"
+        if not math.isfinite(self.error):
+            return f"one point, no slope of {slope}"
+        decimals = 2 if self.error == 0 else max(2, 1 - math.floor(math.log10(self.error)))
+        return f"the slope {self.value:+.{decimals}f} ± {self.error:.{decimals}f}, not {slope}"
+
+
+@frozen
+class HandLine:
+    """A line that is laid by hand.
+
+    Attributes
+    ----------
+    value : float
+        Coefficient. [SI]
+    forced : bool
+        Whether it is drawn although the slope of the curve is not its own.
+    """
+
+    value: float
+    forced: bool = False
+
+
+def lay_by_hand(
+    curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]], held: Mapping[str, float], *, force: bool
+) -> tuple[dict[str, HandLine], dict[str, str]]:
+    """Lay lines in given ranges beside lines that are held: the lines, and those that are refused with the reason.
+
+    A line is refused if the slope of what the other lines leave differs from its own by more than the tolerance of its
+    rule and twice its error, or if they leave less than the error of the curve. With `force` it is laid all the same:
+    through the curve itself if the others leave nothing.
+    """
+    remaining, refused = dict(ranges), dict[str, str]()
+    while True:
+        values, hidden = lay(curve, remaining, held=held)
+        worst, reason, excess = "", "", 0.0
+        for name, at in remaining.items():
+            if name in hidden:
+                worst, reason = name, _hidden(curve, at, name)
+                break
+            lines = {**held, **values}
+            others = {term: value for term, value in lines.items() if term != name}
+            if not _exceeds_error(curve, at, name, values[name], others):
+                worst, reason = name, _hidden(curve, at, name)
+                break
+            slope = slope_of_rest(curve, at, name, values[name], others)
+            if slope is not None and slope.differs(name):
+                size = abs(slope.value - TERMS[name].slope) / (RULES[name].tolerance + _SLOPE_ERRORS * slope.error)
+                if size > excess:
+                    what = "the curve" if slope.of == "curve" else "what the other lines leave"
+                    worst, reason, excess = name, f"{what} has {slope.against(name)}", size
+        if not worst:
+            break
+        refused[worst] = reason
+        del remaining[worst]
+    laid = {name: HandLine(value=value) for name, value in values.items()}
+    if not force:
+        return laid, refused
+    for name in refused:
+        value = lay(curve, {name: ranges[name]}, held=held)[0] or lay(curve, {name: ranges[name]})[0]
+        laid[name] = HandLine(value=value[name], forced=True)
+    return laid, {}
+
+
+def _hidden(curve: DeviationCurve, at: NDArray[np.intp], term: str) -> str:
+    """The reason against a line for which the others leave less than the error of the curve."""
+    return f"{HIDDEN}, which has {slope_of_curve(curve, at).against(term)}"
+
+
+def slope_of_curve(curve: DeviationCurve, at: NDArray[np.intp]) -> Slope:
+    """Slope of a straight line through points of a curve, with the weights 1/δ²; NaN of one point."""
+    ones = np.ones(len(at))
+    value, error = _free_slope(curve, at, np.log(curve.avar[at]), ones)
+    return Slope(value=value, error=error, of="curve")
+
+
+def slope_of_rest(
+    curve: DeviationCurve, at: NDArray[np.intp], term: str, value: float, others: Mapping[str, float]
+) -> Slope | None:
+    """Slope of what other lines leave of a curve in the range of a line, by a step of Gauss and Newton from this line; None
+    for one point.
+    """
+    if len(at) < 2:
+        return None
+    line = avar(term, value, m=curve.m[at], tau0=curve.tau0)
+    total = line + sum_of_lines(curve, others, at)
+    share = line / total
+    change, error = _free_slope(curve, at, np.log(curve.avar[at] / total), share)
+    weight = curve.error[at] ** -2.0
+    of_curve = float(np.average(share, weights=weight)) > _WHOLE
+    return Slope(value=TERMS[term].slope + change, error=error, of="curve" if of_curve else "rest")
+
+
+def _free_slope(
+    curve: DeviationCurve, at: NDArray[np.intp], log_variance: NDArray[np.float64], share: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Slope of half a log variance over log τ for a line with a share of the variance, and its standard error."""
+    if len(at) < 2:
+        return math.nan, math.inf
+    x, weight = np.log(curve.tau[at]), curve.error[at] ** -2.0
+    design = np.stack([share, share * (x - x.mean())], axis=1)
+    gain = np.linalg.pinv(design.T @ (weight[:, None] * design)) @ (design.T * weight)
+    variance = float(gain[1] @ _covariance(curve, at) @ gain[1])
+    return float(gain[1] @ log_variance) / 2, math.sqrt(max(variance, 0.0)) / 2
+
+
+def _exceeds_error(
+    curve: DeviationCurve, at: NDArray[np.intp], term: str, value: float, others: Mapping[str, float]
+) -> bool:
+    """Whether the mean share of a line in its range is larger than the error of the mean log variance there."""
+    line = avar(term, value, m=curve.m[at], tau0=curve.tau0)
+    weight = curve.error[at] ** -2.0
+    weight /= weight.sum()
+    share = float(weight @ (line / (line + sum_of_lines(curve, others, at))))
+    error = math.sqrt(float(weight @ _covariance(curve, at) @ weight))
+    return share > min(error, _WHOLE)
+
+
+def _covariance(curve: DeviationCurve, at: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Covariance of log variances by eq. (26)."""
+    delta, octave = 2 * curve.error[at], np.log2(curve.tau[at])
+    covariance: NDArray[np.float64] = np.outer(delta, delta) * _CORRELATION ** np.abs(octave[:, None] - octave)
+    return covariance

@@ -105,6 +105,7 @@ def test_few_sums_of_coarse_pulses_give_a_limit(noise, duration):
         assert walk.value is None
         assert walk.upper_limit >= noise * 1e-5, k
         assert fitted["quantization"].upper_limit >= 1e-6 / math.sqrt(12)
+        assert not [finding for finding in analysis.findings if finding.code == "non_stationary"], k
 
 
 @pytest.mark.parametrize(("noise", "bias"), [(0.33, 0.0), (0.1, 0.21), (0.8, 0.0)])

@@ -14,6 +14,7 @@ from sigmatau.arrays import Bools, runs
 from sigmatau.errors import OptionError
 from sigmatau.findings.curves import CheckedInPart
 from sigmatau.findings.finding import Finding, Span
+from sigmatau.findings.reasons import CoarseCounts
 from sigmatau.findings.units import ImplausibleUnit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
@@ -263,7 +264,7 @@ def check_fits(
             said += steps_beside_drifts(still, fitted)
         between = between_steps(still, [*(found or ()), *said])
         steady = bridged(between)
-        said += non_stationary(steady, fitted)
+        said += non_stationary(steady, {c: fit for c, fit in fitted.items() if not _hidden_by_rounding(fit)})
         said += [one for fit in fitted.values() for one in beyond_class(fit, beside=found or ())]
         said += other_axes_disturbed(fitted.values())
         if steady is not between:
@@ -271,6 +272,11 @@ def check_fits(
         return said
 
     return tuple(one for said in in_threads(of_stream, tuple(streams), threads).values() for one in said)
+
+
+def _hidden_by_rounding(fitted: NoiseFit) -> bool:
+    """Whether counts of an angle hide the noise: how many there are then changes with where the angle is in a step."""
+    return any(isinstance(reason, CoarseCounts) and reason.hidden for reason in fitted.reasons)
 
 
 def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:

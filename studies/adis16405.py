@@ -6,11 +6,13 @@ adis16405_static.csv.gz is named by SIGMATAU_FIELD_DATA; without it this study i
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from pathlib import Path
 
 import sigmatau as st
+from sigmatau.record.streams import Stream
 
 DATASHEET = {
     "random_walk": {"gyro": "2", "accel": "0.2"},
@@ -25,7 +27,8 @@ def main() -> None:
     if not log.exists():
         sys.stderr.write(f"adis16405: skipped, {log} is absent\n")
         return
-    analysis = st.analyze(st.read(log, rate=100))
+    record = st.read(log, rate=100)
+    analysis = st.analyze(record)
     lines = [_HEAD]
     for channel, fitted in analysis.fits.items():
         stream = channel.partition("_")[0]
@@ -41,10 +44,58 @@ def main() -> None:
                 else f" | {value} {interval}"
             )
         lines.append(row + " |")
-    lines += ["", "Findings:", ""]
+    lines += ["", *_halves(record.stream_of("accel_x")), "", "Findings:", ""]
     lines += [f"- {finding}" for finding in analysis.findings]
     lines += [f"- {channel}: {note}" for channel, fitted in analysis.fits.items() for note in fitted.notes()]
     Path("docs/study/adis16405.md").write_text("\n".join([*lines, "", _TAIL]) + "\n", encoding="utf-8")
+
+
+Walk = tuple[float, float, float]
+"""Value and ends of the interval of a random walk."""
+
+
+def _halves(stream: Stream) -> list[str]:
+    """How far halves of the record, and of its halves, differ: by intervals before and after the change of the level."""
+    n = stream.grid.n
+    walks: dict[tuple[int, int, str], list[Walk]] = {}
+    for parts in (2, 4):
+        for k in range(parts):
+            for channel in stream.channels:
+                x = stream.column(channel)[k * n // parts : (k + 1) * n // parts]
+                part = st.Record.from_arrays(rate=100, accel_x=x, unit={"accel": "m/s^2"})
+                fitted = st.fit_channel(part, "accel_x")
+                walk, causes = fitted["random_walk"], {change.cause: change for change in fitted.adjustments}
+                value = walk.value or 0.0
+                walks[parts, k, channel] = [(value, walk.low or 0.0, walk.high or 0.0)]
+                if "changing_level" in causes:
+                    ends = causes["changing_level"].changes[0].before
+                    walks[parts, k, channel].insert(0, (value, ends.low or 0.0, ends.high or 0.0))
+    lines = [
+        "Halves of the record, and halves of these: the difference of the random walk in standard errors, by the intervals",
+        "before and after the change of its level is allowed for:",
+        "",
+        "| axis | halves | first half | second half |",
+        "|---|---|---|---|",
+    ]
+    pairs, deviates = ((2, 0), (4, 0), (4, 2)), []
+    for channel in stream.channels:
+        cells = []
+        for parts, k in pairs:
+            first, second = walks[parts, k, channel], walks[parts, k + 1, channel]
+            both = [_deviate(first[i], second[i]) for i in (0, -1)]
+            deviates.append(both)
+            cells.append(f"{both[0]:+.1f}, {both[1]:+.1f}")
+        lines.append(f"| {channel} | {' | '.join(cells)} |")
+    before, after = (math.sqrt(sum(pair[i] ** 2 for pair in deviates) / len(deviates)) for i in (0, 1))
+    return [*lines, "", f"Root mean square: {before:.1f} before, {after:.1f} after."]
+
+
+def _deviate(first: Walk, second: Walk) -> float:
+    """Difference of two random walks in standard errors on the sides that face each other."""
+    if first[0] > second[0]:
+        return -_deviate(second, first)
+    error = math.hypot(math.log(first[2] / first[0]), math.log(second[0] / second[1])) / 1.96
+    return math.log(second[0] / first[0]) / error
 
 
 _HEAD = """# A real unit: ADIS16405

@@ -291,7 +291,7 @@ class ChannelFit:
         p_value: float,
         parameters: list[Parameter],
         covariance: list[list[float]],
-        unsteadiness: tuple[float, float],
+        levels: list[tuple[int, float, float]],
         left_out: list[tuple[float, float]],
         resonances: list[tuple[float, float, float]],
     ) -> Self: ...
@@ -338,7 +338,7 @@ class ChannelFit:
     @property
     def covariance(self) -> list[list[float]]: ...
     @property
-    def unsteadiness(self) -> tuple[float, float]: ...
+    def levels(self) -> list[tuple[int, float, float]]: ...
     @property
     def left_out(self) -> list[tuple[float, float]]: ...
     @property

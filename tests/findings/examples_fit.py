@@ -14,6 +14,7 @@ from sigmatau.findings.curves import (
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.fit import (
     BeyondClass,
+    ChangingLevel,
     CountedAngle,
     Disturbed,
     FewDegreesOfFreedom,
@@ -57,6 +58,16 @@ SHAKEN = Disturbed(
     start=75.0,
     stop=87.5,
     quietest=5.8e-7,
+)
+
+CHANGING = ChangingLevel(
+    quantity="angular_rate",
+    rate_unit="rad/s",
+    lowest=9.3e-5,
+    highest=1.1e-4,
+    next_lowest=8.4e-5,
+    next_highest=1.2e-4,
+    p_value=1e-9,
 )
 
 EXAMPLES = [
@@ -119,6 +130,8 @@ EXAMPLES = [
     of_gyro(
         Widened(frequency=0.2, ratio=0.8, allowed=0.2, lines=100, crowded=0.35, only_walk=True), "warning", size=0.2
     ),
+    of_gyro(CHANGING, "info", size=1.18),
+    of_gyro(replace(CHANGING, quantity="acceleration", rate_unit="m/s^2"), "info", size=1.18),
     of_gyro(SHAKEN, size=0.97),
     of_gyro(replace(SHAKEN, start=0.0, stop=0.0, quietest=None), size=0.97),
     of_gyro(replace(SHAKEN, start=0.0, stop=20.0, quietest=None), size=0.97),

@@ -42,6 +42,7 @@ RECORDS = {
     "rounding": lambda: np.round(noise("rounding") / 1.5e-3) * 1.5e-3,
     "bias": lambda: np.clip(noise("bias"), -1.5e-3, 1.5e-3),
     "misfit": stepped,
+    "changing_level": lambda: noise("changing level") * np.repeat([0.8, 1.2], N // 2),
     "crowded_lines": wandering,
 }
 

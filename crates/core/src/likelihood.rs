@@ -39,6 +39,7 @@ mod running_mean;
 mod runs;
 mod select;
 mod slow_lines;
+mod white_levels;
 
 pub use channel_fit::{ChannelFit, SecondModel, Verdict, WarmUpEstimate, fit_channel};
 pub use estimates::{Estimate, TermEstimate};
@@ -52,3 +53,4 @@ pub use parts::{
     GaussMarkovEstimate, LineEstimate, MOST_LINES, Number, Parameter, ResonanceEstimate, TERM_NAMES,
 };
 pub use pass::{LEAST_SAMPLES, Pass, Summary};
+pub use white_levels::WhiteLevel;

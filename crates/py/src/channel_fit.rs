@@ -191,8 +191,8 @@ frozen_class! {
         parameters: Vec<Parameter>,
         /// Covariance of coefficients and of numbers of processes, shape (n, n). [SI]
         covariance: Vec<Vec<f64>>,
-        /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
-        unsteadiness: (f64, f64),
+        /// Eighths of the record that have samples: number, white level over that of the fit, its variance by chance.
+        levels: Vec<(usize, f64, f64)>,
         /// Ends of what each line leaves out of the fit. [Hz]
         left_out: Vec<(f64, f64)>,
         /// Variance [(rate unit)²], centre and half width [Hz] of every resonance, with those that are among the lines.
@@ -501,7 +501,7 @@ impl From<core::ChannelFit> for ChannelFit {
             p_value: fit.p_value,
             parameters: converted(fit.parameters),
             covariance: fit.covariance.chunks_exact(order).map(<[f64]>::to_vec).collect(),
-            unsteadiness: fit.unsteadiness,
+            levels: fit.levels.iter().map(|part| (part.eighth, part.level, part.variance)).collect(),
             left_out: fit.left_out,
             resonances: fit
                 .resonances

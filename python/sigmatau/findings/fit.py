@@ -115,6 +115,48 @@ class Widened(Details, code="widened"):
 
 
 @frozen
+class ChangingLevel(Details, code="changing_level"):
+    """The random walk differs between eighths of the record by more than chance, and its interval allows for it; the
+    size is the largest over the smallest.
+
+    Attributes
+    ----------
+    quantity, rate_unit : str
+        Of the channel.
+    lowest, highest : float
+        Random walk in the eighths. [SI]
+    next_lowest, next_highest : float
+        Interval of the random walk in the next record of this length. [SI]
+    p_value : float
+        Of the same random walk in all eighths.
+    """
+
+    quantity: str
+    rate_unit: str
+    lowest: float
+    highest: float
+    next_lowest: float
+    next_highest: float
+    p_value: float
+
+    def words(self, finding: Finding) -> Words:
+        unit, factor = display_units("random_walk", self.quantity, self.rate_unit)[-1]
+        label = TERMS["random_walk"].label(self.quantity)
+        return Words(
+            f"{label} from {_range(self.lowest / factor, self.highest / factor)} {unit} in eighths of the record;"
+            f" {_range(self.next_lowest / factor, self.next_highest / factor)} in the next such record",
+            "No action needed: the interval allows for it",
+        )
+
+
+def _range(low: float, high: float) -> str:
+    """Two ends with the same decimals, two digits of their distance: ``"0.193 to 0.227"``."""
+    distance = max(high - low, 1e-12 * high)
+    decimals = max(1 - math.floor(math.log10(distance)), 0)
+    return f"{low:.{decimals}f} to {high:.{decimals}f}" if decimals <= 12 else f"{low:.4g} to {high:.4g}"
+
+
+@frozen
 class Disturbed(Details, code="disturbed"):
     """Vibration has most of the power of the record, so that the coefficients are upper limits.
 

@@ -267,6 +267,32 @@ class BandsOff:
 
 
 @frozen
+class LevelChange:
+    """The white level differs between eighths of the record, and the interval of the random walk is that of its process.
+
+    Attributes
+    ----------
+    lowest, highest : float
+        Random walk in the eighths. [SI]
+    next_lowest, next_highest : float
+        Interval of the random walk in the next record of this length. [SI]
+    p_value : float
+        Of the same level in all eighths.
+    """
+
+    kind: str = field(default="level_change", init=False)
+    lowest: float
+    highest: float
+    next_lowest: float
+    next_highest: float
+    p_value: float
+
+    @property
+    def text(self) -> str:
+        return f"the random walk differs by a factor of {self.highest / self.lowest:.3g} in eighths of the record"
+
+
+@frozen
 class StatedReason:
     """A reason in words, of a result of another version of sigmatau.
 
@@ -289,6 +315,7 @@ Reason = (
     | CoarseValues
     | CoarseCounts
     | CrowdedLines
+    | LevelChange
     | BandLeftOut
     | BandsOff
     | VibrationPower

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from sigmatau.findings.reasons import BandLeftOut
-from sigmatau.fitting.adjustment import Adjustment, Change, Part
+from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Part
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Covariance, Parameter
@@ -21,6 +21,7 @@ _WITHOUT: Mapping[Part, Any] = {
     **dict.fromkeys(("response", "warm_up", "highest", "alike_from", "alike_sigma")),
     "covariance": Covariance(),
 }
+_LESS: tuple[Cause, ...] = ("rounding", "changing_level")  # whose reasons come last: others hide more
 
 
 def adjusted(fitted: NoiseFit, *subjects: Subject) -> NoiseFit:
@@ -86,7 +87,7 @@ def _reasons(fitted: NoiseFit, adjustment: Adjustment) -> tuple[Any, ...]:
         reasons = tuple(reason for reason in reasons if not isinstance(reason, BandLeftOut))
     if adjustment.reason is None or adjustment.reason in reasons:
         return reasons
-    return (*reasons, adjustment.reason) if adjustment.cause == "rounding" else (adjustment.reason, *reasons)
+    return (*reasons, adjustment.reason) if adjustment.cause in _LESS else (adjustment.reason, *reasons)
 
 
 def _changed_term(term: FittedTerm, change: Change) -> FittedTerm:

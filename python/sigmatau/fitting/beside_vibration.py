@@ -1,4 +1,4 @@
-"""Intervals of the random walk beside vibration: what lines may have taken of it, and its changes along the record."""
+"""The interval of the random walk beside vibration: what lines may have taken of it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 from sigmatau._native.likelihood import ChannelFit
 from sigmatau.findings.reasons import CrowdedLines
-from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Ends
-from sigmatau.fitting.disturbance import is_narrow, vibration_share
+from sigmatau.fitting.adjustment import Adjustment, Change, Ends
+from sigmatau.fitting.disturbance import is_narrow
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Parameter
@@ -17,11 +17,6 @@ from sigmatau.model.parameters import Parameter
 # ch104.mat has both; noise whose level changes 5 to 30 times has 7 to 550 lines and 0.07 to 0.8 of the band, and not one
 # true line: see docs/study/disturbed.md.
 _MANY_LINES, _CROWDED = 10, 0.05
-
-# The share of vibration in the power, and the p-value of a level that is the same in all eighths of the record, from which
-# the interval has the levels of its eighths: of 132 such axes of parked vehicles it then holds the random walk in 93 %,
-# without in 87 %.
-_SHAKEN, _UNSTEADY = 0.1, 1e-3
 
 
 _WALK = Parameter("random_walk")
@@ -56,7 +51,7 @@ def crowded_lines(
     shaken = sum(variance for variance, frequency, width in plain.resonances if is_narrow(frequency, width))
     high = math.sqrt(interval.high**2 + shaken / (2 * highest))
     reason = CrowdedLines(lines=len(fitted.sinusoid), share=share, highest=high)
-    return _joined(walk, interval.low, high, cause="crowded_lines", reason=reason)
+    return _joined(walk, interval.low, high, reason=reason)
 
 
 def _crowded_share(lines: Sequence[tuple[float, float]], *, spacing: float, highest: float) -> float:
@@ -76,7 +71,7 @@ def as_wide(fitted: NoiseFit, *, alone: FittedTerm, reason: CrowdedLines) -> Adj
     low, high = _relative(alone)
     value, ends = walk.value or 0.0, _relative(walk)
     low, high = value * min(low, ends[0]), value * max(high, ends[1])
-    return _changed(walk, Ends(low, high, None), cause="crowded_lines", reason=reason)
+    return _changed(walk, Ends(low, high, None), reason=reason)
 
 
 def _relative(term: FittedTerm) -> tuple[float, float]:
@@ -86,36 +81,19 @@ def _relative(term: FittedTerm) -> tuple[float, float]:
     return term.low / term.value, term.high / term.value
 
 
-def changing_level(fitted: NoiseFit, *, unsteadiness: tuple[float, float]) -> Adjustment | None:
-    """The random walk with the levels of the eighths of the record in its interval, if vibration changes it.
-
-    `unsteadiness`: standard deviation of the white level over eighths, relative, and p-value of none.
-    """
-    spread, p_value = unsteadiness
-    walk = fitted.terms.get("random_walk")
-    if p_value >= _UNSTEADY or walk is None or vibration_share(fitted) < _SHAKEN:
-        return None
-    if walk.value is None or walk.low is None or walk.high is None:
-        return None
-    low, high = walk.value * math.sqrt(max(1 - spread, 0.0)), walk.value * math.sqrt(1 + spread)
-    return _joined(walk, low, high, cause="changing_level")
-
-
-def _joined(
-    walk: FittedTerm, low: float, high: float, *, cause: Cause, reason: CrowdedLines | None = None
-) -> Adjustment:
+def _joined(walk: FittedTerm, low: float, high: float, *, reason: CrowdedLines) -> Adjustment:
     """The random walk with another interval in its interval or below its limit."""
     if walk.value is None or walk.low is None or walk.high is None:
         limit = None if walk.upper_limit is None else max(walk.upper_limit, high)
-        return _changed(walk, Ends(walk.low, walk.high, limit), cause=cause, reason=reason)
-    return _changed(walk, Ends(min(walk.low, low), max(walk.high, high), None), cause=cause, reason=reason)
+        return _changed(walk, Ends(walk.low, walk.high, limit), reason=reason)
+    return _changed(walk, Ends(min(walk.low, low), max(walk.high, high), None), reason=reason)
 
 
-def _changed(walk: FittedTerm, after: Ends, *, cause: Cause, reason: CrowdedLines | None = None) -> Adjustment:
+def _changed(walk: FittedTerm, after: Ends, *, reason: CrowdedLines) -> Adjustment:
     return Adjustment(
-        cause=cause,
-        findings=() if reason is None else ("widened",),
+        cause="crowded_lines",
+        findings=("widened",),
         changes=(Change.widening(_WALK, Ends.of(walk), after),),
-        verdict=None if reason is None else "widened",
+        verdict="widened",
         reason=reason,
     )

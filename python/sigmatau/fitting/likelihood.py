@@ -14,7 +14,8 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.reasons import BandLeftOut, BandsOff, Reason
 from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.arguments import check_level, wanted_terms
-from sigmatau.fitting.beside_vibration import changing_level, crowded_lines
+from sigmatau.fitting.beside_vibration import crowded_lines
+from sigmatau.fitting.changing_level import changing_level, unsteadiness
 from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import hidden_by_vibration
 from sigmatau.fitting.fitted_values import SecondModel
@@ -89,16 +90,17 @@ def fit_samples(
         )
 
     channel_fit = fitted_with(lines=True)
+    unsteady = unsteadiness(channel_fit.levels)
     return adjusted(
         noise_fit_of(stream, channel, channel_fit, regressors=tuple(regressors or ()), level=level),
-        partial(hidden_by_vibration, stream=stream, unsteady=channel_fit.unsteadiness[1]),
+        partial(hidden_by_vibration, stream=stream, unsteady=unsteady),
         partial(
             crowded_lines,
             native=channel_fit,
             without_lines=partial(fitted_with, lines=False),
             spacing=summary.spacing,
         ),
-        partial(changing_level, unsteadiness=channel_fit.unsteadiness),
+        partial(changing_level, levels=channel_fit.levels, p_value=unsteady),
         misfit,
     )
 

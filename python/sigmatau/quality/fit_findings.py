@@ -10,6 +10,7 @@ from sigmatau.findings.disturbances import NotStatic
 from sigmatau.findings.drift import TemperatureDrift, WarmUp
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.fit import (
+    ChangingLevel,
     CountedAngle,
     Disturbed,
     FewDegreesOfFreedom,
@@ -19,7 +20,7 @@ from sigmatau.findings.fit import (
     TooShort,
     Widened,
 )
-from sigmatau.findings.reasons import BandsOff, CrowdedLines, VibrationPower
+from sigmatau.findings.reasons import BandsOff, CrowdedLines, LevelChange, VibrationPower
 from sigmatau.findings.spectrum import (
     BandLeftOut,
     CorrelatedAxes,
@@ -129,6 +130,7 @@ def fit_findings(
         findings.append(Finding(details=short, severity="warning", channels=channels, size=freedom))
     if fitted.verdict == "widened":
         findings.append(_widened(fitted, of_misfit))
+    findings += _changing_level(fitted)
     between = {
         c for one in beside if one.code in ("interpolated", "repeated_samples") for c in one.channels or channels
     }
@@ -178,6 +180,27 @@ def _counted_angle(fitted: NoiseFit, beside: Sequence[Finding]) -> list[Finding]
             )
             return [Finding(details=details, severity="info", channels=(fitted.channel,), size=steps.added)]
     return []
+
+
+def _changing_level(fitted: NoiseFit) -> list[Finding]:
+    changes = [reason for reason in fitted.reasons if isinstance(reason, LevelChange)]
+    return [
+        Finding(
+            details=ChangingLevel(
+                quantity=fitted.quantity,
+                rate_unit=fitted.rate_unit,
+                lowest=change.lowest,
+                highest=change.highest,
+                next_lowest=change.next_lowest,
+                next_highest=change.next_highest,
+                p_value=change.p_value,
+            ),
+            severity="info",
+            channels=(fitted.channel,),
+            size=change.highest / change.lowest,
+        )
+        for change in changes
+    ]
 
 
 def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[Finding]:

@@ -12,16 +12,16 @@ use crate::likelihood::intervals::{
     gauss_markov, heavy_tails, intervals, join_alike, process_like_walk, squares, thresholds,
     thresholds_of_student, value_of_likelihood,
 };
-use crate::likelihood::laws::chi2_above;
 use crate::likelihood::linear::Symmetric;
 use crate::likelihood::lines::{Line, above_medians, beyond_band, without_images};
 use crate::likelihood::model::{Fit, TOLERANCE};
 use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
-use crate::likelihood::pass::{PARTS, Summary};
+use crate::likelihood::pass::Summary;
 use crate::likelihood::profile::{Bounds, of_part, of_resonance, of_time};
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, cost};
 use crate::likelihood::slow_lines::{prices, slow_lines};
+use crate::likelihood::white_levels::white_levels;
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -31,9 +31,6 @@ pub(crate) const LEAST: f64 = 0.002;
 
 /// Degrees of freedom of Student's t where a model is not adequate: the size of the wiggle is known from about as many bands.
 const WIGGLE_FREEDOM: f64 = 7.0;
-
-/// Share of an eighth of the record without which it says nothing of the steadiness of the noise.
-const LEAST_PART: f64 = 0.2;
 
 /// Fall of the deviance from which slow noise is behind a running mean.
 const BEHIND_MEAN: f64 = 3.84;
@@ -56,7 +53,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         ramp_observed: drifts.ramp_observed,
         warm_up: drifts.warm_up,
         regressors: (0..options.regressors.len()).map(|k| drift(&plain, GIVEN_AT + k)).collect(),
-        unsteadiness: unsteadiness(&plain, &bins),
+        levels: white_levels(&plain, &bins, tails),
         ..outcome(&plain, &bins, test, found)
     }
 }
@@ -137,6 +134,14 @@ fn drifting<'a>(
 pub(crate) struct Tails {
     pub kurtosis: f64,
     pub present: usize,
+}
+
+impl Tails {
+    /// The excess kurtosis where it stands out of chance; 0 otherwise.
+    pub(crate) fn heavy(&self) -> f64 {
+        let chance = (24.0 / self.present as f64).sqrt();
+        if self.kurtosis > 3.0 * chance { self.kurtosis } else { 0.0 }
+    }
 }
 
 /// Intervals of a model, and the model without what was not observed.
@@ -264,7 +269,7 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
         widened: test.p_value < LEAST,
         bands: test.bands,
         discrepancy,
-        unsteadiness: (0.0, 1.0),
+        levels: Vec::new(),
         parameters: reduced.model.parts.clone(),
         covariance: (0..count)
             .flat_map(|i| (0..count).map(move |j| (i, j)))
@@ -274,43 +279,4 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
             .map(|i| [bins.frequency[i], plain.powers[i], plain.spectrum[i], bins.freedom[i]])
             .collect(),
     }
-}
-
-/// Whether the white level changes along the record: its mean in each eighth, by bins weighted by what they say of it.
-fn unsteadiness(fit: &Fit, bins: &Bins) -> (f64, f64) {
-    let Some(j) = fit.model.index(Part::RandomWalk).filter(|&j| fit.model.theta[j] > 0.0) else {
-        return (0.0, 1.0);
-    };
-    if bins.ranges.is_empty() {
-        return (0.0, 1.0);
-    }
-    let response = fit.model.response_means(bins);
-    let low = bins.low;
-    let share = |i: usize| fit.model.theta[j] * response[low + i] / fit.spectrum[low + i];
-    let mut weights: Vec<f64> =
-        (0..bins.ranges.len()).map(|i| bins.weight(low + i) * share(i).powi(2)).collect();
-    let sum: f64 = weights.iter().sum();
-    for w in &mut weights {
-        *w /= sum;
-    }
-    // Of a record with missing samples, a part counts by what it holds.
-    let shares = bins.record.masked.as_ref().map_or([1.0 / PARTS as f64; PARTS], |masked| masked.parts());
-    let there: Vec<usize> = (0..PARTS).filter(|&p| shares[p] * PARTS as f64 > LEAST_PART).collect();
-    let parts = there.len() as f64;
-    if there.len() < 2 {
-        return (0.0, 1.0);
-    }
-    let all = bins.parts();
-    let levels: Vec<f64> = there
-        .iter()
-        .map(|&p| &all[p])
-        .map(|part| part.iter().enumerate().map(|(i, p)| weights[i] * p / fit.spectrum[low + i]).sum())
-        .collect();
-    let mean = levels.iter().sum::<f64>() / parts;
-    let squares: f64 = levels.iter().map(|r| (r / mean - 1.0).powi(2)).sum();
-    let smaller = there.iter().map(|&p| 1.0 / (shares[p] * PARTS as f64)).sum::<f64>() / parts;
-    let chance: f64 = (0..weights.len())
-        .map(|i| 2.0 * weights[i].powi(2) / (bins.freedom[low + i] / PARTS as f64) * smaller)
-        .sum();
-    (((squares / (parts - 1.0)) - chance).max(0.0).sqrt(), chi2_above(squares / chance, parts - 1.0))
 }

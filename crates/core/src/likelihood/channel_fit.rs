@@ -12,6 +12,7 @@ use crate::likelihood::parts::{
     GaussMarkovEstimate, LineEstimate, Parameter, Parts, ResonanceEstimate, TERM_NAMES, covariance,
 };
 use crate::likelihood::pass::Summary;
+use crate::likelihood::white_levels::WhiteLevel;
 use crate::resonance::Resonance;
 use std::f64::consts::LN_10;
 
@@ -111,8 +112,8 @@ pub struct ChannelFit {
     pub parameters: Vec<Parameter>,
     /// Covariance of these numbers, row after row. [SI]
     pub covariance: Vec<f64>,
-    /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
-    pub unsteadiness: (f64, f64),
+    /// White level of each eighth of the record that has samples.
+    pub levels: Vec<WhiteLevel>,
     /// Ends of what each line leaves out of the fit. [Hz]
     pub left_out: Vec<(f64, f64)>,
     /// Every resonance in front of the filter, with those that are among the lines.
@@ -233,7 +234,7 @@ impl ChannelFit {
             p_value: outcome.p_value,
             parameters,
             covariance,
-            unsteadiness: outcome.unsteadiness,
+            levels: outcome.levels.clone(),
             left_out: outcome.lines.iter().map(|line| (line.from, line.to)).collect(),
             resonances: resonances(outcome),
         };

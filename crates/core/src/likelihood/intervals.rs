@@ -187,11 +187,11 @@ pub(crate) fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &
 
 /// A heavy tail widens what the samples say of the white level: the relative variance of N² is (2 + κ)/N, not 2/N.
 pub(crate) fn heavy_tails(white: &mut Bounds, tails: Tails, at: Thresholds) {
-    let n = tails.present as f64;
-    if tails.kurtosis <= 3.0 * (24.0 / n).sqrt() || !white.observed {
+    let heavy = tails.heavy();
+    if heavy == 0.0 || !white.observed {
         return;
     }
-    let more = (at.interval * tails.kurtosis / n).sqrt() * white.value;
+    let more = (at.interval * heavy / tails.present as f64).sqrt() * white.value;
     white.low = (white.value - (white.value - white.low).hypot(more)).max(0.0);
     white.high = white.value + (white.high - white.value).hypot(more);
 }

@@ -6,6 +6,7 @@ use crate::likelihood::lines::Line;
 use crate::likelihood::profile::Bounds;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::slow_lines::SlowLine;
+use crate::likelihood::white_levels::WhiteLevel;
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,8 +131,8 @@ pub struct Outcome {
     pub bands: Vec<(f64, f64)>,
     /// Size of the wiggle that the intervals allow for: frequency [Hz], standard deviation of the logarithm of the density.
     pub discrepancy: Vec<(f64, f64)>,
-    /// Standard deviation of the white level over eighths of the record beyond chance, relative, and its p-value.
-    pub unsteadiness: (f64, f64),
+    /// White level of each eighth of the record that has samples.
+    pub levels: Vec<WhiteLevel>,
     /// Parts of the reduced model, in the order of `covariance`: terms by index 0 … 3, then processes.
     pub parameters: Vec<Part>,
     /// Covariance of their parameters, of the coefficients of the filter, and of the shapes of processes in the order of the

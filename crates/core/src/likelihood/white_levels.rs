@@ -1,0 +1,54 @@
+//! The white level along the record: its mean in each eighth, by bins weighted by what they say of it.
+
+use crate::likelihood::analysis::Tails;
+use crate::likelihood::bins::Bins;
+use crate::likelihood::expected::Part;
+use crate::likelihood::model::Fit;
+use crate::likelihood::pass::PARTS;
+
+/// Share of an eighth of the record without which it says nothing of the steadiness of the noise.
+const LEAST_PART: f64 = 0.2;
+
+/// White level in an eighth of the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WhiteLevel {
+    /// Which eighth, from 0.
+    pub eighth: usize,
+    /// Square of the random walk over that of the fit, as far as the density consists of it.
+    pub level: f64,
+    /// Variance of `level` where the noise is stationary.
+    pub variance: f64,
+}
+
+/// The white level of each eighth that has samples; none without a random walk.
+pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLevel> {
+    let Some(j) = fit.model.index(Part::RandomWalk).filter(|&j| fit.model.theta[j] > 0.0) else {
+        return Vec::new();
+    };
+    if bins.ranges.is_empty() {
+        return Vec::new();
+    }
+    let response = fit.model.response_means(bins);
+    let low = bins.low;
+    let share = |i: usize| fit.model.theta[j] * response[low + i] / fit.spectrum[low + i];
+    let mut weights: Vec<f64> =
+        (0..bins.ranges.len()).map(|i| bins.weight(low + i) * share(i).powi(2)).collect();
+    let sum: f64 = weights.iter().sum();
+    for w in &mut weights {
+        *w /= sum;
+    }
+    // Of a record with missing samples, a part counts by what it holds.
+    let shares = bins.record.masked.as_ref().map_or([1.0 / PARTS as f64; PARTS], |masked| masked.parts());
+    let of_bins: f64 =
+        (0..weights.len()).map(|i| 2.0 * weights[i].powi(2) / (bins.freedom[low + i] / PARTS as f64)).sum();
+    let chance = of_bins + PARTS as f64 * tails.heavy() / tails.present as f64;
+    let all = bins.parts();
+    (0..PARTS)
+        .filter(|&p| shares[p] * PARTS as f64 > LEAST_PART)
+        .map(|p| WhiteLevel {
+            eighth: p,
+            level: all[p].iter().enumerate().map(|(i, x)| weights[i] * x / fit.spectrum[low + i]).sum(),
+            variance: chance / (shares[p] * PARTS as f64),
+        })
+        .collect()
+}

@@ -459,7 +459,15 @@ class BriefResultForm(ResultForm):
 
 
 @frozen
+class CoefficientsChannelForm(BriefChannelForm):
+    """The coefficients of a channel, with those that were read off."""
+
+    read_off: Mapping[str, CoefficientForm] = field(default_factory=dict)
+
+
+@frozen
 class CoefficientsForm(BriefResultForm):
     """A result without its findings too: the coefficients of thousands are compared."""
 
+    channels: Mapping[str, CoefficientsChannelForm]
     findings: tuple[FindingForm, ...] = field(default=(), init=False)

@@ -371,4 +371,7 @@ class Analysis(Tabular):
             return TablesByChannel(self.read_off).columns()
         columns = self.fits.columns()
         columns["trust"] = [self.fits[name].trust for name in columns["channel"]]
+        keys = zip(columns["channel"], columns["term"], strict=True)
+        lines = (self.read_off.get(name, {}).get(term) for name, term in keys)
+        columns["plus_minus"] = [None if line is None else line.error for line in lines]
         return {name: columns[name] for name in dict.fromkeys((*_FIRST_COLUMNS, *columns))}

@@ -178,10 +178,11 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         ]
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a coefficient, see `Tabular.columns`."""
-        every = list(self.coefficients.values())
-        rows = {name: [getattr(one, name) for one in every] for name in ("term", "value", "error", "unit")}
-        return {"channel": [self.channel] * len(every), **rows}
+        """A row a coefficient, see `Tabular.columns`. ``plus_minus`` is the error by eq. (26), not a standard error."""
+        lines = list(self.coefficients.values())
+        rows: dict[str, list[Any]] = {name: [getattr(line, name) for line in lines] for name in ("term", "value")}
+        rows |= {"plus_minus": [line.error for line in lines], "unit": [line.unit for line in lines]}
+        return {"channel": [self.channel] * len(lines), **rows}
 
     _repr_html_ = Printed._repr_html_  # in the field's units
 

@@ -206,11 +206,14 @@ class RunComparison(Tabular):
         }
         for name, values in self._numbers(np.array(signed, dtype=bool)).items():
             found[name] = _none_of(values)
-        found["paper_delta"] = _none_of(self.cells.delta)
-        found["paper_accepts"] = [
-            None if np.isnan(d) or np.isnan(s) else bool(s < d)
-            for s, d in zip(self.cells.std, self.cells.delta, strict=True)
-        ]
+        for prefix, verdict, errors in (
+            ("paper_delta", "paper_accepts", self.cells.delta),
+            ("mean_error", "std_below_error", self.cells.typical),
+        ):
+            found[prefix] = _none_of(errors)
+            found[verdict] = [
+                None if np.isnan(e) or np.isnan(s) else bool(s < e) for s, e in zip(self.cells.std, errors, strict=True)
+            ]
         found["judgement"] = list(self.judgements())
         found["outlier"] = [outliers[at].name if at in outliers else None for at in range(len(self))]
         below = self.below()

@@ -57,8 +57,13 @@ def tables(comparison: RunComparison) -> str:
     order = [*TERMS, MEAN]
     keys = sorted(by_table, key=lambda one: (one[0], one[1] != "gyro", one[1], order.index(one[2])))
     parts = ["\n".join(_paper_table(comparison, key, by_table[key], judgements)) for key in keys]
+    notes = []
     if np.isfinite(comparison.cells.delta).any():
-        parts.append(f"δ: error as stated, or else the mean error of a {OTHERS[comparison.by]}")
+        notes.append("δ: eq. (26) of the paper at the longest averaging time of the line, or as stated")
+    if np.isfinite(comparison.cells.typical).any():
+        notes.append(f"error: mean standard error of a {OTHERS[comparison.by]}")
+    if notes:
+        parts.append("\n".join(notes))
     return lines_text("\n\n".join(parts).splitlines())
 
 
@@ -360,16 +365,24 @@ def _paper_table(
         cells.append((f"between {what}s %", *(one[1] for one in spreads)))
         cells.append(("next ± %", *(one[2] for one in spreads)))
         cells.append(("verdict", *(_SHORT[judgements[at]] for at in rows)))
-        cells.append(("paper: STD < δ", *(_paper_text(comparison, at, size, digits) for at in rows)))
+        std = comparison.cells.std
+        for title, symbol, errors in (
+            ("paper: STD < δ", "δ", comparison.cells.delta),
+            ("STD < error", "error", comparison.cells.typical),
+        ):
+            if np.isfinite(errors[rows]).any():
+                texts = (_rule_text(float(std[at]), float(errors[at]), f"{symbol} = ", size, digits) for at in rows)
+                cells.append((title, *texts))
     widths = [max(len(row[k]) for row in cells) for k in range(len(cells[0]))]
     return [name, *("  ".join(t.ljust(w) for t, w in zip(row, widths, strict=True)).rstrip() for row in cells)]
 
 
-def _paper_text(comparison: RunComparison, at: int, size: float, digits: int) -> str:
-    std, delta = float(comparison.cells.std[at]), float(comparison.cells.delta[at])
-    if not (np.isfinite(std) and np.isfinite(delta)):
+def _rule_text(std: float, error: float, symbol: str, size: float, digits: int) -> str:
+    """Whether a standard deviation is below an error: ``"yes, δ = 0.074"``."""
+    if not (np.isfinite(std) and np.isfinite(error)):
         return ""
-    return f"{'yes' if std < delta else 'no'}, δ = {delta / size:.{digits}f}"
+    shown = f"{error / size:.{digits}f}"
+    return f"{'yes' if std < error else 'no'}, {symbol}{shown if float(shown) else two_digits(error / size)}"
 
 
 def _decimals(values: Sequence[float]) -> int:

@@ -25,7 +25,8 @@ class Cells:
     looked: Ints  # values and upper limits
     limit: Floats  # largest upper limit of the runs without a value, NaN if there is none [SI]
     std: Floats  # standard deviation of the values, ddof = 1 [SI]
-    delta: Floats  # error of the paper's rule: as stated, else the mean error of a run [SI]
+    delta: Floats  # mean δ of the paper's rule, NaN if no run has one [SI]
+    typical: Floats  # mean standard error of a run, NaN if a run has none [SI]
     known: NDArray[np.bool_]  # whether all values have errors
 
     def rows(self, at: int) -> Ints:
@@ -63,8 +64,10 @@ def cells_of(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool_]) -> 
     absolute = np.where(signed[table.label[rows[with_value]]], errors, errors * np.abs(values))
     known = np.bincount(own, weights=np.isnan(errors), minlength=len(codes)) == 0
     typical = np.bincount(own, weights=absolute, minlength=len(codes)) / k
-    stated = np.full(len(codes), np.nan)
-    np.fmin.at(stated, own, table.delta[rows[with_value]])
+    deltas = table.delta[rows[with_value]]
+    stated = np.isfinite(deltas)
+    with_delta = np.bincount(own[stated], minlength=len(codes))
+    total = np.bincount(own[stated], weights=deltas[stated], minlength=len(codes))
     return Cells(
         group=codes // labels,
         label=codes % labels,
@@ -74,7 +77,8 @@ def cells_of(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool_]) -> 
         looked=looked,
         limit=limit,
         std=std,
-        delta=np.where(np.isnan(stated), np.where(seen > 0, typical, np.nan), stated),
+        delta=np.where(with_delta > 0, total / np.maximum(with_delta, 1), np.nan),
+        typical=np.where(seen > 0, typical, np.nan),
         known=known,
     )
 

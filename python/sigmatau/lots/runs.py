@@ -19,6 +19,7 @@ from sigmatau.analysis.failed import FailedAnalysis
 from sigmatau.analysis.reading import as_analysis
 from sigmatau.errors import DataError
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.fitting.read_off import ReadOff
 from sigmatau.frozen import frozen
 from sigmatau.lots.group_effects import Floats, Ints
 from sigmatau.quality.clocks import Mark, marks_of
@@ -31,7 +32,8 @@ SIGNED = ("rate_ramp", MEAN)
 """Terms whose values have a sign: they are compared as they are, all others by their logarithms."""
 
 OBSERVED, LIMITED, WITHOUT_ERROR, WITHOUT_INTERVAL = range(4)
-"""Status of a row: value with error; upper limit; value whose error is not known; value of a model that does not fit."""
+"""Status of a row: value with error; upper limit; value whose error is not known, or that was read off (δ is no standard
+error); value of a model that does not fit."""
 
 SERIAL_NOTES = ("serial number", "serial", "unit", "device", "sn")
 RUN_NOTES = ("run", "day", "test", "date")
@@ -106,7 +108,7 @@ class RunTable:
     value: Floats  # [SI]
     error: Floats  # standard error, NaN if not known; relative, or in SI of what is `SIGNED`
     limit: Floats  # upper limit of a term that was not observed [SI]
-    delta: Floats  # error of the paper's rule, if stated [SI]
+    delta: Floats  # δ of the paper's rule: by eq. (26) of what was read off, or as stated [SI]
     status: NDArray[np.int8]
 
 
@@ -163,8 +165,8 @@ class RunsBuilder:
             self.add_run(replace(run, problem=str(error)))
             return
         at = self.add_run(replace(run, sha256=analysis.source.sha256, marks=marks_of(analysis.fits)))
-        for label, status, value, spread, limit in rows:
-            self.add_row(at, label, status, value=value, error=spread, limit=limit)
+        for label, status, value, spread, limit, delta in rows:
+            self.add_row(at, label, status, value=value, error=spread, limit=limit, delta=delta)
 
     def table(self) -> RunTable:
         """All rows so far."""
@@ -213,17 +215,20 @@ def joined(tables: Sequence[RunTable]) -> RunTable:
     )
 
 
-_Row = tuple[tuple[str, str, str, str, str], int, float, float, float]
+_Row = tuple[tuple[str, str, str, str, str], int, float, float, float, float]
 
 
 def _rows(analysis: Analysis) -> list[_Row]:
-    """The rows of an analysis; raises `DataError` if no coefficient has an interval or a limit."""
+    """The rows of an analysis; raises `DataError` if no coefficient has an interval or a limit, or was read off."""
     if not analysis.fits and (reason := reason_without_fits(analysis.rest)):
         raise DataError(reason)
     rows: list[_Row] = []
     for name in dict.fromkeys([*analysis.curves, *analysis.read_off]):
+        lines = analysis.read_off.get(name)
         if name in analysis.fits:
-            rows += _rows_of_fit(name, analysis.fits[name])
+            rows += _rows_of_fit(name, analysis.fits[name], lines)
+        elif lines is not None and not analysis.fits:
+            rows += _rows_of_lines(name, lines)
         if name in analysis.means:
             mean, read_off = analysis.means[name], analysis.read_off.get(name)
             curve = analysis.curves.get(name)
@@ -233,23 +238,30 @@ def _rows(analysis: Analysis) -> list[_Row]:
                 label = (name, read_off.quantity, MEAN, mean.unit, read_off.rate_unit)
             else:
                 continue
-            rows.append((label, WITHOUT_ERROR, mean.value, math.nan, math.nan))
-    if not any(row[1] in (OBSERVED, LIMITED) for row in rows):
-        raise DataError("no coefficient has an interval: no model fits, or the coefficients were only read off")
+            rows.append((label, WITHOUT_ERROR, mean.value, math.nan, math.nan, math.nan))
+    if not any(row[1] in (OBSERVED, LIMITED) or (row[1] == WITHOUT_ERROR and not math.isnan(row[-1])) for row in rows):
+        raise DataError("no coefficient has an interval or was read off: no model fits")
     return rows
 
 
-def _rows_of_fit(name: str, fit: NoiseFit) -> Iterable[_Row]:
+def _rows_of_lines(name: str, lines: ReadOff) -> Iterable[_Row]:
+    for term, line in lines.items():
+        label = (name, lines.quantity, term, line.unit, lines.rate_unit)
+        yield label, WITHOUT_ERROR, line.value, math.nan, math.nan, line.error
+
+
+def _rows_of_fit(name: str, fit: NoiseFit, lines: ReadOff | None) -> Iterable[_Row]:
     for term, fitted in fit.terms.items():
         label = (name, fit.quantity, term, fitted.unit, fit.rate_unit)
         if fitted.value is None:
             if fitted.observed is False and fitted.upper_limit is not None:
-                yield label, LIMITED, math.nan, math.nan, fitted.upper_limit
+                yield label, LIMITED, math.nan, math.nan, fitted.upper_limit, math.nan
             continue
         error = math.nan
         if fit.quantified and fitted.low is not None and fitted.high is not None:
             error = error_of(term, fitted.value, fitted.low, fitted.high, level=fitted.level)
-        yield label, WITHOUT_INTERVAL if math.isnan(error) else OBSERVED, fitted.value, error, math.nan
+        delta = lines[term].error if lines is not None and term in lines else math.nan
+        yield label, WITHOUT_INTERVAL if math.isnan(error) else OBSERVED, fitted.value, error, math.nan, delta
 
 
 def error_of(term: str, value: float, low: float, high: float, *, level: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -10,9 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_quantile
+from sigmatau.analysis.reading import as_result
 from sigmatau.lots.preparing import without_copies
-from sigmatau.lots.runs import LIMITED, MEAN, OBSERVED, SIGNED, WITHOUT_ERROR, WITHOUT_INTERVAL, Label, Run, RunTable
+from sigmatau.lots.runs import (
+    LIMITED,
+    MEAN,
+    OBSERVED,
+    SIGNED,
+    WITHOUT_ERROR,
+    WITHOUT_INTERVAL,
+    Label,
+    Run,
+    RunsBuilder,
+    RunTable,
+    joined,
+)
 from sigmatau.noise.terms import TERMS
+from sigmatau.store.contents import contents
 from sigmatau.store.packing import NUMBERS
 
 if TYPE_CHECKING:
@@ -25,9 +40,10 @@ _Floats = NDArray[np.float64]
 
 
 def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> RunTable:
-    """Rows of the runs that have coefficients. Of the results of a log with several options, the latest is taken.
+    """Rows of the runs that have coefficients. Of the results of a log with several options, the latest fit is taken,
+    or else the latest that was read off.
 
-    Lines and filters of the fits are not read, so that clocks are not compared.
+    Lines and filters of the fits are not read, so that clocks are not compared. δ of eq. (26) is read of up to 1000 runs.
     """
     from sqlalchemy import select
 
@@ -36,19 +52,21 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
     of = label.c
     labels = connection.execute(select(of.id, of.channel, of.quantity, of.term, of.unit, of.rate_unit)).all()
     found = connection.execute(
-        select(run.c.id, unit.c.name, run.c.name, run.c.sha256, result.c.numbers)
+        select(run.c.id, unit.c.name, run.c.name, run.c.sha256, result.c.numbers, run.c.state)
         .join_from(run, unit)
         .join(result, result.c.run_id == run.c.id)
         .outerjoin(model, unit.c.model_id == model.c.id)
-        .where(*conditions, run.c.state == "fitted")
+        .where(*conditions, run.c.state.in_(("fitted", "not_fitted")))
         .order_by(unit.c.name, run.c.recorded, run.c.id)
     ).all()
-    latest = {(serial, sha or key): key for key, serial, _, sha, _ in sorted(found, key=lambda row: row[0])}
-    kept = [row for row in found if latest[row[1], row[3] or row[0]] == row[0]]
+    rising = sorted(found, key=lambda row: (row[5] == "fitted", row[0]))
+    latest = {(serial, sha or key): key for key, serial, _, sha, _, _ in rising}
+    usable = [row for row in found if latest[row[1], row[3] or row[0]] == row[0]]
+    kept = [row for row in usable if row[5] == "fitted"]
     numbers = np.frombuffer(b"".join(row[4] for row in kept), dtype=NUMBERS)
     counts = np.array([len(row[4]) // NUMBERS.itemsize for row in kept], dtype=np.int64)
-    return _table(
-        runs=tuple(Run(name=name, serial=serial, sha256=sha) for _, serial, name, sha, _ in kept),
+    table = _table(
+        runs=tuple(Run(name=name, serial=serial, sha256=sha) for _, serial, name, sha, *_ in kept),
         labels={
             key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r)
             for key, c, q, t, u, r in sorted(labels, key=_order)
@@ -56,6 +74,42 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
         run=np.repeat(np.arange(len(kept)), counts),
         numbers=numbers,
     )
+    if len(kept) <= _MOST_CONTENTS:
+        table = _with_deltas(connection, table, [row[0] for row in kept])
+    lines = _read_off_alone(connection, [row for row in usable if row[5] != "fitted"][:_MOST_CONTENTS])
+    whole = joined([table, lines]) if len(lines.run) else table
+    return replace(whole, runs=without_copies(whole))  # a log that was saved again has other bytes and the same values
+
+
+_MOST_CONTENTS = 1000
+"""Runs whose whole results are read, a millisecond each: what was read off is not in the tables."""
+
+
+def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> RunTable:
+    """The table with δ of eq. (26) of what was read off beside the fits."""
+    position = {key: at for at, key in enumerate(keys)}
+    deltas = {
+        (position[key], channel, term): float(line["error"])
+        for key, content in contents(connection, keys)
+        for channel, part in content["channels"].items()
+        for term, line in (part.get("read_off") or {}).items()
+    }
+    names = [(label.channel, label.term) for label in table.labels]
+    rows = zip(table.run.tolist(), table.label.tolist(), table.value.tolist(), strict=True)
+    of_rows = [
+        math.nan if math.isnan(value) else deltas.get((run, *names[label]), math.nan) for run, label, value in rows
+    ]
+    return replace(table, delta=np.array(of_rows, dtype=np.float64))
+
+
+def _read_off_alone(connection: Connection, rows: Sequence[Any]) -> RunTable:
+    """The rows of results without a fit whose coefficients were read off."""
+    builder, of_key = RunsBuilder(), {row[0]: row for row in rows}
+    for key, content in contents(connection, list(of_key)):
+        parts = content["channels"].values()
+        if any(part.get("read_off") for part in parts) and not any("fit" in part for part in parts):
+            builder.add_result(as_result(content), name=of_key[key][2], serial=of_key[key][1])
+    return builder.table()
 
 
 def _order(label: Sequence[Any]) -> tuple[Any, ...]:
@@ -83,7 +137,7 @@ def _table(
     error = np.where(valued & (numbers["fits"] == 1) & ~mean, error, np.nan)
     status = np.where(np.isnan(error), WITHOUT_INTERVAL, OBSERVED)
     status = np.where(mean, WITHOUT_ERROR, np.where(valued, status, LIMITED)).astype(np.int8)
-    table = RunTable(
+    return RunTable(
         runs=runs,
         labels=tuple(labels.values()),
         run=run,
@@ -94,7 +148,6 @@ def _table(
         delta=np.full(len(value), np.nan),
         status=status,
     )
-    return replace(table, runs=without_copies(table))  # a log that was saved again has other bytes and the same values
 
 
 def _errors(value: _Floats, numbers: NDArray[np.void], *, signed: NDArray[np.bool_]) -> _Floats:

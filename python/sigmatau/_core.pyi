@@ -431,6 +431,7 @@ class LikelihoodSummary:
         times: Sequence[float] = ...,
         regressors: Sequence[_Floats] = ...,
         level: float = 0.95,
+        most_quantization: float = ...,
     ) -> ChannelFit: ...
 
 def fit_jointly(

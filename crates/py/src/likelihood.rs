@@ -129,7 +129,7 @@ impl LikelihoodSummary {
     #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // one for each option
     #[pyo3(signature = (
         *, samples=None, terms=None, filter=true, processes=true, resonances=true, lines=true, drifts=true,
-        times=Vec::new(), regressors=Vec::new(), level=0.95
+        times=Vec::new(), regressors=Vec::new(), level=0.95, most_quantization=f64::INFINITY
     ))]
     fn fit<'py>(
         &self,
@@ -144,11 +144,22 @@ impl LikelihoodSummary {
         times: Vec<f64>,
         regressors: Vec<PyReadonlyArray1<'py, f64>>,
         level: f64,
+        most_quantization: f64,
     ) -> PyResult<ChannelFit> {
         let terms = terms.map_or(Ok([true; 4]), |terms| chosen(&terms))?;
         let (regressors, samples) = (self.curves(&regressors)?, samples.unwrap_or(self.0.samples));
-        let options =
-            Options { terms, filter, processes, resonances, lines, drifts, times, regressors, level };
+        let options = Options {
+            terms,
+            filter,
+            processes,
+            resonances,
+            lines,
+            drifts,
+            times,
+            regressors,
+            level,
+            most_quantization,
+        };
         Ok(detached(py, || likelihood::fit_channel(&self.0, &options, samples)).into())
     }
 }

@@ -144,6 +144,8 @@ def fit(state: State) -> State:
     method: Literal["likelihood", "gls"] = "gls" if options.method == "gls" else "likelihood"
     coarse = {finding.channel: finding.details for finding in findings if isinstance(finding.details, CoarseResolution)}
 
+    streams = _streams_by_channel(record)
+
     def fitted(channel: str) -> tuple[NoiseFit, NoiseFit, DeviationCurve]:
         curve, steps = state.curves[channel], coarse.get(channel)
         if steps is not None and steps.summed != 1 and method == "likelihood":
@@ -152,9 +154,10 @@ def fit(state: State) -> State:
                 quantization=steps.added or 0.0, terms=options.terms,
             )  # fmt: skip
         else:
+            lattice = resolution.resolution(streams[channel], channel)
             first = fit_channel(
                 record, channel, method=method, curve=state.fitted_on[channel], tau_min=options.tau_min,
-                terms=options.terms, threads=options.threads,
+                terms=options.terms, step=0.0 if lattice is None else lattice.step, threads=options.threads,
             )  # fmt: skip
         if curve.overlap == "full":
             curve = with_freedom(curve, first)
@@ -162,7 +165,7 @@ def fit(state: State) -> State:
             return first, adjusted(first, partial(rounding_of, step=steps.step, noise=steps.noise)), curve
         return first, first, curve
 
-    fits, final_curves, streams = {}, {}, _streams_by_channel(record)
+    fits, final_curves = {}, {}
     results = in_threads(fitted, tuple(state.curves), options.threads)
     if options.method == "read-off":
         return replace(state, models={channel: final for channel, (_, final, _) in results.items()})

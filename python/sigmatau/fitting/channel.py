@@ -51,6 +51,7 @@ def fit_channel(
     processes: Sequence[float] | None = None,
     regressors: Mapping[str, ArrayLike] | None = None,
     level: float = 0.95,
+    step: float | None = None,
     threads: int | None = None,
 ) -> NoiseFit:
     """Fit the noise of a channel with a model of your own choice.
@@ -78,6 +79,9 @@ def fit_channel(
         unit]
     level : float
         Confidence level of intervals and limits.
+    step : float, optional
+        Step of the samples, 0 for none. Quantized angles are rates in steps: a small step leaves no room for quantization
+        noise, and the random walk is known better where there is none. Default: not known. [unit of the channel]
     threads : int, optional
         Default: all cores. Results do not depend on it.
 
@@ -126,7 +130,9 @@ def fit_channel(
         )
     stream = record.stream_of(channel)
     if method == "likelihood" and usable(stream, channel):
-        return by_likelihood(record, channel, terms=terms, processes=processes, regressors=regressors, level=level)
+        return by_likelihood(
+            record, channel, terms=terms, processes=processes, regressors=regressors, level=level, step=step
+        )
     return _by_curve(record, channel, curve, threads=threads, tau_min=tau_min, terms=terms, level=level)
 
 
@@ -138,6 +144,7 @@ def by_likelihood(
     processes: Sequence[float] | None = None,
     regressors: Mapping[str, ArrayLike] | None = None,
     level: float = 0.95,
+    step: float | None = None,
 ) -> NoiseFit:
     """Fit the samples of a channel, with the temperature of the log if the channel follows it."""
     stream, given = record.stream_of(channel), dict(regressors or {})
@@ -150,10 +157,13 @@ def by_likelihood(
             processes=processes,
             regressors={**given, TEMPERATURE: degrees},
             level=level,
+            step=step,
         )
         if _ratio(with_it) > _LEAST_RATIO:
             return with_it
-    return likelihood.fit_samples(stream, channel, terms=terms, processes=processes, regressors=given, level=level)
+    return likelihood.fit_samples(
+        stream, channel, terms=terms, processes=processes, regressors=given, level=level, step=step
+    )
 
 
 def follows_temperature(fitted: NoiseFit) -> bool:

@@ -41,6 +41,7 @@ def fit_samples(
     processes: Sequence[float] | None = None,
     regressors: Mapping[str, ArrayLike] | None = None,
     level: float = 0.95,
+    step: float | None = None,
 ) -> NoiseFit:
     """Fit the noise of a channel to its samples.
 
@@ -60,6 +61,9 @@ def fit_samples(
         Curves at the samples that the mean may follow, by name.
     level : float
         Of intervals and limits.
+    step : float, optional
+        Step of the samples, 0 for none: angles in steps are rates in steps, so that it bounds the quantization noise.
+        Default: not known. [unit of the stream]
 
     Raises
     ------
@@ -87,6 +91,7 @@ def fit_samples(
             times=[float(time) for time in processes or ()],
             regressors=[at_blocks(summary.centres + start, curve, stream.grid.tau0) for curve in curves],
             level=level,
+            most_quantization=math.inf if step is None else step * stream.grid.tau0 / math.sqrt(12),
         )
 
     channel_fit = fitted_with(lines=True)

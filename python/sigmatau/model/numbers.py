@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 _LEAST_SHARE = 1e-6  # of the variance that an uncertain phase leaves
+_OF_SHAPE = 0.02  # largest difference of the variances of model and fit at `tau_min`, relative: SAME in described.rs
 _LEAST_CHANGE = 1e-9  # relative change of a frequency that is not rounding
 
 _CHANGE = 1e-3  # relative change of a number of a process for its derivative
@@ -47,7 +48,9 @@ def adev_interval(
     -------
     low, high : ndarray, shape (n_tau,)
         The interval holds the other explanations of the record (`ChannelModel.alike_from`, `ChannelModel.alternatives`),
-        and `high` the terms that were not observed at their limits. [unit of the rate]
+        and `high` the terms that were not observed at their limits. Where the curve is described from `tau_min` on, the
+        interval holds what the model differs from the fit: 2 % of the variance there, less at longer times. [unit of the
+        rate]
     """
     avar, parts = model.avar(m=m, tau0=tau0), model.avar_of_parts(m=m, tau0=tau0)
     parameters, covariance = model.covariance.parameters, model.covariance.matrix
@@ -88,7 +91,10 @@ def adev_interval(
     absent = {term: limit for term, limit in model.limits.items() if term not in model and limit}
     if absent:
         high = np.sqrt(high**2 + ChannelModel(terms=absent).avar(m=m, tau0=tau0))
-    return low, high
+    # The fit may have a filter that the model does without, whose share of the variance falls with the averaging time.
+    times = np.asarray(m) * tau0
+    shape = _OF_SHAPE * np.minimum(1.0, model.tau_min / times) if model.tau_min > tau0 else np.zeros(len(times))
+    return low * np.sqrt(1 - shape), high * np.sqrt(1 + shape)
 
 
 def _frequencies_of_lines(model: ChannelModel) -> dict[Parameter, tuple[Sinusoid, float]]:

@@ -15,9 +15,10 @@ use crate::likelihood::intervals::{
 use crate::likelihood::linear::Symmetric;
 use crate::likelihood::lines::{Line, above_medians, beyond_band, without_images};
 use crate::likelihood::model::{Fit, TOLERANCE};
+use crate::likelihood::no_quantization::without_quantization;
 use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
 use crate::likelihood::pass::Summary;
-use crate::likelihood::profile::{Bounds, of_part, of_resonance, of_time};
+use crate::likelihood::profile::{Bounds, Thresholds, of_part, of_resonance, of_time};
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, cost};
 use crate::likelihood::slow_lines::{prices, slow_lines};
@@ -44,7 +45,22 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
     let (Attempt { bins, fit: plain, lines, highest, .. }, drifts) = fitted(record, options);
     let test = adequacy(&plain, &bins);
     let tails = Tails { kurtosis: record.kurtosis, present: record.present() };
-    let found = inferred(&plain, &bins, test.p_value, tails, allowed(record, options), options.level);
+    let allowed = allowed(record, options);
+    let bare = without_quantization(&plain, &bins, options.most_quantization.powi(2));
+    let infer = |fit: &Fit| inferred(fit, &bins, test.p_value, tails, allowed, options.level);
+    let found = match bare {
+        Some(bare) => {
+            let mut found = infer(&bare.fit);
+            found
+                .terms
+                .insert(bare.removed, unseen(&plain, &bins, bare.removed, test.p_value, options.level));
+            if let Some(j) = plain.model.index(Part::RandomWalk) {
+                found.terms[j].low = (found.terms[j].low - bare.less).max(0.0);
+            }
+            found
+        }
+        None => infer(&plain),
+    };
     Outcome {
         lines,
         slow_lines: if options.lines { slow_lines(&plain, &bins) } else { Vec::new() },
@@ -166,7 +182,7 @@ pub(crate) fn inferred(
 ) -> Inferred {
     let thresholds = thresholds(level);
     let (limited, limited_bins, discrepancy) = widened(plain, bins);
-    let at = if p_value < LEAST { thresholds_of_student(level, WIGGLE_FREEDOM) } else { thresholds };
+    let at = thresholds_at(p_value, level);
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
     let mut second = join_alike(&mut terms, plain, bins, at, allowed);
     reduced = reduced.model.clone().refit(bins, 40, TOLERANCE, plain);
@@ -219,6 +235,17 @@ pub(crate) fn inferred(
     let covariance = information.pseudo_inverse();
     let alike_from = process_like_walk(&reduced, &limited_bins, at);
     Inferred { terms, reduced, processes, covariance, alike_from, second, discrepancy }
+}
+
+/// The limit of a term that is not observed.
+fn unseen(plain: &Fit, bins: &Bins, part: usize, p_value: f64, level: f64) -> Bounds {
+    let (limited, limited_bins, _) = widened(plain, bins);
+    of_part(&limited, &limited_bins, part, thresholds_at(p_value, level))
+}
+
+/// The thresholds of the intervals of a model.
+fn thresholds_at(p_value: f64, level: f64) -> Thresholds {
+    if p_value < LEAST { thresholds_of_student(level, WIGGLE_FREEDOM) } else { thresholds(level) }
 }
 
 /// The model in which a process is white noise behind a filter of first order.

@@ -87,19 +87,21 @@ fn bands(fit: &Fit, bins: &Bins) -> Vec<Band> {
     found
 }
 
-/// Variance of the wiggle in each band: E (ln r)² = (1 − h)(s² + v), smoothed over bands, h the leverage, v that of chance.
+/// Variance of the wiggle in each band: E (ln r)² = (1 − h)(s² + v), smoothed over bands, h the leverage, v that of chance;
+/// less its standard error without a wiggle, since chance alone makes it positive in every second band.
 fn wiggle(bands: &[Band]) -> Vec<f64> {
     bands
         .iter()
         .map(|here| {
-            let (mut above, mut below) = (0.0, 0.0);
+            let (mut above, mut below, mut scatter) = (0.0, 0.0, 0.0);
             for b in bands {
                 let weight = (-0.5 * ((here.number - b.number) as f64 / SMOOTH).powi(2)).exp();
                 above += weight * (b.log_ratio.powi(2) - (1.0 - b.leverage) * chance(b.freedom));
                 below += weight * (1.0 - b.leverage);
+                scatter += 2.0 * (weight * (1.0 - b.leverage) * chance(b.freedom)).powi(2);
             }
             let own = OWN_SHARE * (here.log_ratio.powi(2) - BEYOND * chance(here.freedom));
-            (above / below).max(own).max(0.0)
+            ((above - scatter.sqrt()) / below).max(own).max(0.0)
         })
         .collect()
 }

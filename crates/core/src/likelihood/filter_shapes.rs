@@ -52,6 +52,48 @@ pub(crate) enum Shape {
     Means { length: f64, stages: u32 },
 }
 
+/// A shape whose corner is evaluated once for all frequencies.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Response {
+    shape: Shape,
+    /// Tangent of a corner by the bilinear transform, density at the frequency 0 of a folded filter, factor of smoothing.
+    of_corner: f64,
+}
+
+impl Response {
+    /// ln |H|² at a frequency times the sample interval.
+    pub(crate) fn log_power(&self, x: f64) -> f64 {
+        match self.shape {
+            Shape::Digital { order, .. } => -((PI * x).tan() / self.of_corner).powi(2 * order as i32).ln_1p(),
+            Shape::Folded { order, corner } => (folded(order, corner, x) / self.of_corner).ln(),
+            Shape::Smoothing { .. } => {
+                // |H|² = (1 − p)² / (1 − 2p cos + p²), half of it at the corner.
+                let p = self.of_corner;
+                ((1.0 - p).powi(2) / (1.0 - 2.0 * p * (2.0 * PI * x).cos() + p * p)).ln()
+            }
+            Shape::RunningMean { length } => {
+                let length = f64::from(length);
+                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
+                ratio.powi(2).max(ZERO).ln()
+            }
+            Shape::TwoPoles { damping, .. } => {
+                let squared = ((PI * x).tan() / self.of_corner).powi(2);
+                -((1.0 - squared).powi(2) + 4.0 * damping * damping * squared).ln()
+            }
+            Shape::Means { length, stages } => {
+                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
+                f64::from(stages) * ratio.powi(2).max(ZERO).ln()
+            }
+        }
+    }
+}
+
+/// Density behind an analog Butterworth filter and a sampler.
+fn folded(order: u32, corner: f64, x: f64) -> f64 {
+    let gain = |x: f64| 1.0 / (1.0 + (x / corner).powi(2 * order as i32));
+    (-IMAGES..=IMAGES).map(|k| gain(x + f64::from(k))).sum()
+}
+
 impl Shape {
     /// Two poles with half the power at a corner.
     pub(crate) fn two_poles(corner: f64, damping: f64) -> Self {
@@ -92,35 +134,21 @@ impl Shape {
 
     /// ln |H|² at a frequency times the sample interval.
     pub(crate) fn log_power(self, x: f64) -> f64 {
-        match self {
-            Self::Digital { order, corner } => {
-                -((PI * x).tan() / (PI * corner).tan()).powi(2 * order as i32).ln_1p()
-            }
-            Self::Folded { order, corner } => {
-                let gain = |x: f64| 1.0 / (1.0 + (x / corner).powi(2 * order as i32));
-                let folded = |x: f64| (-IMAGES..=IMAGES).map(|k| gain(x + f64::from(k))).sum::<f64>();
-                (folded(x) / folded(0.0)).ln()
-            }
+        self.response().log_power(x)
+    }
+
+    /// The response, with what depends on the corner alone.
+    pub(crate) fn response(self) -> Response {
+        let of_corner = match self {
+            Self::Digital { corner, .. } | Self::TwoPoles { corner, .. } => (PI * corner).tan(),
+            Self::Folded { order, corner } => folded(order, corner, 0.0),
             Self::Smoothing { corner } => {
-                // |H|² = (1 − p)² / (1 − 2p cos + p²), half of it at the corner.
                 let c = (2.0 * PI * corner).cos();
-                let p = (2.0 - c) - ((2.0 - c).powi(2) - 1.0).sqrt();
-                ((1.0 - p).powi(2) / (1.0 - 2.0 * p * (2.0 * PI * x).cos() + p * p)).ln()
+                (2.0 - c) - ((2.0 - c).powi(2) - 1.0).sqrt()
             }
-            Self::RunningMean { length } => {
-                let length = f64::from(length);
-                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
-                ratio.powi(2).max(ZERO).ln()
-            }
-            Self::TwoPoles { corner, damping } => {
-                let squared = ((PI * x).tan() / (PI * corner).tan()).powi(2);
-                -((1.0 - squared).powi(2) + 4.0 * damping * damping * squared).ln()
-            }
-            Self::Means { length, stages } => {
-                let ratio = (PI * length * x).sin() / (length * (PI * x).sin());
-                f64::from(stages) * ratio.powi(2).max(ZERO).ln()
-            }
-        }
+            Self::RunningMean { .. } | Self::Means { .. } => 1.0,
+        };
+        Response { shape: self, of_corner }
     }
 
     /// Whether the response has zeros below half the rate, between which the taper shares power.

@@ -26,7 +26,7 @@ const MOVED: [f64; 3] = [0.6, 1.0, 1.6];
 /// Price of a number of the filter (Akaike), among filters.
 const NUMBER: f64 = 2.0;
 
-/// Rise of the deviance over the best of the first families beyond which no family is tried that starts there.
+/// Rise of the deviance after few steps over the best of the first families, or over the fit, beyond which a family is given up.
 const HOPELESS: f64 = 200.0;
 
 /// The best fit of a model with a filter of known shape; `bare` has none.
@@ -59,7 +59,7 @@ pub(crate) fn best_of_families(bare: &Model, bins: &Bins, from: &Fit) -> Option<
         families.filter_map(|family| {
             let mut model = with_family(bare, family, corner_of(&start.model)?, start.model.of_white);
             model.theta.clone_from(&start.model.theta);
-            Some(model.refit(bins, STEPS, TOLERANCE, from))
+            close(model, bins, from, |rough| rough.deviance < least + HOPELESS)
         })
     });
     found.min_by(|a, b| cost(a).total_cmp(&cost(b)))
@@ -82,13 +82,17 @@ pub(crate) fn other_families(fit: &Fit, bins: &Bins, rise: f64) -> Vec<Fit> {
         for family in Family::all().filter(|&family| (Some(family), of_white) != present) {
             let mut model = with_family(&fit.model, family, corner, of_white);
             model.theta.clone_from(&fit.model.theta);
-            let tried = model.refit(bins, STEPS, TOLERANCE, fit);
-            if cost(&tried) <= cost(fit) + rise {
-                found.push(tried);
-            }
+            let is_hopeful = |rough: &Fit| cost(rough) < cost(fit) + rise + HOPELESS;
+            found.extend(close(model, bins, fit, is_hopeful).filter(|tried| cost(tried) <= cost(fit) + rise));
         }
     }
     found
+}
+
+/// The fit of a model, unless few steps say that it is far from the best.
+fn close(model: Model, bins: &Bins, from: &Fit, is_hopeful: impl Fn(&Fit) -> bool) -> Option<Fit> {
+    let rough = model.refit(bins, FIRST_STEPS, ROUGH, from);
+    is_hopeful(&rough).then(|| rough.model.refit(bins, STEPS, TOLERANCE, from))
 }
 
 fn with_family(model: &Model, family: Family, corner: f64, of_white: bool) -> Model {

@@ -522,7 +522,8 @@ impl Model {
 /// |H|² of a shape at the low bins and at the points.
 fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
     let (tau0, spacing, zeros) = (bins.record.tau0, bins.record.frequency(1), shape.has_zeros());
-    let power = |f: f64| shape.log_power(f * tau0).max(LEAST_LOG_POWER).exp();
+    let response = shape.response();
+    let power = |f: f64| response.log_power(f * tau0).max(LEAST_LOG_POWER).exp();
     let of_mode = |bin: usize| {
         if zeros { bins.mean_of_modes(bin, power) } else { power(bins.frequency[bin]) }
     };

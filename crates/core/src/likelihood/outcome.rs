@@ -30,6 +30,9 @@ pub struct Options {
     pub regressors: Vec<Vec<f64>>,
     /// Confidence level.
     pub level: f64,
+    /// Largest quantization noise for which the step of the samples leaves room; infinite if that is unknown. [unit of the
+    /// rate times s]
+    pub most_quantization: f64,
 }
 
 impl Default for Options {
@@ -44,6 +47,7 @@ impl Default for Options {
             times: Vec::new(),
             regressors: Vec::new(),
             level: 0.95,
+            most_quantization: f64::INFINITY,
         }
     }
 }

@@ -59,19 +59,37 @@ def test_rate_random_walk_is_observed():
     assert sum((walk.low or 0.0) <= 5e-6 <= (walk.high or walk.upper_limit) for walk in walks) >= COUNT - most(0.06)
 
 
-def test_a_warm_up_is_no_rate_random_walk():
-    """Without warm-ups in its place, a quarter of such records had one."""
+@pytest.mark.parametrize("time", [1000, 2000])
+def test_a_warm_up_is_no_rate_random_walk(time):
+    """Without warm-ups in its place, a quarter of such records had one; with those up to a third of the record, 14 %."""
     model = NoiseModel(channels={"gyro_x": {"random_walk": N, "bias_instability": 5e-5}})
-    rng = np.random.default_rng(seed_of("second explanations, warm-up"))
-    drift = 2e-4 * np.exp(-np.arange(round(RATE * DURATION)) / (RATE * 1000))
+    rng = np.random.default_rng(seed_of(f"second explanations, warm-up {time}"))
+    drift = 2e-4 * np.exp(-np.arange(round(RATE * DURATION)) / (RATE * time))
     false, named = 0, 0
     for _ in range(COUNT):
         x = simulate(model, duration=DURATION, rate=RATE, rng=rng).streams[0].column("gyro_x")
         fit = fit_channel(Record.from_arrays(rate=RATE, gyro_x=x + drift, unit={"gyro": "rad/s"}), "gyro_x")
         false += fit["rate_random_walk"].observed
         named += any(second.warm_up is not None for second in fit.second)
-    assert false <= most(0.08)
+    assert false <= most(0.05)
     assert named > 0
+
+
+@pytest.mark.parametrize(
+    ("term", "value", "sigma", "time"),
+    [("bias_instability", 5e-5, 3.6e-5, 20.0), ("rate_random_walk", 5e-6, 5e-5, 100.0)],
+)
+def test_interval_holds_a_term_beside_a_weak_process(term, value, sigma, time):
+    """Joined only with processes that gain 6, the intervals held B in 71 and K in 73 % of the records; now 88 and 89."""
+    missed = 0
+    noise = {"terms": {"random_walk": N, term: value}, "gauss_markov": (GaussMarkov(sigma=sigma, time=time),)}
+    for fit in fits(f"weak process of {time:g}", **noise):
+        quantity = fit[term]
+        high = quantity.high if quantity.observed else quantity.upper_limit
+        missed += not (quantity.low or 0.0) <= value <= high
+        # A rate random walk that a process opens to 0 has the process named.
+        assert term != "rate_random_walk" or quantity.observed or not quantity.value or fit.second
+    assert missed <= most(0.12)
 
 
 def power_law(exponent, flicker):

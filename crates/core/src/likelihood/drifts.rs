@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Fall of the deviance for a warm-up, and its time constants over the length of the record.
 const WARM_UP: f64 = 16.0;
 
-const WARM_UPS: [f64; 6] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0];
+const WARM_UPS: [f64; 7] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0, 1.5];
 
 /// Steps of the logarithm of the time constant by which the best one is refined.
 const REFINED: [f64; 4] = [0.34, 0.17, 0.09, 0.045];

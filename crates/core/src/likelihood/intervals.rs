@@ -11,7 +11,18 @@ use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::model::{Fit, Shape, TOLERANCE};
 use crate::likelihood::outcome::Second;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part};
-use crate::likelihood::select::{Allowed, second_explanations};
+use crate::likelihood::select::{ALIKE, Allowed, second_explanations};
+
+/// Price in deviance of a process that is not in the model, where the interval of a term is joined with that beside it: of the
+/// rate random walk that of two numbers (Akaike); of other terms more, because slow noise of any kind resembles the bias
+/// instability, and most where the rate random walk is observed too. With 6 for all, the intervals hold B beside a hump in 71 % of
+/// records and K beside telegraph noise in 73 %, with these in 91 and 85 to 90 %; with 4 for all, an interval of B is 40 % wider.
+const BESIDE_WALK: f64 = 4.0;
+const BESIDE_OTHERS: f64 = 5.0;
+const BESIDE_BOTH: f64 = 6.0;
+
+/// Fall of the deviance by a process from which the interval of a rate random walk that is not needed beside it begins at 0.
+const OPENED: f64 = 1.0;
 
 pub(crate) fn thresholds(level: f64) -> Thresholds {
     Thresholds {
@@ -87,39 +98,73 @@ pub(crate) fn join_alike(
     at: Thresholds,
     allowed: Allowed,
 ) -> Vec<Second> {
-    let others = second_explanations(plain, bins, allowed);
+    let is_slow = |part: Part| matches!(part, Part::BiasInstability | Part::RateRandomWalk);
+    let shows_slow =
+        plain.model.parts.iter().zip(terms.iter()).any(|(&part, term)| is_slow(part) && term.observed);
+    let others = second_explanations(plain, bins, allowed, shows_slow);
     let mut others: Vec<Alike> = others.into_iter().map(|fit| Alike { fit, warm_up: None }).collect();
     if allowed.processes {
         others.extend(alike(plain, bins, at, allowed.drifts));
     }
+    let is_walk = |part: Part| part == Part::RateRandomWalk;
+    let has_walk = plain.model.index(Part::RateRandomWalk).is_some_and(|j| terms[j].observed);
     let mut second = Vec::new();
     for Alike { fit: other, warm_up } in others {
         let exponent = of_model(&other, bins);
+        let gain = plain.deviance - other.deviance;
         let has_other_processes = gauss_markov(&other).count() != gauss_markov(plain).count();
-        if warm_up.is_some()
+        let is_addition = warm_up.is_none() && exponent.is_none() && adds_process(&other, plain);
+        let mut is_second = warm_up.is_some()
             || exponent.is_some()
-            || (other.deviance <= plain.deviance + at.interval && has_other_processes)
-        {
-            second.push(second_model(&without(&other, bins, TERMS.to_vec(), at), bins, warm_up));
-        }
-        let (other, bins, _) = widened(&other, bins);
+            || (gain >= if is_addition { ALIKE } else { -at.interval } && has_other_processes);
+        let (limited, limited_bins, _) = widened(&other, bins);
         for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {
             let is_same = |&p: &Part| {
                 p == *part || (*part == Part::BiasInstability && matches!(p, Part::Flicker { .. }))
             };
-            let Some(k) = other.model.parts.iter().position(is_same) else {
+            let Some(k) = limited.model.parts.iter().position(is_same) else {
                 terms[j].low = 0.0;
                 continue;
             };
-            let second = over_frequencies(of_part(&other, &bins, k, at), &other, &bins, k);
-            // Beside a free exponent a term that is not needed may be absent.
-            if terms[j].observed && (second.observed || exponent.is_some()) {
-                terms[j].low = terms[j].low.min(second.low);
+            if is_addition && gain <= ALIKE && !(is_slow(*part) && terms[j].observed) {
+                continue; // a weak process changes no other interval
             }
-            terms[j].high = terms[j].high.max(second.high);
+            let price = match part {
+                Part::RateRandomWalk => BESIDE_WALK,
+                Part::BiasInstability if has_walk => BESIDE_BOTH,
+                _ => BESIDE_OTHERS,
+            };
+            let less = if is_addition { (price - gain).max(0.0) } else { 0.0 };
+            if less >= at.interval {
+                continue;
+            }
+            let at = Thresholds { interval: at.interval - less, observed: (at.observed - less).max(0.0) };
+            let joined =
+                over_frequencies(of_part(&limited, &limited_bins, k, at), &limited, &limited_bins, k);
+            // Beside a free exponent a term that is not needed may be absent.
+            if terms[j].observed && (joined.observed || exponent.is_some()) {
+                terms[j].low = terms[j].low.min(joined.low);
+            }
+            // So may a rate random walk beside a process.
+            if is_addition && is_walk(*part) && terms[j].observed && !joined.observed && gain > OPENED {
+                terms[j].low = 0.0;
+                is_second = true;
+            }
+            terms[j].high = terms[j].high.max(joined.high);
+        }
+        if is_second {
+            second.push(second_model(&without(&other, bins, TERMS.to_vec(), at), bins, warm_up));
         }
     }
     second
+}
+
+/// Whether a fit has a process more than another one, and all else that the other one has.
+fn adds_process(fit: &Fit, other: &Fit) -> bool {
+    let has = |part: &Part| !part.is_term() || fit.model.index(*part).is_some();
+    gauss_markov(fit).count() > gauss_markov(other).count()
+        && fit.model.filter.len() == other.model.filter.len()
+        && other.model.parts.iter().all(has)
 }
 
 /// Another explanation as a model; that with a free exponent as the processes that add up to it.

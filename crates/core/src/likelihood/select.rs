@@ -27,10 +27,12 @@ const SURELY: f64 = 6.6;
 const EXCHANGED: f64 = 7.0;
 const LEAST_PRICE: f64 = 2.0;
 
-/// Fall of the deviance from which a process or a resonance that is not worth its price is another explanation. Of a weak hump
-/// near 20 s the interval of the bias instability holds the truth in 82 % of 200 records (docs/study/likelihood.md), without
-/// this in 60 %; those of ideal records are 5 % wider.
-const ALIKE: f64 = 6.0;
+/// Fall of the deviance from which a resonance that is not worth its price is another explanation, and from which a process is
+/// named as one.
+pub(crate) const ALIKE: f64 = 6.0;
+
+/// The same of a process that is joined, at the prices of `intervals`: a full fit gains much more than the first step to it.
+const PROCESS_ALIKE: f64 = 0.2;
 
 /// Coefficients of the filter beyond those that are worth their price with which the intervals are joined: with 0, 1 and 2
 /// the interval of the random walk holds the truth in 86, 87 and 92 of 100 records behind a second-order filter.
@@ -359,17 +361,19 @@ fn without_idle(mut fit: Fit, bins: &Bins) -> Fit {
 }
 
 /// Other explanations that are nearly as good: with the best process or resonance that is not worth its price, without one
-/// that is hardly worth it, and with a filter of more coefficients.
-pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed) -> Vec<Fit> {
+/// that is hardly worth it, and with a filter of more coefficients. A weak process matters where slow terms are observed.
+pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed, shows_slow: bool) -> Vec<Fit> {
     let mut found = Vec::new();
     if extra(&fit.model) < MOST_EXTRA {
         let (scores, dictionary) = (Scores::at(fit, bins), Dictionary::new(bins));
-        let lists =
-            [(allowed.processes, &dictionary.processes), (allowed.resonances, &dictionary.resonances)];
-        for (_, list) in lists.into_iter().filter(|(allowed, _)| *allowed) {
-            let Some((_, part)) = scores.best(list).filter(|(gain, _)| *gain > ALIKE) else { continue };
+        let lists = [
+            (allowed.processes, &dictionary.processes, if shows_slow { PROCESS_ALIKE } else { ALIKE }),
+            (allowed.resonances, &dictionary.resonances, ALIKE),
+        ];
+        for (_, list, least) in lists.into_iter().filter(|(allowed, ..)| *allowed) {
+            let Some((_, part)) = scores.best(list).filter(|(gain, _)| *gain > least) else { continue };
             let (reference, tried) = added(fit, bins, Addition::Process(part));
-            if reference - tried.deviance > ALIKE {
+            if reference - tried.deviance > least {
                 found.push(tried);
             }
         }

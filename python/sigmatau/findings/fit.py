@@ -128,7 +128,7 @@ class ChangingLevel(Details, code="changing_level"):
     next_lowest, next_highest : float
         Interval of the random walk in the next record of this length. [SI]
     p_value : float
-        Of the same random walk in all eighths.
+        Of the same random walk in all eighths. [1]
     """
 
     quantity: str

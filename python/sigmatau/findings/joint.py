@@ -62,7 +62,7 @@ class RunsDiffer(Details, code="runs_differ"):
     term : str
         Key of `sigmatau.noise.terms.TERMS`.
     p_value : float
-        P-value of no difference.
+        P-value of no difference. [1]
     """
 
     runs: int

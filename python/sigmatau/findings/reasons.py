@@ -277,7 +277,7 @@ class LevelChange:
     next_lowest, next_highest : float
         Interval of the random walk in the next record of this length. [SI]
     p_value : float
-        Of the same level in all eighths.
+        Of the same level in all eighths. [1]
     """
 
     kind: str = field(default="level_change", init=False)

@@ -160,8 +160,8 @@ impl Shape {
     pub(crate) fn half_power(self) -> f64 {
         match self {
             Self::Digital { corner, .. } | Self::Folded { corner, .. } | Self::Smoothing { corner } => corner,
-            Self::RunningMean { length } => half_power_of_means(1) / f64::from(length),
-            Self::Means { length, stages } => half_power_of_means(stages) / length,
+            Self::RunningMean { length } => half_power_of_sums(f64::from(length), 1),
+            Self::Means { length, stages } => half_power_of_sums(length, stages),
             Self::TwoPoles { corner, damping } => {
                 let b = 1.0 - 2.0 * damping * damping;
                 ((b + (b * b + 1.0).sqrt()).sqrt() * (PI * corner).tan()).atan() / PI
@@ -201,6 +201,17 @@ fn half_power_of_means(stages: u32) -> f64 {
     for _ in 0..BISECTIONS {
         let x: f64 = 0.5 * (low + high);
         let power = ((PI * x).sin() / (PI * x)).powi(2 * stages as i32);
+        if power > 0.5 { low = x } else { high = x }
+    }
+    low
+}
+
+/// The same of means of so many samples, times the sample interval: 1/4 for one mean of two. At most half the rate.
+fn half_power_of_sums(length: f64, stages: u32) -> f64 {
+    let (mut low, mut high) = (0.0, (1.0 / length).min(0.5));
+    for _ in 0..BISECTIONS {
+        let x: f64 = 0.5 * (low + high);
+        let power = ((PI * length * x).sin() / (length * (PI * x).sin())).powi(2 * stages as i32);
         if power > 0.5 { low = x } else { high = x }
     }
     low

@@ -99,8 +99,10 @@ pub(crate) fn join_alike(
     allowed: Allowed,
 ) -> Vec<Second> {
     let is_slow = |part: Part| matches!(part, Part::BiasInstability | Part::RateRandomWalk);
-    let shows_slow =
-        plain.model.parts.iter().zip(terms.iter()).any(|(&part, term)| is_slow(part) && term.observed);
+    // Of several runs a term stays what it is: there a process of a quarter of a run stands for any rate random walk.
+    let is_single = bins.runs.is_empty();
+    let shows_slow = is_single
+        && plain.model.parts.iter().zip(terms.iter()).any(|(&part, term)| is_slow(part) && term.observed);
     let others = second_explanations(plain, bins, allowed, shows_slow);
     let mut others: Vec<Alike> = others.into_iter().map(|fit| Alike { fit, warm_up: None }).collect();
     if allowed.processes {
@@ -146,7 +148,13 @@ pub(crate) fn join_alike(
                 terms[j].low = terms[j].low.min(joined.low);
             }
             // So may a rate random walk beside a process.
-            if is_addition && is_walk(*part) && terms[j].observed && !joined.observed && gain > OPENED {
+            if is_single
+                && is_addition
+                && is_walk(*part)
+                && terms[j].observed
+                && !joined.observed
+                && gain > OPENED
+            {
                 terms[j].low = 0.0;
                 is_second = true;
             }

@@ -60,7 +60,8 @@ class TestFilters:
         """At a tenth to a quarter of the rate: of 28 filters at most two have another name."""
         named = 0
         for order in (1, 2):
-            for corner in (10.0, 15.0, 20.0, 25.0)[: 2 + order]:  # of first order at a quarter, it is a mean of two samples
+            # Of first order at a quarter of the rate, it is a mean of two samples.
+            for corner in (10.0, 15.0, 20.0, 25.0)[: 2 + order]:
                 for k in range(4):
                     _, found = fitted(lfilter(*butter(order, corner, fs=RATE), white(f"ord {order} {corner} {k}")))
                     details = found["low_pass_filter"].details

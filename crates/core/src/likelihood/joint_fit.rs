@@ -99,16 +99,25 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
     };
     let all: Vec<usize> = (0..runs.len()).collect();
     let alike = jointly(&all, common);
-    let homogeneity_of =
-        |k: usize| alike.homogeneity[k].map(|(fall, freedom)| chi2_above(fall, freedom as f64));
-    let refused = |k: usize| shows(&alike, k) && homogeneity_of(k).is_some_and(|p_value| p_value < REFUSED);
-    let shared = [0, 1, 2, 3].map(|k| common[k] && !refused(k));
-    let joint = if shared == common { alike.clone() } else { jointly(&all, shared) };
+    let p_value_of = |joint: &Joint, k: usize| {
+        joint.homogeneity[k].map(|(fall, freedom)| chi2_above(fall, freedom as f64))
+    };
+    // A term that differs makes others look different: those are judged beside its levels.
+    let (mut joint, mut shared) = (alike.clone(), common);
+    loop {
+        let is_refused = |k: usize| shows(&joint, k) && p_value_of(&joint, k).is_some_and(|p| p < REFUSED);
+        let same = [0, 1, 2, 3].map(|k| shared[k] && !is_refused(k));
+        if same == shared {
+            break;
+        }
+        shared = same;
+        joint = jointly(&all, shared);
+    }
     let fit = fit_of_all(&joint, runs, options);
     let has_levels = |k: usize| joint.levels.iter().any(|level| level.term == k);
     let homogeneity = (0..4)
-        .filter(|&k| shows(&joint, k) && !has_levels(k))
-        .filter_map(|k| homogeneity_of(k).map(|p_value| (TERM_NAMES[k], p_value)))
+        .filter(|&k| shows(&joint, k) && shared[k] && !has_levels(k))
+        .filter_map(|k| p_value_of(&joint, k).map(|p_value| (TERM_NAMES[k], p_value)))
         .collect();
     // A run is judged among runs that are alike: levels would hide the run that differs.
     let mut estimates = judged(alike, all, |which| jointly(which, common), options.level);

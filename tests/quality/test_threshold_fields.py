@@ -17,6 +17,7 @@ DOCUMENTED = re.compile(
 """A sentence about the limit, its unit in brackets, the kind of its source, and the source."""
 
 CONSTANTS = {
+    "counts.py": {"_ROUNDING": "exact variance of rounding", "_NOISE": "grid of a search"},
     "units.py": {
         "DEGREE": "definition",
         "_EARTH_RATE": "physical constant",

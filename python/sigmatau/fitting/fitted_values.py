@@ -203,7 +203,7 @@ class SecondModel:
     """
 
     terms: Mapping[str, float]
-    gauss_markov: tuple[tuple[float, float], ...] = ()
+    gauss_markov: tuple[tuple[float, float], ...] = key("σ and correlation time in s of each process", default=())
     warm_up: float | None = key("time constant of a warm-up in s", default=None)
     exponent: float | None = key("exponent α of its bias instability, whose density is f^−α", default=None)
     filter: float | None = key("corner in Hz of a filter of first order in front of the random walk", default=None)

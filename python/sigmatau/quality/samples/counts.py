@@ -85,7 +85,7 @@ def rounding_by_sums(
         if seen[0] < thresholds.rare:
             predicted = predicted * (seen[0] / predicted[0])
         # In units of what is allowed, of each size and each noise that is tried.
-        off = np.abs(predicted - seen[:, None]) / allowed[:, None]
+        off = np.abs(predicted - seen[:, None]) / np.maximum(allowed, _ROUNDING * thresholds.rare)[:, None]
         return "of_sums" if off.max(axis=0).min() < 1 else None
     by_themselves = seen[-1] > 1 and (np.abs(missing) + unsure)[-1] < thresholds.least * expected[-1]
     return "of_samples" if by_themselves else None

@@ -43,6 +43,8 @@ JUSTIFIED = {
     "lots/lot.py examine": UNREADABLE,
     "lots/preparing.py table_of": UNREADABLE,
     "lots/reading.py _read": UNREADABLE,
+    "store/store.py read": "a result that cannot be read is a failed run",
+    "store/store.py units_latest": "a result that cannot be read is a failed unit",
     "lots/runs.py add_result": UNREADABLE,
     "quality/inspection.py _against_fits": TOO_SHORT,
     "reporting/charts.py _density": TOO_SHORT,

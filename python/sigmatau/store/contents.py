@@ -14,13 +14,22 @@ READ = 100
 """Results that are read at a time."""
 
 
-def contents(connection: Connection, keys: Sequence[int]) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Keys of runs with their results as they were added; raises `DataError` for damaged content."""
+def contents(
+    connection: Connection, keys: Sequence[int], *, without_damaged: bool = False
+) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Keys of runs with their results as they were added; raises `DataError` for damaged content, or leaves it out."""
     from sqlalchemy import select
 
+    from sigmatau.errors import DataError
     from sigmatau.store.tables import result
 
     asked = select(result.c.run_id, result.c.content, result.c.curves)
     for at in range(0, len(keys), READ):
         for key, content, curves in connection.execute(asked.where(result.c.run_id.in_(keys[at : at + READ]))):
-            yield key, unpack(content, curves)
+            try:
+                result_as_added = unpack(content, curves)
+            except DataError:
+                if without_damaged:
+                    continue
+                raise
+            yield key, result_as_added

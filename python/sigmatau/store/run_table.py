@@ -90,7 +90,7 @@ def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> Ru
     position = {key: at for at, key in enumerate(keys)}
     deltas = {
         (position[key], channel, term): float(line["error"])
-        for key, content in contents(connection, keys)
+        for key, content in contents(connection, keys, without_damaged=True)
         for channel, part in content["channels"].items()
         for term, line in (part.get("read_off") or {}).items()
     }

@@ -34,7 +34,7 @@ pub(crate) const LEAST: f64 = 0.002;
 const WIGGLE_FREEDOM: f64 = 7.0;
 
 /// Fall of the deviance from which slow noise is behind a running mean.
-const BEHIND_MEAN: f64 = 3.84;
+const BEHIND_MEAN: f64 = 4.0;
 
 /// Searches for lines.
 pub(crate) const LINE_SEARCHES: usize = 3;

@@ -23,8 +23,8 @@ const ROUGH: f64 = 0.1;
 /// Factors of the corner with which slow noise behind the filter is tried.
 const MOVED: [f64; 3] = [0.6, 1.0, 1.6];
 
-/// Price of a number of the filter among filters: a damping that is that of Butterworth's filter is worth it in one of twenty.
-const NUMBER: f64 = 3.84;
+/// Price of a number of the filter among filters: a damping that is that of Butterworth's filter is worth it in one of twenty-two.
+const NUMBER: f64 = 4.0;
 
 /// Rise of the deviance after few steps over the best of the first families, or over the fit, beyond which a family is given up.
 const HOPELESS: f64 = 200.0;

@@ -38,8 +38,8 @@ const PROCESS_ALIKE: f64 = 0.2;
 /// the interval of the random walk holds the truth in 86, 87 and 92 of 100 records behind a second-order filter.
 const OTHER_ORDERS: usize = 2;
 
-/// Rise of the deviance up to which another shape of the filter is another explanation: 95 % of a number.
-const ALIKE_FILTER: f64 = 3.84;
+/// Rise of the deviance up to which another shape of the filter is another explanation.
+const ALIKE_FILTER: f64 = 4.0;
 
 /// P-value below which a model is not good enough to stop at.
 pub(crate) const GOOD: f64 = 0.02;

@@ -67,9 +67,10 @@ class TestAdisFitted:
         if flicker.observed:
             assert 20 <= flicker.to("deg/h") <= 45
         else:
-            # Of the x axis two processes are as good: then the limit holds what others fit.
+            # Of the x axis two processes are as good, and so are flicker noises of other exponents: the limit holds
+            # what others fit, and at most twice that.
             assert fitted.second
-            assert 25 <= flicker.upper_limit / np.deg2rad(1 / 3600) <= 45
+            assert 25 <= flicker.upper_limit / np.deg2rad(1 / 3600) <= 80
 
     @pytest.mark.parametrize("channel", ["accel_x", "accel_y", "accel_z"])
     def test_accelerometers_are_adequate_beside_their_lines(self, adis_analysis, channel):
@@ -77,8 +78,10 @@ class TestAdisFitted:
         assert fitted.verdict == "adequate_with"
         assert any(0.5 <= line.frequency.value <= 0.6 for line in fitted.sinusoid)
         walk = fitted["random_walk"]
-        assert walk.high / walk.value < 1.025
-        assert walk.value / walk.low < 1.09  # down to the value without the noise of the coarse rounding
+        # The level changes along the record by some percent, and the noise of the coarse rounding is below it.
+        assert "changing_level" in {one.cause for one in fitted.adjustments}
+        assert walk.high / walk.value < 1.15
+        assert walk.value / walk.low < 1.2
 
 
 def test_adis_checks(adis_analysis):

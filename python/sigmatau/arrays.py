@@ -37,9 +37,9 @@ def freeze(result: object, *names: str, dtype: DTypeLike | None = None, copy: bo
         object.__setattr__(result, name, array)
 
 
-def _is_frozen(given: object, dtype: DTypeLike | None) -> bool:
+def _is_frozen(value: object, dtype: DTypeLike | None) -> bool:
     """Whether a field is a read-only array of the type already."""
-    return isinstance(given, np.ndarray) and not given.flags.writeable and dtype in (None, given.dtype)
+    return isinstance(value, np.ndarray) and not value.flags.writeable and dtype in (None, value.dtype)
 
 
 def median(x: NDArray[np.float64]) -> float:

@@ -322,8 +322,8 @@ def trend_command(
     chosen = (choice or Choice()).chosen()
     level = (settings or LevelSettings()).arguments()
     with opened(store) as opened_store:
-        found = opened_store.trend(term, channels=tuple(channel or ()), by=by, chosen=chosen, **level)
-    write_result(repr(found), found.to_dict() if json is not None else None, json)
+        trend = opened_store.trend(term, channels=tuple(channel or ()), by=by, chosen=chosen, **level)
+    write_result(repr(trend), trend.to_dict() if json is not None else None, json)
     return 0
 
 

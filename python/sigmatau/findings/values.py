@@ -351,28 +351,28 @@ class CoarseResolution(Details, code="coarse_resolution"):
     def words(self, finding: Finding) -> Words:
         noise = two_digits(self.noise / self.step)
         times = "equal to" if noise == "1" else f"{noise} times"
-        said = f"the noise is {times} the resolution of {self.step:.3g} {self.unit}"
+        stated = f"the noise is {times} the resolution of {self.step:.3g} {self.unit}"
         finer = "Record again with a smaller range or more bits"
         if self.rounding == "quantization" and self.added is not None:
             angle = "a velocity" if self.unit == "m/s^2" else "an angle"
             counts = f"counts of {angle}, {self.added * math.sqrt(12):.3g} {_integrated(self.unit)} each"
-            said = f"{counts}; the noise is {noise} counts"
+            stated = f"{counts}; the noise is {noise} counts"
             if self.passing and (self.summed is None or self.needed is not None):
-                said = f"{counts}, with lines every {self.passing:.3g} Hz"
+                stated = f"{counts}, with lines every {self.passing:.3g} Hz"
         if self.rounding == "unknown":
-            return Words(_joined(said, "what rounding adds is unknown, and intervals allow for it"), finer)
+            return Words(_joined(stated, "what rounding adds is unknown, and intervals allow for it"), finer)
         if self.summed is None or self.needed is not None:
             long = "Record longer" if self.needed is None else f"Record {duration_text(self.needed)} or more"
             return Words(
-                _joined(said, "the rounding is not white and hides the random walk"), f"{long}, or more finely"
+                _joined(stated, "the rounding is not white and hides the random walk"), f"{long}, or more finely"
             )
         if self.rounding == "quantization" and self.summed > 1:
-            return Words(_joined(said, f"white rounding only in sums of {self.summed} samples"))
+            return Words(_joined(stated, f"white rounding only in sums of {self.summed} samples"))
         if self.rounding == "quantization":
             added = f"{self.added:.3g} {_integrated(self.unit)}"
-            return Words(_joined(said, f"adds up to {added} of quantization noise"))
+            return Words(_joined(stated, f"adds up to {added} of quantization noise"))
         return Words(
-            _joined(said, largest_factor_text(finding.factors)), finer if finding.severity == "warning" else ""
+            _joined(stated, largest_factor_text(finding.factors)), finer if finding.severity == "warning" else ""
         )
 
 

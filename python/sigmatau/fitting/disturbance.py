@@ -185,14 +185,21 @@ def _is_hidden(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThresholds
 
 
 def _power_of_resonances(fitted: NoiseFit, *, thresholds: HidingThresholds) -> float:
+    """Power of the narrow resonances behind the filter: a peak of its series amplifies one that it contains."""
+    narrow = [r for r in fitted.resonance if is_narrow(r.frequency.value, r.width.value, thresholds=thresholds)]
+    series = fitted.response
     return sum(
-        r.sigma.value**2 for r in fitted.resonance if is_narrow(r.frequency.value, r.width.value, thresholds=thresholds)
+        r.sigma.value**2 * (1.0 if series is None else series.power_of_series(r.frequency.value)) for r in narrow
     )
 
 
 def is_narrow(frequency: float, width: float, *, thresholds: HidingThresholds = THRESHOLDS) -> bool:
-    """Whether a resonance is a vibration: no shape of the sensor's noise, and no drift."""
-    return width < thresholds.narrow * frequency and frequency > thresholds.slowest
+    """Whether a resonance is a vibration: no shape of the sensor's noise, and no drift.
+
+    The fit makes none wider than a quarter of its centre: one at that bound counts.
+    """
+    widest = thresholds.narrow * frequency
+    return (width < widest or math.isclose(width, widest)) and frequency > thresholds.slowest
 
 
 def is_disturbed(
@@ -211,12 +218,12 @@ def is_disturbed(
     if _is_hidden(fitted, stream, thresholds=thresholds):
         return True
     lines = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid)
-    few = (
+    is_steady = (
         len(fitted.sinusoid) <= thresholds.steady_lines
         and _power_of_resonances(fitted, thresholds=thresholds) <= thresholds.steady_resonances * lines
     )
     return share > thresholds.max_share and not (
-        few and unsteady >= thresholds.unsteady and fitted.verdict != "widened"
+        is_steady and unsteady >= thresholds.unsteady and fitted.verdict != "widened"
     )
 
 
@@ -300,9 +307,9 @@ def _quietest(x: Floats, tau0: float, *, thresholds: HidingThresholds) -> tuple[
     """First sample, end and upper limit of the random walk of the stretch in which that is least."""
     count = max(min(thresholds.stretches, len(x) // thresholds.least_stretch), 1)
     edges = np.linspace(0, len(x), count + 1).astype(int).tolist()
-    found = [
+    stretches = [
         (upper_limits(x[a:b], tau0, ("random_walk",), thresholds=thresholds)["random_walk"], a, b)
         for a, b in pairwise(edges)
     ]
-    limit, first, last = min(found)
+    limit, first, last = min(stretches)
     return first, last, limit

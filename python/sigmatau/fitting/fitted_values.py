@@ -96,9 +96,9 @@ class FittedTerm:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI; what is not known is omitted."""
-        known = plain(self, "value low high upper_limit p_value")
-        kept = {key: value for key, value in known.items() if value is not None}
-        return {"observed": self.observed, **kept, "level": self.level, "unit": self.unit}
+        values = plain(self, "value low high upper_limit p_value")
+        stated = {key: value for key, value in values.items() if value is not None}
+        return {"observed": self.observed, **stated, "level": self.level, "unit": self.unit}
 
 
 @frozen

@@ -82,8 +82,8 @@ def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
         ``"partial"``: the intervals are wider because the model does not fit exactly, or a warning is about the channel that
         they do not allow for; ``"good"``: neither.
     """
-    warnings = [one for one in findings if _lowers_trust(one, fitted, channel)]
-    if not fitted.quantified or fitted.is_misfit or any(_makes_useless(one) for one in warnings):
+    warnings = [finding for finding in findings if _lowers_trust(finding, fitted, channel)]
+    if not fitted.quantified or fitted.is_misfit or any(_makes_useless(finding) for finding in warnings):
         return "poor"
     return "partial" if warnings or fitted.verdict == "widened" else "good"
 

@@ -361,7 +361,7 @@ def _laid(
     lines = {name: _coefficient(curve, name, value, ranges[name], source) for name, value in held.items()}
     for name, line in by_hand.items():
         lines[name] = _coefficient(curve, name, line.value, given[name], "given", forced=line.forced)
-    refused = [one for one in refused if one.term not in given]
+    refused = [refusal for refusal in refused if refusal.term not in given]
     refused += [_refusal(curve, name, ranges[name], why) for name, why in hidden.items() if name not in given]
     refused += [_refusal(curve, name, given[name], why, by_hand=True) for name, why in reasons.items()]
     ordered = {name: lines[name] for name in TERMS if name in lines}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 from sigmatau._native.likelihood import FilterEstimate
@@ -75,6 +76,11 @@ class FittedFilter:
             self.analog,
             self.of_white,
         )
+
+    def power_of_series(self, frequency: float) -> float:
+        """|H|² at a frequency in Hz; 1 of a filter of known shape, which has no series."""
+        angle = 2 * math.pi * frequency * self.interval
+        return math.exp(sum(a * (math.cos(k * angle) - 1) for k, a in enumerate(self.coefficients, 1)))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""

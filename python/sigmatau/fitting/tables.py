@@ -86,7 +86,7 @@ def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
         for name in fitted
         if name in read
     ]
-    hidden = [TERMS[one.term].label(fitted.quantity) for one in read.refused if one.hidden]
+    hidden = [TERMS[refusal.term].label(fitted.quantity) for refusal in read.refused if refusal.hidden]
     lines = [f"read off: {', '.join(found)}"] if found else []
     return [*lines, *([f"not read off, hidden by other noise: {', '.join(hidden)}"] if hidden else [])]
 

@@ -186,11 +186,11 @@ def fit_analysed(
         members, left_out = _without_disturbed(members, pool)
         findings += left_out
         joint = join([run for run, _ in members], pool, common=common, terms=terms)
-        biases = [walk_bias(one.findings, run.channel) for run, one in members]
+        biases = [walk_bias(analysis.findings, run.channel) for run, analysis in members]
         rounding = partial(_coarsest_rounding, members=members)
         joint = replace(joint, fit=adjusted(joint.fit, rounding, partial(bias, biases=biases)))
         joints[pool] = joint
-        curves[pool] = _pooled([one.curves[run.channel] for run, one in members], joint.fit)
+        curves[pool] = _pooled([analysis.curves[run.channel] for run, analysis in members], joint.fit)
         findings += _findings(joint)
     if not joints:
         what = "axes of a sensor" if over == "axes" else "logs with the same channel"

@@ -404,8 +404,8 @@ def _error(
         as_known += [key for key in without if key not in limited]
         beside += [key for key in without if key in limited]
         any_known |= bool(parts or beside)
-        for kept in (parts, [(k, each) for k, each in parts if (channel, each.part) not in limited]):
-            if not kept:
+        for rows in (parts, [(k, each) for k, each in parts if (channel, each.part) not in limited]):
+            if not rows:
                 continue
             # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
             gradient = np.array(
@@ -414,12 +414,12 @@ def _error(
                     if each.number is None
                     else (moved[channel, each] - sources[channel, each.part][1])
                     / step_of(model.channels[channel], each)
-                    for _, each in kept
+                    for _, each in rows
                 ]
             )
-            index = [k for k, _ in kept]
+            index = [k for k, _ in rows]
             added = np.einsum("pt,pq,qt->t", gradient, covariance.matrix[np.ix_(index, index)], gradient)
-            spread, of_seen = (spread + added, of_seen) if kept is parts else (spread, of_seen + added)
+            spread, of_seen = (spread + added, of_seen) if rows is parts else (spread, of_seen + added)
     z = NormalDist().inv_cdf(0.5 + level / 2)
     rms = np.sqrt(square)
     low = high = None

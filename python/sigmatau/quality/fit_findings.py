@@ -413,9 +413,9 @@ def by_channel(
     """The findings of all fits of a record."""
     starts = {channel: stream.grid.lead for stream in record.streams for channel in stream.channels}
     return [
-        one
+        finding
         for c, fitted in fits.items()
-        for one in fit_findings(fitted, start=starts[c], beside=beside, thresholds=thresholds)
+        for finding in fit_findings(fitted, start=starts[c], beside=beside, thresholds=thresholds)
     ]
 
 

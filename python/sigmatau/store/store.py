@@ -415,8 +415,8 @@ class Store:
 
         with self._read() as connection:
             latest = {name: key for key, name, _ in connection.execute(queries.in_order(chosen))}
-            found = {key: read(content) for key, content in contents(connection, [*latest.values()])}
-        return {name: found[key] for name, key in latest.items()}
+            results = {key: read(content) for key, content in contents(connection, [*latest.values()])}
+        return {name: results[key] for name, key in latest.items()}
 
     def findings(self, run_id: int) -> list[tuple[str, str]]:
         """Severity and message of the findings of a run.

@@ -2,7 +2,7 @@
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::expected::Part;
-use crate::likelihood::intervals::without;
+use crate::likelihood::intervals::{squares, without};
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
 use crate::likelihood::power_law::Mixture;
 use crate::likelihood::profile::{Bounds, Thresholds};
@@ -55,7 +55,7 @@ pub(crate) fn with_free_exponent(fit: &Fit, bins: &Bins, at: Thresholds) -> Opti
             0.0
         };
         let price = tried.deviance + NUMBER * numbers(&tried.model);
-        let is_flicker = exponent(&tried).is_some_and(|exponent| exponent < STEEPEST);
+        let is_flicker = flicker(&tried).is_some_and(|(exponent, ..)| exponent < STEEPEST);
         let is_alike = tried.deviance <= fit.deviance + rise;
         if is_flicker && is_alike && best.as_ref().is_none_or(|(least, _)| price < *least) {
             best = Some((price, tried));
@@ -64,10 +64,10 @@ pub(crate) fn with_free_exponent(fit: &Fit, bins: &Bins, at: Thresholds) -> Opti
     best.map(|(_, fit)| fit)
 }
 
-/// The exponent of a fit whose bias instability is not 0.
-fn exponent(fit: &Fit) -> Option<f64> {
+/// Exponent, pivot and B² of a bias instability with a free exponent that is not 0.
+fn flicker(fit: &Fit) -> Option<(f64, f64, f64)> {
     fit.model.parts.iter().zip(&fit.model.theta).find_map(|(part, &theta)| match *part {
-        Part::Flicker { exponent, .. } if theta > 0.0 => Some(exponent),
+        Part::Flicker { exponent, pivot } if theta > 0.0 => Some((exponent, pivot, theta)),
         _ => None,
     })
 }
@@ -90,18 +90,14 @@ fn free_exponent(fit: &Fit, bins: &Bins, pivot: f64, removed: impl Fn(Part) -> b
     }
     let part = Part::Flicker { exponent: 1.0, pivot };
     let nearest = bins.frequency[..bins.low].partition_point(|&f| f < pivot).min(bins.low - 1);
-    let white = white(fit);
+    let [_, white, ..] = squares(fit);
     let theta = 2.0 * PI * pivot * (fit.spectrum[nearest] - white).max(0.1 * fit.spectrum[nearest]);
     model.with(part, theta).refit(bins, STEPS, TOLERANCE, fit)
 }
 
-fn white(fit: &Fit) -> f64 {
-    fit.model.index(Part::RandomWalk).map_or(0.0, |j| fit.model.theta[j])
-}
-
 /// The middle of the frequencies below which the white noise does not dominate. [Hz]
 fn pivot(fit: &Fit, bins: &Bins) -> Option<f64> {
-    let white = white(fit);
+    let [_, white, ..] = squares(fit);
     let below = (0..bins.low).take_while(|&i| fit.spectrum[i] > DOMINATES * white).last()?;
     Some((bins.frequency[0] * bins.frequency[below]).sqrt())
 }
@@ -116,13 +112,9 @@ pub(crate) fn over_frequencies(bounds: Bounds, fit: &Fit, bins: &Bins, part: usi
     Bounds { low: least * bounds.low, high: most * bounds.high, ..bounds }
 }
 
-/// The exponent of a model, the part, and the processes that it is the sum of.
+/// The exponent of a model, and the processes whose sum it is.
 pub(crate) fn of_model(fit: &Fit, bins: &Bins) -> Option<(f64, Mixture)> {
-    let mut parts = fit.model.parts.iter().zip(&fit.model.theta);
-    let (exponent, pivot, theta) = parts.find_map(|(part, &theta)| match *part {
-        Part::Flicker { exponent, pivot } if theta > 0.0 => Some((exponent, pivot, theta)),
-        _ => None,
-    })?;
+    let (exponent, pivot, theta) = flicker(fit)?;
     let mixture = Mixture::new(exponent, pivot, bins.record.tau0, bins.record.duration());
     Some((exponent, mixture.times(theta)))
 }

@@ -36,9 +36,9 @@ def write(numbers: Numbers) -> str:
         lines.append(f"  {key}: {vector(p.sigma / size for p in shared)}  # {unit}, standard deviation; {words}")
     for key in ("gsstd", "asstd"):
         ppm = number(numbers.name(key, "300"), key)
-        given = "given" if key in numbers.choices.names else f"from the sample of KF-GINS, {Hint('names', key, 'PPM')}"
+        origin = "given" if key in numbers.choices.names else f"from the sample of KF-GINS, {Hint('names', key, 'PPM')}"
         lines.append(
-            f"  {key}: [{', '.join([digits(ppm)] * 3)}]  # ppm; scale factor, not visible in a static record: {given}"
+            f"  {key}: [{', '.join([digits(ppm)] * 3)}]  # ppm; scale factor, not visible in a static record: {origin}"
         )
     lines.append(f"  corrtime: {measured(time / 3600)}  # h; {seconds(time)} s, {_of_time(numbers)}")
     return "\n".join(lines) + "\n"

@@ -75,19 +75,19 @@ def rounding_by_sums(
         size *= 2
     if len(sizes) < 2 or not variances[0] > 0:
         return None
-    m, seen, chance = np.array(sizes), np.array(variances), np.array(errors)
-    missing = seen[0] - seen / m
-    expected = np.minimum(_ROUNDING, seen[0]) * (1 - 1 / m)
+    m, measured, chance = np.array(sizes), np.array(variances), np.array(errors)
+    missing = measured[0] - measured / m
+    expected = np.minimum(_ROUNDING, measured[0]) * (1 - 1 / m)
     unsure = np.hypot(chance[0], chance / m)
     if (missing[1:] > np.maximum(unsure, thresholds.least * expected)[1:]).any():
-        allowed = chance + thresholds.off * np.minimum(_ROUNDING, seen)
+        allowed = chance + thresholds.off * np.minimum(_ROUNDING, measured)
         predicted = _of_rounded_sums(m, steps_a_sample(samples))
-        if seen[0] < thresholds.rare:
-            predicted = predicted * (seen[0] / predicted[0])
+        if measured[0] < thresholds.rare:
+            predicted = predicted * (measured[0] / predicted[0])
         # In units of what is allowed, of each size and each noise that is tried.
-        off = np.abs(predicted - seen[:, None]) / np.maximum(allowed, _ROUNDING * thresholds.rare)[:, None]
+        off = np.abs(predicted - measured[:, None]) / np.maximum(allowed, _ROUNDING * thresholds.rare)[:, None]
         return "of_sums" if off.max(axis=0).min() < 1 else None
-    by_themselves = seen[-1] > 1 and (np.abs(missing) + unsure)[-1] < thresholds.least * expected[-1]
+    by_themselves = measured[-1] > 1 and (np.abs(missing) + unsure)[-1] < thresholds.least * expected[-1]
     return "of_samples" if by_themselves else None
 
 

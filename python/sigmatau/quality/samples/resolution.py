@@ -203,8 +203,8 @@ def step_of_changes(changes: Floats, *, thresholds: ResolutionThresholds = THRES
         steps, whole = steps[whole > least], whole[whole > least]
         if len(steps) == 0:
             return 0.0
-    near = steps > steps[0] * thresholds.same_step
-    return usual * float(steps[near][np.argmax(whole[near])])
+    alike = steps > steps[0] * thresholds.same_step
+    return usual * float(steps[alike][np.argmax(whole[alike])])
 
 
 @channel_fact

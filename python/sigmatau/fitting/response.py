@@ -78,7 +78,18 @@ class FittedFilter:
         )
 
     def power_of_series(self, frequency: float) -> float:
-        """|H|² at a frequency in Hz; 1 of a filter of known shape, which has no series."""
+        """Power of the series; 1 of a filter of known shape, which has none.
+
+        Parameters
+        ----------
+        frequency : float
+            Frequency. [Hz]
+
+        Returns
+        -------
+        float
+            |H|². [1]
+        """
         angle = 2 * math.pi * frequency * self.interval
         return math.exp(sum(a * (math.cos(k * angle) - 1) for k, a in enumerate(self.coefficients, 1)))
 

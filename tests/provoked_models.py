@@ -28,7 +28,6 @@ from provoking import (
     text,
     without,
 )
-from sigmatau.model.transform import avar_from_psd
 from sigmatau.noise import terms
 from sigmatau.simulation.imperfections import Outage, Temperature, WarmUp
 from sigmatau.units import to_si
@@ -174,6 +173,28 @@ PROVOKED = {
         ),
     },
     "state_space": {st.OptionError: (*STATE_SPACE, lambda: st.state_space(ONE, dt=0.1, output="angles"))},
+    "avar_from_psd": {
+        st.DataError: (
+            lambda: st.avar_from_psd([2.0, 1.0], [1.0, 1.0], sided="two"),
+            lambda: st.avar_from_psd([1.0, 2.0], [1.0, -1.0], sided="two"),
+            lambda: st.avar_from_psd([1.0, 2.0], [1.0, NAN], sided="two"),
+            lambda: st.avar_from_psd((0, 1), lambda f: f**-3.0, 10.0, sided="two"),
+        ),
+        st.OptionError: (
+            lambda: st.avar_from_psd([1.0, 2.0], [1.0, 1.0], 1e6, sided="two"),
+            lambda: st.avar_from_psd([1.0, 2.0], [1.0, 1.0], sided="two", slope_below=-3.0),
+        ),
+    },
+    "CurveSlope.interval": {
+        st.OptionError: (lambda: st.fit_slope(curve(), tau_min=0.1, tau_max=10).interval(level=1.5),)
+    },
+    "fit_slope": {
+        TypeError: (lambda: st.fit_slope("curve", tau_min=1, tau_max=2),),
+        st.OptionError: (
+            lambda: st.fit_slope(curve(), tau_min=2, tau_max=1),
+            lambda: st.fit_slope(curve(), tau_min=1e9, tau_max=2e9),
+        ),
+    },
     "transfer": {
         st.OptionError: (
             lambda: st.transfer(st.psd(record(), method="multitaper")["gyro_x"]),
@@ -217,18 +238,6 @@ PROVOKED = {
     },
     "sigmatau.noise.terms.psd": {
         ValueError: (lambda: terms.psd("drift", 1.0, [1.0]), lambda: terms.psd("quantization", 1.0, [1.0]))
-    },
-    "sigmatau.model.transform.avar_from_psd": {
-        st.DataError: (
-            lambda: avar_from_psd(lambda f: f**-3.0, [1.0]),
-            lambda: avar_from_psd(lambda f: f**2, [1.0]),
-            lambda: avar_from_psd(lambda f: -1.0 + 0 * f, [1.0]),
-            lambda: avar_from_psd(lambda f: NAN * f, [1.0]),
-        ),
-        st.OptionError: (
-            lambda: avar_from_psd(lambda f: 1.0 + 0 * f, [0.0]),
-            lambda: avar_from_psd(lambda f: 1.0 + 0 * f, [0.15], tau0=0.1),
-        ),
     },
     "sigmatau.statespace.state_space.StateSpace.avar": {
         st.OptionError: (

@@ -46,7 +46,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Spectra",
         "Two-sided power spectral densities, with intervals.",
-        ("psd", "Spectrum", "cross_spectrum", "CrossSpectrum", "transfer"),
+        ("psd", "Spectrum", "avar_from_psd", "AvarFromPsd", "cross_spectrum", "CrossSpectrum", "transfer"),
     ),
     (
         "Fit",
@@ -56,6 +56,8 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "fit",
             "fit_jointly",
             "read_off",
+            "fit_slope",
+            "CurveSlope",
             "NoiseFit",
             "JointFit",
             "JointChannel",
@@ -103,7 +105,6 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "noise.terms.aliasing_inflation",
             "noise.uncertainty.percentage_error",
             "noise.uncertainty.degrees_of_freedom",
-            "model.transform.avar_from_psd",
             "statespace.flicker.flicker_poles",
             "units.to_si",
             "units.find",

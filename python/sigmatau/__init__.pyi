@@ -12,6 +12,7 @@ from .exporting.choices import Choices
 from .exporting.export import export
 from .findings.finding import Finding
 from .fitting.channel import fit_channel
+from .fitting.curve_slope import CurveSlope, fit_slope
 from .fitting.fit import fit
 from .fitting.joint import fit_jointly
 from .fitting.joint_fit import JointChannel, JointFit
@@ -28,6 +29,7 @@ from .lots.repeatability import RandomEffects, random_effects
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
+from .model.psd_avar import AvarFromPsd, avar_from_psd
 from .navigation.predict import predict
 from .plot.overlay import plot_overlay
 from .quality.check import check
@@ -51,9 +53,11 @@ from .store.store import Store
 __all__ = [
     "Accumulator",
     "Analysis",
+    "AvarFromPsd",
     "ChannelModel",
     "Choices",
     "CrossSpectrum",
+    "CurveSlope",
     "Curves",
     "DataError",
     "Datasheet",
@@ -87,6 +91,7 @@ __all__ = [
     "allan",
     "analyze",
     "arma",
+    "avar_from_psd",
     "check",
     "compare_runs",
     "compare_with",
@@ -98,6 +103,7 @@ __all__ = [
     "fit",
     "fit_channel",
     "fit_jointly",
+    "fit_slope",
     "from_frame",
     "inspect",
     "judge_lot",

@@ -13,7 +13,7 @@ from scipy.special import sici
 import sigmatau as st
 from conftest import ROOT
 from sigmatau._native import kernels
-from sigmatau.model.transform import avar_from_psd
+from sigmatau.model.transform import integrate_density
 from sigmatau.noise.terms import TERMS, aliasing_inflation, avar, psd
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
 from sigmatau.units import find, known, to_si
@@ -133,7 +133,7 @@ IDS = [f"{row[0]}-{'samples' if row[5] else 'continuous'}" for row in INTEGRALS]
 def test_formulas_are_the_integrals_of_their_densities(page, density, variance, s, expected, tau0):
     assert density in FLAT[page]
     assert variance in FLAT[page]
-    assert avar_from_psd(s, TAU, tau0=tau0) == pytest.approx(np.asarray(expected), rel=1e-9)
+    assert integrate_density(s, TAU, tau0=tau0) == pytest.approx(np.asarray(expected), rel=1e-9)
 
 
 SAMPLED = {row[0]: row[3:5] for row in INTEGRALS if row[5]}
@@ -189,7 +189,7 @@ def test_steps_of_the_derivations():
 
 def test_flicker_with_a_cutoff():
     assert "(2B²/π) [ln 2 − sin³(x)/(2x²) (sin x + 4x cos x) + Ci(2x) − Ci(4x)]" in FLAT["bias-instability"]
-    got = avar_from_psd(lambda f: B**2 / (2 * np.pi * f), TAU, f_max=5.0)
+    got = integrate_density(lambda f: B**2 / (2 * np.pi * f), TAU, f_max=5.0)
     assert with_cutoff(TAU, 5.0) == pytest.approx(got, rel=1e-9)
     assert avar("bias_instability", B, m=M, tau0=TAU0, cutoff=5.0) == pytest.approx(got, rel=1e-9)
     assert "B²x²/π" in FLAT["bias-instability"]

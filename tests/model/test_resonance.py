@@ -9,7 +9,7 @@ from known import seed_of
 from sigmatau import ChannelModel, DataError, NoiseModel, allan, arma, predict, simulate, state_space
 from sigmatau.exporting.export import prepare
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
-from sigmatau.model.transform import avar_from_psd
+from sigmatau.model.transform import integrate_density
 
 TAU0 = 0.01
 SIZES = np.array([1, 2, 7, 40, 300, 5000])
@@ -36,7 +36,7 @@ def test_every_form_is_the_same_noise(frequency, width):
 
 def test_the_density_has_the_allan_variance_and_the_samples_have_both():
     model = ChannelModel(resonance=(Resonance(sigma=1e-3, frequency=2.0, width=0.3),))
-    by_density = avar_from_psd(lambda f: model.psd(f, tau0=TAU0), SIZES * TAU0, tau0=TAU0)
+    by_density = integrate_density(lambda f: model.psd(f, tau0=TAU0), SIZES * TAU0, tau0=TAU0)
     np.testing.assert_allclose(by_density, model.avar(m=SIZES, tau0=TAU0), rtol=1e-9)
     f = np.array([0.1, 1.0, 2.0, 4.0])
     many = model.psd(f, tau0=1e-4)  # sampled so fast that nothing of note is folded

@@ -10,7 +10,7 @@ from sigmatau import DataError, OptionError
 from sigmatau._native import kernels
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
-from sigmatau.model.transform import avar_from_psd
+from sigmatau.model.transform import integrate_density
 from sigmatau.noise import terms
 
 TAU0 = 0.01
@@ -22,7 +22,7 @@ TOLERANCE = 1e-9
 
 
 def held(psd, expected, **how):
-    np.testing.assert_allclose(avar_from_psd(psd, TIMES, **how), expected, rtol=TOLERANCE)
+    np.testing.assert_allclose(integrate_density(psd, TIMES, **how), expected, rtol=TOLERANCE)
 
 
 class TestOfSamples:
@@ -45,7 +45,7 @@ class TestOfSamples:
 
     def test_a_density_with_an_edge(self):
         sizes = np.array(known.SIZES[:4])
-        got = avar_from_psd(lambda f: 0.005**2 * (f < 30), sizes * TAU0, tau0=TAU0)
+        got = integrate_density(lambda f: 0.005**2 * (f < 30), sizes * TAU0, tau0=TAU0)
         # Ten digits are known.
         assert got == pytest.approx(known.FILTERS["brick_wall", "N = 0.005"][:4], rel=1e-9)
 
@@ -75,7 +75,7 @@ class TestContinuous:
 
     def test_cut_off_as_computed_by_others(self):
         for product, expected in known.CUTOFF.items():
-            got = avar_from_psd(lambda f: 1 / (2 * np.pi * f), 1.0, f_max=product)
+            got = integrate_density(lambda f: 1 / (2 * np.pi * f), 1.0, f_max=product)
             assert got == pytest.approx(expected, rel=1e-13), product  # printed digits
 
     @pytest.mark.parametrize("time", [1e-3, 0.3, 10.0, 1e4])
@@ -93,39 +93,39 @@ class TestContinuous:
         def middle(f):
             return 4 / TAU0 * np.sin(np.pi * f * TAU0) ** 2
 
-        ratio = avar_from_psd(middle, sizes * TAU0, f_max=0.5 / TAU0) / (3 / (sizes * TAU0) ** 2)
+        ratio = integrate_density(middle, sizes * TAU0, f_max=0.5 / TAU0) / (3 / (sizes * TAU0) ** 2)
         assert ratio == pytest.approx([0.594, 0.802, 0.775, 0.7737], abs=5.5e-4)  # three digits, four
         np.testing.assert_allclose(
-            avar_from_psd(middle, sizes * TAU0, tau0=TAU0), 3 / (sizes * TAU0) ** 2, rtol=TOLERANCE
+            integrate_density(middle, sizes * TAU0, tau0=TAU0), 3 / (sizes * TAU0) ** 2, rtol=TOLERANCE
         )
 
 
 class TestRefused:
     def test_a_ramp_diverges(self):
         with pytest.raises(DataError, match=r"diverges at f = 0: the density rises as f\^-3"):
-            avar_from_psd(lambda f: terms.psd("rate_ramp", 1e-3, f), TIMES)  # eq. (24)
+            integrate_density(lambda f: terms.psd("rate_ramp", 1e-3, f), TIMES)  # eq. (24)
         with pytest.raises(DataError, match="diverges at f = 0"):
-            avar_from_psd(lambda f: terms.psd("rate_ramp", 1e-3, f), TIMES, tau0=TAU0)
+            integrate_density(lambda f: terms.psd("rate_ramp", 1e-3, f), TIMES, tau0=TAU0)
 
     def test_what_nearly_diverges_does_not(self):
         # A density f^a has an Allan variance in proportion to T^(−a−1), whatever the constant.
         a = -2.9
-        got = avar_from_psd(lambda f: f**a, [1.0, 100.0])
+        got = integrate_density(lambda f: f**a, [1.0, 100.0])
         assert got[1] / got[0] == pytest.approx(100 ** (-a - 1), rel=1e-9)
 
     def test_a_density_that_rises_for_ever(self):
         with pytest.raises(DataError, match="f_max"):
-            avar_from_psd(lambda f: f**2, 1.0)
+            integrate_density(lambda f: f**2, 1.0)
 
     def test_wrong_densities(self):
         with pytest.raises(DataError, match="not negative"):
-            avar_from_psd(lambda f: -f, 1.0)
+            integrate_density(lambda f: -f, 1.0)
         with pytest.raises(DataError, match="finite"):
-            avar_from_psd(lambda f: np.where(f > 3, np.nan, 1.0), 1.0)
+            integrate_density(lambda f: np.where(f > 3, np.nan, 1.0), 1.0)
         with pytest.raises(DataError, match="a value each"):
-            avar_from_psd(lambda f: np.ones(3), 1.0)
+            integrate_density(lambda f: np.ones(3), 1.0)
         with pytest.raises(DataError, match="too rough"):
-            avar_from_psd(lambda f: 1 + np.sin(1e9 * f) ** 2, 1.0)
+            integrate_density(lambda f: 1 + np.sin(1e9 * f) ** 2, 1.0)
 
     @pytest.mark.parametrize(
         ("name", "how"),
@@ -140,7 +140,7 @@ class TestRefused:
     )
     def test_wrong_options(self, name, how):
         with pytest.raises(OptionError, match=name):
-            avar_from_psd(lambda _: 1.0, **how)
+            integrate_density(lambda _: 1.0, **how)
 
 
 STATIONARY = {

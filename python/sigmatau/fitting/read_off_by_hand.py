@@ -49,8 +49,12 @@ class Slope:
         slope = f"{TERMS[term].slope:+g}" if TERMS[term].slope else "0"
         if not math.isfinite(self.error):
             return f"one point, no slope of {slope}"
+        return f"the slope {self.text()}, not {slope}"
+
+    def text(self) -> str:
+        """The slope with its error: ``"+1.00 ± 0.31"``."""
         decimals = 2 if self.error == 0 else max(2, 1 - math.floor(math.log10(self.error)))
-        return f"the slope {self.value:+.{decimals}f} ± {self.error:.{decimals}f}, not {slope}"
+        return f"{self.value:+.{decimals}f} ± {self.error:.{decimals}f}"
 
 
 @frozen
@@ -145,11 +149,17 @@ def _free_slope(
     """Slope of half a log variance over log τ for a line with a share of the variance, and its standard error."""
     if len(at) < 2:
         return math.nan, math.inf
+    gain = slope_gain(curve, at, share)
+    variance = float(gain @ _covariance(curve, at) @ gain)
+    return float(gain @ log_variance) / 2, math.sqrt(max(variance, 0.0)) / 2
+
+
+def slope_gain(curve: DeviationCurve, at: NDArray[np.intp], share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Factors on log variances whose sum is their slope over log τ, for a line with a share of the variance."""
     x, weight = np.log(curve.tau[at]), curve.error[at] ** -2.0
     design = np.stack([share, share * (x - x.mean())], axis=1)
-    gain = np.linalg.pinv(design.T @ (weight[:, None] * design)) @ (design.T * weight)
-    variance = float(gain[1] @ _covariance(curve, at) @ gain[1])
-    return float(gain[1] @ log_variance) / 2, math.sqrt(max(variance, 0.0)) / 2
+    gain: NDArray[np.float64] = (np.linalg.pinv(design.T @ (weight[:, None] * design)) @ (design.T * weight))[1]
+    return gain
 
 
 def _exceeds_error(

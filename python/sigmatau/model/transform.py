@@ -63,8 +63,14 @@ _GAUSS = np.array(
 )
 
 
-def avar_from_psd(
-    psd: Density, tau: ArrayLike, *, tau0: float | None = None, f_max: float | None = None, rtol: float = 1e-11
+def integrate_density(
+    psd: Density,
+    tau: ArrayLike,
+    *,
+    tau0: float | None = None,
+    f_min: float = 0.0,
+    f_max: float | None = None,
+    rtol: float = 1e-11,
 ) -> Floats:
     """Allan variance of a noise with the given two-sided density, by integration.
 
@@ -78,6 +84,8 @@ def avar_from_psd(
     tau0 : float, optional
         Sample interval: the density is that of samples, folded to 1/(2·tau0), and the sum over clusters is exact.
         Default: continuous time, where each cluster is an integral. [s]
+    f_min : float
+        Frequency at which the integral begins. [Hz]
     f_max : float, optional
         Where the density ends. Default: nowhere, or 1/(2·tau0). [Hz]
     rtol : float
@@ -98,6 +106,7 @@ def avar_from_psd(
 
     See Also
     --------
+    sigmatau.avar_from_psd : also for sampled densities and for matrices, with the error of truncation.
     ChannelModel.avar : closed forms for the noise of a model.
 
     Notes
@@ -119,8 +128,8 @@ def avar_from_psd(
 
     Examples
     --------
-    >>> from sigmatau.model.transform import avar_from_psd
-    >>> avar_from_psd(lambda f: 0 * f + 1e-8, [1.0, 100.0])  # white noise of N = 1e-4: N²/τ
+    >>> from sigmatau.model.transform import integrate_density
+    >>> integrate_density(lambda f: 0 * f + 1e-8, [1.0, 100.0])  # white noise of N = 1e-4: N²/τ
     array([1.e-08, 1.e-10])
     """
     times = np.atleast_1d(np.asarray(tau, dtype=np.float64))
@@ -137,10 +146,13 @@ def avar_from_psd(
         if (sizes < 1).any() or (np.abs(sizes * tau0 - times) > 1e-6 * tau0).any():
             raise OptionError(f"{{option}} must be whole multiples of `tau0`, {tau0!r} s", option="tau")
         f_max = min(f_max or math.inf, 0.5 / tau0)
+    if not 0 <= f_min < (math.inf if f_max is None else f_max):
+        raise OptionError(f"{{option}} must be from 0 Hz to below the highest frequency, not {f_min!r}", option="f_min")
     results = []
     for k, time in enumerate(times.tolist()):
         n = None if sizes is None else float(sizes[k])
-        results.append(_Kernel(psd, time, n, rtol).integral(math.inf if f_max is None else math.pi * f_max * time))
+        end = math.inf if f_max is None else math.pi * f_max * time
+        results.append(_Kernel(psd, time, n, rtol).integral(math.pi * f_min * time, end))
     return np.array(results)
 
 
@@ -167,7 +179,11 @@ class _Kernel:
         """The integrand without its sin⁴: S over x², or over n²·sin²(x/n)."""
         return self.density(x) / (x if self.n is None else self.n * np.sin(x / self.n)) ** 2
 
-    def integral(self, end: float) -> float:
+    def integral(self, start: float, end: float) -> float:
+        if start > 0:
+            split = min(max(_DIRECT, start), end)
+            total = self._smooth(lambda x: self.envelope(x) * np.sin(x) ** 4, start, split) if start < split else 0.0
+            return 4 / (math.pi * self.time) * (total + (self._tail(split, end, total) if end > split else 0.0))
         slope = self._slope(end)
         # The integrand goes as x^(2 + slope): of a steep density much is at frequencies that no number of decades covers.
         if slope <= _STEEPEST + 1e-3:

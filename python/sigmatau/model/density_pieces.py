@@ -1,0 +1,127 @@
+"""The integral of eq. (11) over a density that is sampled: a power law or a straight line between neighbouring points.
+
+Each interval is cut so that the density is smooth in every piece: the frequencies of its ends differ by a factor of 2 at
+most, the densities by e⁴. A piece on which sin⁴ turns little is integrated by Gauss and Legendre's rule of 20 points. On any
+other, sin⁴ = 3/8 − cos(2x)/2 + cos(4x)/8, and the integrals of the cosines times the Legendre series of the rest are
+spherical Bessel functions: exact for any number of turns.
+
+References
+----------
+.. [1] N. S. Bakhvalov, L. G. Vasil'eva, "Evaluation of the integrals of oscillating functions by interpolation at nodes of
+   Gaussian quadratures," USSR Comput. Math. Math. Phys. 8 (1968).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Between = Literal["power law", "linear"]
+
+_POINTS = 20
+"""Of the rule in a piece: its Legendre coefficients fall as 5.8^−k where the frequency doubles, to 10⁻¹⁵ at the last."""
+
+_LARGEST_STEP = 4.0  # of ln S in a piece
+_LITTLE = 6.0  # radians of 4x about the middle of a piece that the rule itself integrates
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
+
+
+class Pieces:
+    """A sampled density on the nodes of its pieces.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n_f,)
+        Rising. [Hz]
+    density : ndarray, shape (n_f, ...)
+        Two-sided. Of matrices the diagonal is positive, or `between` is linear. [unit²/Hz]
+    between : {"power law", "linear"}
+        Law between neighbouring points. A power law with a 0 at an end is a straight line.
+    """
+
+    def __init__(self, frequency: Floats, density: Floats, between: Between) -> None:
+        power = _diagonal(density)
+        law = (power[:-1] > 0) & (power[1:] > 0) & (between == "power law")
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rise = np.abs(np.where(law, np.log(power[1:] / power[:-1]), 0.0))
+        steps = np.log2(frequency[1:] / frequency[:-1])
+        counts = np.maximum(np.ceil(np.maximum(steps, rise.max(axis=-1) / _LARGEST_STEP) - 1e-9), 1).astype(int)
+        interval = np.repeat(np.arange(len(counts)), counts)
+        share = (np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[interval]
+        ratio = frequency[interval + 1] / frequency[interval]
+        self.low: Floats = frequency[interval] * ratio**share
+        high = frequency[interval] * ratio ** (share + 1 / counts[interval])
+        self.half: Floats = (high - self.low) / 2
+        self.nodes: Floats = (high + self.low)[:, None] / 2 + self.half[:, None] * _NODES
+        self.density: Floats = _interpolated(frequency, density, law, interval, self.nodes)
+
+    def integral(self, time: float, tau0: float | None) -> Floats:
+        """4 ∫ S·sin⁴(πfT)/(πfT)² df over the pieces; of samples with n²·sin²(πfτ₀) below; shape of a density. [unit²]"""
+        below = math.pi * time * self.nodes if tau0 is None else time / tau0 * np.sin(math.pi * tau0 * self.nodes)
+        smooth = self.density / below.reshape(below.shape + (1,) * (self.density.ndim - 2)) ** 2
+        turning = 4 * math.pi * time * self.half > _LITTLE
+        kernel = np.sin(math.pi * time * self.nodes[~turning]) ** 4 * _WEIGHTS * self.half[~turning, None]
+        total = np.einsum("ij,ij...->...", kernel, smooth[~turning])
+        if turning.any():
+            total = total + self._oscillating(smooth[turning], turning, time)
+        return np.asarray(4 * total)
+
+    def _oscillating(self, smooth: Floats, turning: NDArray[np.bool_], time: float) -> Floats:
+        """The integral over pieces on which sin⁴ turns often, by the Legendre series of the rest."""
+        from scipy.special import spherical_jn
+
+        order = np.arange(_POINTS)
+        legendre = np.polynomial.legendre.legvander(_NODES, _POINTS - 1)
+        series = np.einsum("jk,ij...->ik...", legendre * _WEIGHTS[:, None] * (order + 0.5), smooth)
+        half = self.half[turning]
+        middle = self.low[turning] + half
+        weights = np.zeros((len(half), _POINTS))
+        weights[:, 0] = 0.375 * 2
+        for turn, height in ((2.0, -0.5), (4.0, 0.125)):
+            # ∫ P_k(t)·exp(jωt) dt = 2·j^k·j_k(ω)
+            phase = np.exp(1j * turn * math.pi * time * middle)[:, None]
+            bessel = spherical_jn(order, (turn * math.pi * time * half)[:, None])
+            weights += height * 2 * (phase * 1j**order * bessel).real
+        return np.asarray(np.einsum("ik,ik...->...", weights * half[:, None], series))
+
+
+def _diagonal(density: Floats) -> Floats:
+    """Densities of the channels, shape (n_f, channels)."""
+    return density[:, None] if density.ndim == 1 else np.einsum("ijj->ij", density)
+
+
+def _interpolated(
+    frequency: Floats, density: Floats, law: NDArray[np.bool_], interval: NDArray[np.intp], nodes: Floats
+) -> Floats:
+    """The density at the nodes of pieces, from the ends of the interval that each is a part of.
+
+    Of matrices the coherences change linearly with the interpolation of the law, so that no matrix is less than 0.
+    """
+    lower, upper = frequency[interval, None], frequency[interval + 1, None]
+    linear = (nodes - lower) / (upper - lower)
+    logarithmic = np.log(nodes / lower) / np.log(upper / lower)
+    power = _diagonal(density)
+    level = np.empty((*nodes.shape, power.shape[1]))
+    for channel in range(power.shape[1]):
+        first, last = power[interval, None, channel], power[interval + 1, None, channel]
+        of_law = law[interval, channel][:, None]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            curved = first * (last / first) ** logarithmic
+        level[..., channel] = np.where(of_law, curved, first + (last - first) * linear)
+    if density.ndim == 1:
+        return np.asarray(level[..., 0])
+    if not law.any():
+        share = linear[..., None, None]
+        return np.asarray(density[interval][:, None] * (1 - share) + density[interval + 1][:, None] * share)
+    root = np.sqrt(power)
+    scale = root[:, :, None] * root[:, None, :]
+    coherence = np.divide(density, scale, out=np.zeros_like(density), where=scale > 0)
+    share = logarithmic[..., None, None]
+    moved = coherence[interval][:, None] * (1 - share) + coherence[interval + 1][:, None] * share
+    moved[..., range(power.shape[1]), range(power.shape[1])] = 1.0
+    levels = np.sqrt(level)
+    return np.asarray(moved * levels[..., :, None] * levels[..., None, :])

@@ -188,6 +188,16 @@ PROVOKED = {
     "CurveSlope.interval": {
         st.OptionError: (lambda: st.fit_slope(curve(), tau_min=0.1, tau_max=10).interval(level=1.5),)
     },
+    "fit_psd": {
+        st.DataError: (
+            lambda: st.fit_psd([1.0, 2.0], [1.0, 1.0], dof=10, sided="two"),
+            lambda: st.fit_psd([2.0, 1.0], [1.0, 1.0], dof=10, sided="two"),
+        ),
+        st.OptionError: (
+            lambda: st.fit_psd(np.arange(1.0, 20.0), np.ones(19), dof=0, sided="two"),
+            lambda: st.fit_psd(np.arange(1.0, 20.0), np.ones(19), dof=2, sided="both"),
+        ),
+    },
     "fit_slope": {
         TypeError: (lambda: st.fit_slope("curve", tau_min=1, tau_max=2),),
         st.OptionError: (

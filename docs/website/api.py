@@ -46,7 +46,17 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Spectra",
         "Two-sided power spectral densities, with intervals.",
-        ("psd", "Spectrum", "avar_from_psd", "AvarFromPsd", "cross_spectrum", "CrossSpectrum", "transfer"),
+        (
+            "psd",
+            "Spectrum",
+            "avar_from_psd",
+            "AvarFromPsd",
+            "fit_psd",
+            "PsdFit",
+            "cross_spectrum",
+            "CrossSpectrum",
+            "transfer",
+        ),
     ),
     (
         "Fit",

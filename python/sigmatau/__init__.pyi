@@ -18,6 +18,7 @@ from .fitting.joint import fit_jointly
 from .fitting.joint_fit import JointChannel, JointFit
 from .fitting.noise_fit import NoiseFit
 from .fitting.planning import Plan, plan
+from .fitting.psd_fit import PsdFit, fit_psd
 from .fitting.read_off import ReadOff, read_off
 from .io.read import read
 from .io.read.frame import from_frame
@@ -76,6 +77,7 @@ __all__ = [
     "NonFiniteError",
     "OptionError",
     "Plan",
+    "PsdFit",
     "RandomEffects",
     "ReadOff",
     "Record",
@@ -103,6 +105,7 @@ __all__ = [
     "fit",
     "fit_channel",
     "fit_jointly",
+    "fit_psd",
     "fit_slope",
     "from_frame",
     "inspect",

@@ -22,7 +22,7 @@ class SampledDensity:
     """A sampled density, two-sided and checked."""
 
     def __init__(self, frequency: ArrayLike, density: ArrayLike, factor: float, between: Between) -> None:
-        f = _frequencies(frequency)
+        f = rising_frequencies(frequency)
         values = np.asarray(density)
         if values.dtype.kind not in "fiuc":
             raise DataError(f"`density` must have numbers, not {values.dtype}")
@@ -35,7 +35,7 @@ class SampledDensity:
                 f"`density` has the shape {values.shape}; want ({len(f)},) as `frequency`, or ({len(f)}, n, n) for"
                 " n channels"
             )
-        _check_density(values, f)
+        check_density(values, f)
         self.density: Floats = np.asarray(values.real, dtype=np.float64) * factor
         self.f_min: float = float(f[0])
         self.f_max: float = float(f[-1])
@@ -74,7 +74,7 @@ class FunctionDensity:
                 f"`density` returned the shape {values.shape} for {len(f)} frequencies; want a matrix for each"
             )
         if self.channels:
-            _check_density(values, f)
+            check_density(values, f)
         return np.asarray(values.real * self.factor)
 
     def edge(self, end: int) -> Floats:
@@ -110,7 +110,8 @@ def of_channels(values: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(values if values.ndim == 1 else np.einsum("kii->ki", values))
 
 
-def _frequencies(frequency: ArrayLike) -> Floats:
+def rising_frequencies(frequency: ArrayLike) -> Floats:
+    """Frequencies as an array; raises `DataError` for others than rising ones above 0."""
     f = np.asarray(frequency)
     if f.ndim != 1 or f.dtype.kind not in "fiu" or len(f) < 2:
         raise DataError(f"`frequency` must be two or more numbers of Hz in a row, not {f.dtype} of shape {f.shape}")
@@ -128,7 +129,7 @@ def _frequencies(frequency: ArrayLike) -> Floats:
     return f
 
 
-def _check_density(values: NDArray[Any], f: Floats) -> None:
+def check_density(values: NDArray[Any], f: Floats) -> None:
     """Raise `DataError` for a density that is negative or not finite, or a matrix that is not Hermitian and positive."""
     flat = values.reshape(len(f), -1)
     wrong = np.flatnonzero(~np.isfinite(flat).all(axis=1))

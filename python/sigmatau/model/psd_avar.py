@@ -180,6 +180,7 @@ def avar_from_psd(
     See Also
     --------
     psd : density of a record.
+    fit_psd : noise terms of a measured density.
     ChannelModel.avar : closed forms for the noise of a model.
 
     Notes

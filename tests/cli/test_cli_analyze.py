@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from small_log import published, run, table
 
+from sigmatau import Analysis
+
 
 @pytest.fixture
 def log(tmp_path):
@@ -153,9 +155,15 @@ class TestAnalyze:
         assert "--force draws a refused line" in err
         _, out, err = run(*options, "--json", "-", capsys=capsys)
         assert re.search(refusal, err)
-        plain = json.loads(out)["channels"]["gyro_x"]["read_off"]
+        channel = json.loads(out)["channels"]["gyro_x"]
+        plain = channel["read_off"]
         assert list(plain) == ["random_walk"]
+        (line,) = channel["refused_lines"]
+        assert line["term"] == "rate_ramp"
+        assert abs(line["slope"] + 0.5) < 4 * line["slope_error"]
+        assert Analysis.from_json(out).to_dict()["channels"]["gyro_x"]["refused_lines"] == [line]
         _, out, err = run(*options, "--force", "--json", "-", capsys=capsys)
+        assert "refused_lines" not in json.loads(out)["channels"]["gyro_x"]
         forced = json.loads(out)["channels"]["gyro_x"]["read_off"]
         assert forced["rate_ramp"]["forced"] is True
         assert forced["random_walk"] == plain["random_walk"]

@@ -494,6 +494,21 @@ class TestReadOff:
             assert rows["mean_error"][at] < 0.5 * rows["paper_delta"][at]
             assert rows["judgement"][at] != "without_errors"
 
+    def test_csv_of_earlier_versions(self, read_off_days, tmp_path):
+        """Its column `error` is δ of eq. (26); in a table that was typed it is a standard error."""
+        files = [tmp_path / f"day{k}.csv" for k in range(3)]
+        for file, analysis in zip(files, read_off_days["read-off"], strict=True):
+            file.write_text(csv_text(analysis.columns()).replace("plus_minus", "error"))
+        rows = compare_runs(files).columns()
+        assert rows["mean_error"] == [None, None]
+        assert set(rows["judgement"]) == {"without_errors"}
+        assert None not in rows["paper_delta"]
+        header, *lines = files[0].read_text().splitlines()
+        (tmp_path / "typed.csv").write_text(
+            "\n".join([f"run,{header}", *(f"{k},{line}" for k in (1, 2, 3) for line in lines)])
+        )
+        assert None not in compare_runs([tmp_path / "typed.csv"]).columns()["mean_error"]
+
     def test_the_table(self, read_off_days, tmp_path, monkeypatch, capsys):
         monkeypatch.chdir(tmp_path)
         for k, analysis in enumerate(read_off_days["read-off"]):

@@ -51,6 +51,19 @@ def test_all_pass(units, sheet):
     assert repr(lot).startswith("4 units against Unit 7: 4 passed\n")
 
 
+def test_lines_that_were_read_off_are_not_judged(units, sheet):
+    """Their δ by eq. (26) is not a standard error, and they have no interval."""
+    x = rates(1, kind="judged")
+    record = st.Record.from_arrays(rate=RATE, **{name: x[:, k] for k, name in enumerate(NAMES)})
+    lot = st.judge_lot({"lines": st.analyze(record, method="read-off"), **units}, sheet())
+    assert lot["lines"].state == "unreadable"
+    assert lot.counts["passed"] == 4
+    assert "only read off; a model needs a fit" in repr(lot)
+    assert lot.exit_code == 4
+    alone = st.judge_lot({"lines": st.analyze(record, method="read-off")})
+    assert {row for row in alone.columns()["coefficient"] if row and not row.startswith("means")} == set()
+
+
 def test_every_unit_is_exactly_one(units, bad, sheet):
     given = units | {"bad": bad, "torn": st.DataError("torn.csv: is empty")}
     lot = st.judge_lot(given, sheet(), expect=8)

@@ -245,6 +245,19 @@ class CoefficientForm:
 
 
 @frozen
+class RefusedLineForm:
+    """A line in a given range that was refused."""
+
+    term: str
+    tau_s: Span = key(exclusiveMinimum=0)
+    slope: float | None = key(
+        "slope of the curve in the range; null for one point", default=None, always=True, null=True
+    )
+    slope_error: float | None = key("standard error of the slope by eq. (26)", default=None, always=True, null=True)
+    reason: str
+
+
+@frozen
 class CurveForm:
     """An Allan deviation curve, whose intervals follow from `edf`; by hand, its unit at least."""
 
@@ -374,6 +387,10 @@ class ChannelForm:
     )
     curve: CurveForm | None = key(default=None, always=True)
     read_off: Mapping[str, CoefficientForm] = key(factory=dict, always=True)
+    refused_lines: tuple[RefusedLineForm, ...] = key(
+        f"lines in ranges given by hand ({Hint('read_off_at')}) that were refused, as their slope is not that of the curve",
+        default=(),
+    )
     fit: FitForm | None = key(default=None)
     trust: Trust | None = key("trust in the coefficients of the fit", default=None)
     mean_stability: tuple[MeansForm, ...] = key(
@@ -446,6 +463,7 @@ class BriefChannelForm(ChannelForm):
     excluded_runs: None = field(default=None, init=False)
     curve: CurveUnitForm | None = None
     read_off: Mapping[str, CoefficientForm] = field(default_factory=dict, init=False)
+    refused_lines: tuple[RefusedLineForm, ...] = field(default=(), init=False)
     fit: BriefFitForm | None = None
     mean_stability: tuple[MeansForm, ...] = field(default=(), init=False)
     stability: None = field(default=None, init=False)

@@ -38,7 +38,7 @@ def with_joint(self: Analysis, joint: Mapping[str, JointChannel]) -> dict[str, A
                 **(self.masks[channel].to_dict() if channel in self.masks else {}),
                 **({"mean": self.means[channel].to_dict()} if channel in self.means else {}),
                 "curve": curve.to_dict(),
-                "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
+                **_read_off_to_dict(self, channel),
                 **_fit_to_dict(self, channel),
                 **({"joint": joint[channel].to_dict()} if channel in joint else {}),
                 **_means_to_dict(self, channel),
@@ -47,6 +47,15 @@ def with_joint(self: Analysis, joint: Mapping[str, JointChannel]) -> dict[str, A
             for channel, curve in self.curves.items()
         },
     }
+
+
+def _read_off_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
+    """The lines of a channel, and those of given ranges that were refused."""
+    if channel not in analysis.read_off:
+        return {"read_off": {}}
+    lines = analysis.read_off[channel]
+    refused = [refusal.to_dict() for refusal in lines.refused if refusal.by_hand]
+    return {"read_off": lines.to_dict(), **({"refused_lines": refused} if refused else {})}
 
 
 def to_json(self: Analysis) -> str:

@@ -27,6 +27,7 @@ from sigmatau.fitting.fitted_values import FittedTerm, WarmUp
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import Coefficient, ReadOff
+from sigmatau.fitting.read_off_regions import Refusal
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import LowPass
@@ -411,7 +412,20 @@ def _read_off(name: str, channel: forms.ChannelForm) -> ReadOff:
         if term in TERMS
     }
     unit = _unit(channel) if channel.curve is not None or channel.mean is not None else ""
-    return ReadOff(name, channel.quantity, unit, coefficients)
+    refused = tuple(
+        Refusal(
+            term=form.term,
+            tau_min=form.tau_s[0],
+            tau_max=form.tau_s[1],
+            reason=form.reason,
+            by_hand=True,
+            slope=form.slope,
+            slope_error=form.slope_error,
+        )
+        for form in channel.refused_lines
+        if form.term in TERMS
+    )
+    return ReadOff(name, channel.quantity, unit, coefficients, refused)
 
 
 def _means(form: forms.MeansForm) -> MeanStability:

@@ -122,7 +122,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
     coefficients : mapping of str to Coefficient
         By term.
     refused : tuple of Refusal
-        Regions that have the slope of a term but another cause.
+        Regions that have the slope of a term but another cause, and refused lines of given ranges.
 
     See Also
     --------
@@ -370,7 +370,16 @@ def _laid(
 
 def _refusal(curve: DeviationCurve, name: str, at: NDArray[np.intp], reason: str, *, by_hand: bool = False) -> Refusal:
     tau = curve.tau[at]
-    return Refusal(term=name, tau_min=float(tau[0]), tau_max=float(tau[-1]), reason=reason, by_hand=by_hand)
+    slope = slope_of_curve(curve, at) if by_hand and len(at) > 1 else None
+    return Refusal(
+        term=name,
+        tau_min=float(tau[0]),
+        tau_max=float(tau[-1]),
+        reason=reason,
+        by_hand=by_hand,
+        slope=None if slope is None else slope.value,
+        slope_error=None if slope is None else slope.error,
+    )
 
 
 def _coefficient(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.read_off_lines import lay, thinned
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, Term, avar
+from sigmatau.results import plain
 
 LARGEST_ERROR = 0.41
 """Largest error by eq. (26) of the averaging times that are used: those up to a quarter of the record, as in the paper."""
@@ -86,6 +88,8 @@ class Refusal:
         Whether other noise hides the term at all averaging times.
     by_hand : bool
         Whether the range was given by hand.
+    slope, slope_error : float or None
+        Of the curve in a range that was given by hand; None for one point. [1]
     """
 
     term: str
@@ -94,6 +98,12 @@ class Refusal:
     reason: str
     hidden: bool = False
     by_hand: bool = False
+    slope: float | None = None
+    slope_error: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return plain(self, "term slope slope_error reason", tau_s=[self.tau_min, self.tau_max])
 
 
 def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str, NDArray[np.intp]], list[Refusal]]:

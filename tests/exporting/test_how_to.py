@@ -12,6 +12,8 @@ from conftest import ROOT
 from known import seed_of
 from sigmatau import NoiseModel, simulate
 from sigmatau.cli import main
+from sigmatau.exporting.choices import Choices
+from sigmatau.exporting.export import export
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.io.write import write
 
@@ -95,10 +97,8 @@ def test_the_table_of_the_index(folder):
     n = {
         s: max(c["random_walk"] for name, c in model.channels.items() if name.startswith(s)) for s in ("accel", "gyro")
     }
-    k = {
-        s: max(c["rate_random_walk"] for name, c in model.channels.items() if name.startswith(s))
-        for s in ("accel", "gyro")
-    }
+    kalibr = vio.parse(export(model, to="kalibr", choices=Choices(filter_rate=200.0)))  # whose K is continuous
+    k = {"accel": kalibr["accelerometer_random_walk"], "gyro": kalibr["gyroscope_random_walk"]}
     rows = re.findall(
         r"^\| [^|]+ \| \[([a-z0-9-]+)\]\(\1\.md\) \| ([^|]+) \| ([^|]+) \| (yes|no) \|$", INDEX, flags=re.M
     )

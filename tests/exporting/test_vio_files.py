@@ -8,7 +8,6 @@ from sigmatau import DataError, NoiseModel, OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export, prepare
 from sigmatau.exporting.targets import target
-from sigmatau.hints import Hint, worded
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 
@@ -24,6 +23,9 @@ MODEL = NoiseModel(
 )
 
 
+OBSERVED = {"gyro": "observed", "accel": "observed"}
+
+
 def rms(values):
     return float(np.sqrt(np.mean(np.square(values))))
 
@@ -32,7 +34,7 @@ def rms(values):
 @pytest.mark.parametrize(("axes", "one"), [("worst", max), ("mean", rms)])
 @pytest.mark.parametrize("name", vio.YAMLS)
 def test_numbers_are_the_models(name, axes, one, version):
-    text = export(MODEL, to=name, choices=Choices(filter_rate=RATE, axes=axes))
+    text = export(MODEL, to=name, choices=Choices(filter_rate=RATE, axes=axes, walk=OBSERVED))
     got = vio.in_si(name, vio.keys_of(name, vio.parse(text, version)), RATE)
     expected = [one(N["accel"]), one(N["gyro"]), one(K["accel"]), one(K["gyro"])]
     np.testing.assert_allclose(got, expected, rtol=1e-12, atol=0)
@@ -40,7 +42,7 @@ def test_numbers_are_the_models(name, axes, one, version):
 
 @pytest.mark.parametrize("name", vio.YAMLS)
 def test_factors_stand_apart_from_the_estimate(name):
-    text = export(MODEL, to=name, choices=Choices(filter_rate=RATE, noise_factor=2.0, walk_factor=10.0))
+    text = export(MODEL, to=name, choices=Choices(filter_rate=RATE, noise_factor=2.0, walk_factor=10.0, walk=OBSERVED))
     got = vio.in_si(name, vio.keys_of(name, vio.parse(text)), RATE)
     expected = [2 * max(N["accel"]), 2 * max(N["gyro"]), 10 * max(K["accel"]), 10 * max(K["gyro"])]
     np.testing.assert_allclose(got, expected, rtol=1e-12, atol=0)
@@ -62,7 +64,7 @@ def test_numbers_of_any_size_are_numbers(name, scale):
 
 @pytest.mark.parametrize("axes", ["worst", "each"])
 def test_gtsam(axes, monkeypatch):
-    made = vio.gtsam_params(export(MODEL, to="gtsam", choices=Choices(axes=axes)), monkeypatch)
+    made = vio.gtsam_params(export(MODEL, to="gtsam", choices=Choices(axes=axes, walk=OBSERVED)), monkeypatch)
     for key, of in [
         ("AccelerometerCovariance", N["accel"]),
         ("GyroscopeCovariance", N["gyro"]),
@@ -122,7 +124,7 @@ def test_model_file_reads_back_to_the_same_bits(tmp_path):
 
 @pytest.mark.parametrize("name", vio.YAMLS)
 def test_no_file_without_what_it_needs(name):
-    flat = {"random_walk": 1e-4, "bias_instability": 1e-5}
+    flat = {"random_walk": 1e-4}
     model = NoiseModel(channels={"gyro_x": flat, "accel_x": flat})
     with pytest.raises(OptionError, match="`walk="):
         export(model, to=name, choices=Choices(filter_rate=200.0))
@@ -149,16 +151,14 @@ def test_what_has_no_place_is_said(name):
     )
     model = NoiseModel(channels={"gyro_x": gyro, "gyro_y": gyro, "accel_x": accel})
     text = export(model, to=name, choices=Choices(filter_rate=200.0))
-    gyros = f"no field for quantization and bias instability of the gyros; omitted. {Hint('walk', 'gyro', 'horizon')}"
-    accelerometers = (
-        f"no field for Gauss-Markov processes of the accelerometers; omitted. {Hint('walk', 'accel', 'horizon')}"
-    )
-    assert (text.count(worded(gyros)), text.count(worded(accelerometers))) == (1, 1)
+    assert text.count("no field for quantization of the gyros; omitted.\n") == 1
+    assert text.count(" N and K: a filter states ") == 2
+    assert "of the accelerometers; omitted" not in text
     text = export(
         model, to=name, choices=Choices(filter_rate=200.0, walk={"gyro": "horizon", "accel": "horizon"}, horizon=5.0)
     )
     assert "no field for quantization of the gyros; omitted.\n" in text
-    assert "of the accelerometers" not in text
+    assert text.count(" N and K: a filter states ") == 2
     bare = {s: {"random_walk": 1e-4, "rate_random_walk": 1e-6} for s in ("gyro", "accel")}
     assert "omitted" not in export(NoiseModel(channels=bare), to=name, choices=Choices(filter_rate=200.0))
 
@@ -186,30 +186,35 @@ class TestWalk:
     def test_limits_of_the_axes_that_show_none(self):
         value, _ = self.walk(self.model(observed="x"), walk={"gyro": "upper-limit"})
         assert value == 5e-6
-        assert self.walk(self.model(observed="x"))[0] == 5e-6
         with pytest.raises(OptionError, match=r"^gyro_y, gyro_z: no rate random walk observed") as refused:
             self.walk(self.model(observed="x"), strict=True)
         assert "worst" not in str(refused.value)
-        mean, _ = self.walk(self.model(observed="x"), axes="mean")
+        mean, _ = self.walk(self.model(observed="x"), axes="mean", walk={"gyro": "upper-limit"})
         assert mean == pytest.approx(np.sqrt(np.mean(np.square([1e-6, 5e-6, 3e-6]))), rel=1e-12)
 
-    def test_the_upper_limit_is_written_unasked_and_said(self):
-        """Of those that enter the number; not for a chosen value, nor where it is an error."""
-        prepared = prepare(self.model(), to="kalibr", choices=Choices(filter_rate=200.0))
-        assert vio.parse(prepared.content)["gyroscope_random_walk"] == 5e-6
-        (finding,) = prepared.findings
-        assert (finding.code, finding.channels, finding.details.term) == (
-            "limit_written",
-            ("gyro_y",),
-            "rate_random_walk",
-        )
-        for walk in ("upper-limit", 4e-6):
-            assert (
-                prepare(self.model(), to="kalibr", choices=Choices(filter_rate=200.0, walk={"gyro": walk})).findings
-                == ()
-            )
+    @pytest.mark.parametrize(("unobserved", "share"), [("upper-limit", 1.0), ("mean", 3**-0.5)])
+    def test_what_was_not_observed_counts_by_its_policy(self, unobserved, share):
+        """A walk alone, by its policy, is the walk of the filter; the file and the finding say what was assumed."""
+        prepared = prepare(self.model(), to="kalibr", choices=Choices(filter_rate=200.0, unobserved=unobserved))
+        assert vio.parse(prepared.content)["gyroscope_random_walk"] == pytest.approx(share * 5e-6, rel=1e-3)
+        where = "at their upper limits" if share == 1 else "at 1/sqrt(3) of their upper limits"
+        assert prepared.content.count(f"Terms that were not observed count {where}.") == 1
+        assert prepared.findings == ()  # the filter states all right
         with pytest.raises(OptionError, match=r"gyros: no rate random walk observed \(below 5e-06"):
             self.walk(self.model(), strict=True)
+
+    def test_nothing_beside_n(self):
+        """The least K: N alone states the error, and the file says that K makes it larger."""
+        value, text = self.walk(self.model(), unobserved="absent")
+        assert value == pytest.approx(0.01 * 1e-4 / 60, rel=1e-12)
+        assert "the least K in use" in text
+
+    def test_the_walk_of_the_model(self):
+        value, text = self.walk(self.model(observed="xyz"), walk={"gyro": "observed"})
+        assert value == 1e-6
+        assert "not used" not in text
+        with pytest.raises(OptionError, match=r"^gyro_y, gyro_z: no rate random walk observed"):
+            self.walk(self.model(observed="x"), walk={"gyro": "observed"})
 
     def test_no_limit_is_known(self):
         with pytest.raises(OptionError, match=r"no upper limit .* for gyro_y"):
@@ -231,19 +236,28 @@ class TestWalk:
         assert f"at {horizon:g} s" in text
 
     def test_never_b_as_k(self):
-        """A model whose only slow noise is flicker is refused, and its B stands in no file."""
+        """A model whose only slow noise is flicker has a consistent walk, and its B stands in no file."""
         model = NoiseModel(channels={s: {"random_walk": 1e-4, "bias_instability": 0.0123} for s in ("gyro", "accel")})
         for name in (*vio.YAMLS, "gtsam", "px4", "ardupilot"):
+            text = export(model, to=name, choices=Choices(filter_rate=200.0))
+            assert "0.0123" not in text
             with pytest.raises(OptionError, match="choose"):
-                export(model, to=name, choices=Choices(filter_rate=200.0))
+                export(model, to=name, choices=Choices(filter_rate=200.0, strict=True))
 
 
 @pytest.mark.parametrize("name", [*vio.YAMLS, "gtsam"])
 def test_a_choice_without_a_place_is_refused(name):
     with pytest.raises(OptionError, match=f"`step` does not apply to {name}"):
         export(MODEL, to=name, choices=Choices(filter_rate=RATE, step=0.01))
-    with pytest.raises(OptionError, match=f"`horizon` does not apply to {name}"):
-        export(MODEL, to=name, choices=Choices(filter_rate=RATE, horizon=10.0))
+
+
+@pytest.mark.parametrize(
+    "choices", [{"consistent": "bias"}, {"walk": {"gyro": "consistent"}}, {"unobserved": "absent"}]
+)
+def test_consistent_is_for_filters_with_n_and_k(choices):
+    for name in ("kf-gins", "ros", "ieee952"):
+        with pytest.raises(OptionError, match=f"does not apply to {name}"):
+            export(MODEL, to=name, choices=Choices(filter_rate=RATE, **choices))
 
 
 class TestNoise:

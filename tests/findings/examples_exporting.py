@@ -25,6 +25,27 @@ EXAMPLES = [
         details=kinds.SlowNoiseLeftOut(sensor="gyro", omitted=_WALK),
     ),
     Finding(severity="info", channels=("gyro_x", "accel_y"), details=kinds.LimitWritten(term="rate_random_walk")),
+    Finding(
+        severity="info",
+        details=kinds.PairConsistency(
+            sensor="gyro",
+            walk=6.456e-6,
+            horizon=60.0,
+            nees=3.62,
+            stated=tuple(kinds.StatedError(time=t, share=s) for t, s in ((10.0, 0.874), (60.0, 1.0), (600.0, 1.937))),
+        ),
+    ),
+    Finding(
+        severity="info",
+        details=kinds.PairConsistency(
+            sensor="accel",
+            walk=1e-5,
+            horizon=10.0,
+            nees=1.02,
+            stated=tuple(kinds.StatedError(time=t, share=1.3) for t in (1.7, 10.0, 100.0)),
+        ),
+    ),
+    Finding(severity="warning", channels=("gyro_x",), details=kinds.QuantizationInSamples(ratio=412.3)),
     Finding(severity="warning", channels=("accel_z",), details=kinds.NotAdequate()),
     Finding(severity="warning", channels=("gyro_x",), details=kinds.OnlyLimits()),
     Finding(severity="warning", channels=("accel_x", "accel_z"), details=kinds.PoorTrust()),

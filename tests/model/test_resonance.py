@@ -1,5 +1,6 @@
 """Resonances in a noise model: every form of the same noise agrees."""
 
+import re
 import tomllib
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import ChannelModel, DataError, NoiseModel, allan, arma, predict, simulate, state_space
+from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import prepare
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 from sigmatau.model.transform import integrate_density
@@ -110,7 +112,8 @@ def test_both_explanations_of_a_walk_are_carried():
     assert content.count("of 30 min or more explains") == 1
 
 
-def test_a_format_without_resonances_says_once_what_it_leaves_out():
+def test_a_walk_takes_resonances_in():
+    """A consistent walk is larger by the resonance, and every explanation is stated."""
     one = ChannelModel(
         terms={"random_walk": 1e-4, "rate_random_walk": 1e-6},
         resonance=(Resonance(sigma=1e-5, frequency=0.004, width=0.001),),
@@ -122,7 +125,10 @@ def test_a_format_without_resonances_says_once_what_it_leaves_out():
     )
     model = NoiseModel(channels={"gyro_x": one, "accel_x": accel})
     text = prepare(model, to="kalibr").content
-    assert text.count("resonances of the gyro") == 1
-    assert text.count("explains the rate random walk as well") == 1
+    (walk,) = re.findall(r"^gyroscope_random_walk: (\S+)", text, flags=re.MULTILINE)
+    assert float(walk) > 1.01e-6
+    observed = prepare(model, to="kalibr", choices=Choices(walk={"gyro": "observed", "accel": "observed"})).content
+    assert "gyroscope_random_walk: 1.0e-06" in observed
+    assert observed.count("explains the rate random walk as well") == 1
     assert "resonance_1_2" in prepare(model, to="state-space").content
     assert "its half width" in prepare(model, to="ieee952").content

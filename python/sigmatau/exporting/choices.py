@@ -10,11 +10,13 @@ from sigmatau.errors import OptionError
 from sigmatau.hints import Hint
 from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST, real
+from sigmatau.model.unobserved import Unobserved
 from sigmatau.noise.terms import coefficient_unit
 from sigmatau.options import option, with_attributes
 from sigmatau.record.streams import RATES
 
 Axes = Literal["worst", "mean", "each"]
+Criterion = Literal["horizon", "bias"]
 
 KINDS = {"gyro": "gyros", "accel": "accelerometers"}
 
@@ -104,16 +106,18 @@ class Choices:
         default_factory=dict,
         metadata=option(
             "Export",
-            "Rate random walk to write if none was observed.",
-            "Default: upper-limit.",
+            "Rate random walk to write for a filter with N and K.",
+            "Default: consistent.",
             form="pairs",
             kind="mapping of str to (str or float)",
             example="gyro=upper-limit",
-            python='By sensor, ``"gyro"`` and ``"accel"``: ``"upper-limit"``, a number in SI, or a text with a unit,'
-            ' ``"1e-6 rad/s^2/sqrt(Hz)"``. ``"horizon"`` matches the Allan variance of the model at `horizon`, whether a'
-            " walk was observed or not.",
-            typed='Values: gyro=upper-limit, gyro="1e-6 rad/s/sqrt(s)", or gyro=horizon, which matches the Allan variance of'
-            f" the model at {Hint('horizon')}, observed or not.",
+            python='By sensor, ``"gyro"`` and ``"accel"``. ``"consistent"``: a filter with this value states its error'
+            ' after `horizon` right, whatever the slow noise of the model is. ``"horizon"`` matches the Allan variance of'
+            ' the model at `horizon`. ``"observed"`` is the walk of the model. ``"upper-limit"``, a number in SI, or a text'
+            ' with a unit, ``"1e-6 rad/s^2/sqrt(Hz)"``, is for axes without an observed walk.',
+            typed=f"Values: gyro=consistent, with which a filter states its error after {Hint('horizon')} right;"
+            " gyro=horizon, which matches the Allan variance of the model there; gyro=observed, the walk of the model; for"
+            ' axes without an observed walk gyro=upper-limit or gyro="1e-6 rad/s/sqrt(s)".',
         ),
     )
     noise: Mapping[str, str | float] = field(
@@ -133,11 +137,29 @@ class Choices:
         default=None,
         metadata=option(
             "Export",
-            "Averaging time at which a rate random walk matches the model, and for Gauss-Markov biases.",
+            "Time after which a filter states its error right; averaging time for gyro=horizon and Gauss-Markov biases.",
+            "Default of a filter with N and K: 60 s.",
             form="time",
             unit="s",
             kind="float or None",
             typed="Example: 10s (ms, s, min, h, d). Required with gyro=horizon.",
+        ),
+    )
+    consistent: Criterion = field(
+        default="horizon",
+        metadata=option(
+            "Export",
+            "Which error a filter with N and K states right: that after the horizon, or that of its bias.",
+            choices=get_args(Criterion),
+        ),
+    )
+    unobserved: Unobserved = field(
+        default="mean",
+        metadata=option(
+            "Export",
+            "Slow noise that was not observed, for a consistent walk: at its upper limit, with the mean variance up to there"
+            " (1/sqrt(3) of the limit), or absent.",
+            choices=get_args(Unobserved),
         ),
     )
     noise_factor: float = field(
@@ -206,6 +228,10 @@ class Choices:
             raise not_of_a_log(rate)
         if self.axes not in get_args(Axes):
             raise OptionError(f"{{option}} must be 'worst', 'mean' or 'each', not {self.axes!r}", option="axes")
+        for name, values in (("consistent", get_args(Criterion)), ("unobserved", get_args(Unobserved))):
+            if getattr(self, name) not in values:
+                listed = " or ".join(map(repr, values))
+                raise OptionError(f"{{option}} must be {listed}, not {getattr(self, name)!r}", option=name)
         for name in ("horizon", "noise_factor", "walk_factor", "filter_rate", "step"):
             value = getattr(self, name)
             low, high, unit = RANGES[name]
@@ -215,7 +241,9 @@ class Choices:
                     f"{Hint(name)} must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}",
                     option=name,
                 )
-        object.__setattr__(self, "walk", _in_si("walk", self.walk, ("upper-limit", "horizon")))
+        object.__setattr__(
+            self, "walk", _in_si("walk", self.walk, ("upper-limit", "consistent", "horizon", "observed"))
+        )
         object.__setattr__(self, "noise", _in_si("noise", self.noise, ("upper-limit",)))
         if not isinstance(self.names, Mapping) or not all(
             isinstance(text, str) for pair in self.names.items() for text in pair

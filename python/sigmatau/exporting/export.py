@@ -219,9 +219,19 @@ def find_unplaced(target: Target, choices: Choices, source: Source | None = None
     if choices.step is not None and not target.has_step:
         why = f"{Hint('step')} does not apply to {name}, whose file does not depend on a step"
         unplaced.append(Unplaced(choice="step", why=why))
-    if choices.horizon is not None and not target.has_horizon and "horizon" not in choices.walk.values():
+    if choices.horizon is not None and not target.has_horizon and not _uses_horizon(target, choices):
         why = f"{Hint('horizon')} does not apply to {name} without {Hint('walk', 'gyro', 'horizon')}"
         unplaced.append(Unplaced(choice="horizon", why=why))
+    if not target.has_walk:
+        unplaced += [
+            Unplaced(choice=choice, why=f"{Hint(choice)} does not apply to {name}, which is not a filter with N and K")
+            for choice in ("consistent", "unobserved")
+            if getattr(choices, choice) != getattr(default, choice)
+        ]
+        if "consistent" in choices.walk.values():
+            consistent = Hint("walk", "gyro", "consistent")
+            why = f"{consistent} does not apply to {name}, which is not a filter with N and K"
+            unplaced.append(Unplaced(choice="walk", why=why))
     if choices.axes == "each" and not (target.per_axis or target.every_axis):
         why = f"{name} has one number for all axes: choose worst or mean, not each"
         unplaced.append(Unplaced(choice="axes", why=why))
@@ -236,9 +246,15 @@ def find_unplaced(target: Target, choices: Choices, source: Source | None = None
     return unplaced
 
 
+def _uses_horizon(target: Target, choices: Choices) -> bool:
+    """Whether a walk in the file, or what the file states of a filter, depends on the horizon."""
+    return target.has_walk or "horizon" in choices.walk.values()
+
+
 def _applies(when: Callable[[Numbers], bool], target: Target, source: Source, choices: Choices) -> bool:
     fastest = _fastest_rate(target, source, choices)
-    return when(Numbers(source, choices if fastest is None else replace(choices, filter_rate=fastest.rate)))
+    rated = choices if fastest is None else replace(choices, filter_rate=fastest.rate)
+    return when(Numbers(source, rated, pair=target.has_walk))
 
 
 def check_path(target: Target, path: str | Path) -> None:
@@ -270,7 +286,7 @@ def _written(
     fastest = _fastest_rate(wanted, source, choices)
     if fastest is not None:
         choices = replace(choices, filter_rate=fastest.rate)
-    numbers = Numbers(source, choices)
+    numbers = Numbers(source, choices, pair=wanted.has_walk)
     if wanted.needs_rate:
         numbers.rate()
     content = write(numbers)

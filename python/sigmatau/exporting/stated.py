@@ -1,4 +1,4 @@
-"""Exports of stated values: a datasheet has no rate random walk, so one is matched at a horizon, and the file says so."""
+"""Exports of stated values: a datasheet without any slow noise has a walk matched at a horizon, and the file says so."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
 
 HORIZON = 10.0
-"""Default averaging time at which the walk is matched: that over which a filter for cameras or satellites relies on a
-bias before other sensors correct it. A process is matched where random walk and bias instability are equal. [s]"""
+"""Default averaging time at which a walk is matched to the random walk: that over which a filter for cameras or satellites
+relies on a bias before other sensors correct it. A process is matched where random walk and bias instability are equal.
+[s]"""
 
 
 def prepare_stated(
@@ -28,8 +29,9 @@ def prepare_stated(
 ) -> Prepared:
     """The file of a target for a model of stated values.
 
-    The rate random walk of a sensor without one has at the horizon the Allan variance of its bias instability; if that is
-    not stated either, that of its random walk: a larger one would show at the horizon, in the stated random walk.
+    The rate random walk of a sensor with a bias instability is consistent, as of a measured one. If no slow noise is
+    stated, it has at the horizon the Allan variance of the random walk: a larger one would show there, in the stated
+    random walk.
 
     Parameters
     ----------
@@ -51,23 +53,20 @@ def prepare_stated(
         if choices.strict or not lacking or sensor in walks or not (wanted.has_walk or wanted.has_process):
             continue
         if any(map(Numbers(model, choices).has_slow_noise, names)):
-            if wanted.has_process:
-                continue  # which is that of the bias instability
-            walks[sensor], match = "horizon", "bias instability"
-        else:
-            noise = max(model.channels[name].get("random_walk", 0.0) for name in names)
-            if not noise:
-                continue
-            walks[sensor], match = math.sqrt(3) * noise / horizon, "random walk, as no bias instability is stated"
-        matched = True
+            continue  # of which the target has a consistent walk, or a process
+        noise = max(model.channels[name].get("random_walk", 0.0) for name in names)
+        if not noise:
+            continue
+        walks[sensor], matched = math.sqrt(3) * noise / horizon, True
         horizon_option = Hint("horizon")
         reasons.append(
             f"Rate random walk of the {kind}: not stated; with the Allan variance at {seconds(horizon)} s ({horizon_option})"
-            f" of the {match}"
+            " of the random walk, as no bias instability is stated"
         )
     source = replace(Source.of_model(model), head=tuple(reasons))
-    chosen = replace(choices, walk=walks, horizon=horizon)
-    unplaced = {one.choice for one in find_unplaced(wanted, chosen, source)}
+    # A consistent walk has a default of its own.
+    chosen = replace(choices, walk=walks, horizon=choices.horizon if wanted.has_walk else horizon)
+    unplaced = {each.choice for each in find_unplaced(wanted, chosen, source)}
     if "horizon" in unplaced and (choices.horizon is None or matched):
         chosen = chosen.without("horizon")
     return prepare(source, to=to, path=path, choices=chosen)

@@ -13,9 +13,10 @@ from typing import Literal, TypeVar
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, RANGES, Choices
+from sigmatau.exporting.consistent import HORIZON, AssumedNoise, assume_noise, consistent_walk, judge_pair
 from sigmatau.exporting.source import Source, common_rate, have_several_rates, sensor_rates
 from sigmatau.exporting.text import digits, measured, number
-from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten
+from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten, PairConsistency, QuantizationInSamples
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
@@ -27,6 +28,7 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import duration_text, seconds, two_digits
 
 _CHOICE_OF = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of `Choices` by term
+_DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a finding
 _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
 
@@ -42,13 +44,20 @@ class Number:
 class Numbers:
     """Numbers of a source for one target, after the choices of the user."""
 
-    def __init__(self, source: Source | NoiseModel, choices: Choices) -> None:
+    def __init__(self, source: Source | NoiseModel, choices: Choices, *, pair: bool = False) -> None:
+        self.pair = pair  # Whether they are N and K of a filter without other slow noise
         self.source: Source = source if isinstance(source, Source) else Source.of_model(source)
         self.choices = choices
         self.whole: NoiseModel = self.source.model  # of all channels; `model` may have one of them
         self.findings: list[Finding] = []  # about the written file; targets add to it
         self.limits: dict[str, dict[str, None]] = {}  # channels by term whose upper limit is written, unasked
         self.missing: dict[tuple[str, str], str] = {}  # by sensor and term, why a coefficient must be chosen
+        self._truths: dict[str, AssumedNoise] = {}  # by channel
+        self._consistent: dict[str, Number] = {}  # K by channel
+        self._sensor = {name: stream_name(name) for name in self.model.channels}
+        self._sensors: dict[str, dict[str, ChannelModel]] = {}  # channels of the model by sensor
+        for name, sensor in self._sensor.items():
+            self._sensors.setdefault(sensor, {})[name] = self.model.channels[name]
 
     @property
     def model(self) -> NoiseModel:
@@ -56,8 +65,9 @@ class Numbers:
 
     def of(self, channel: str) -> Numbers:
         """The same for one channel."""
-        one = Numbers(self.source.of([channel]), self.choices)
+        one = Numbers(self.source.of([channel]), self.choices, pair=self.pair)
         one.whole, one.findings, one.limits, one.missing = self.whole, self.findings, self.limits, self.missing
+        one._truths, one._consistent = self._truths, self._consistent
         return one
 
     def add_finding(self, finding: Finding) -> None:
@@ -67,14 +77,13 @@ class Numbers:
 
     def has(self, sensor: str) -> bool:
         """Whether the model has any channel of ``"gyro"`` or ``"accel"``."""
-        return any(stream_name(name) == sensor for name in self.model.channels)
+        return sensor in self._sensors
 
     def channels(self, sensor: str) -> dict[str, ChannelModel]:
         """The channels of a sensor; raises `DataError` if there is none."""
-        found = {name: channel for name, channel in self.model.channels.items() if stream_name(name) == sensor}
-        if not found:
+        if sensor not in self._sensors:
             raise DataError(f"the model has no {KINDS[sensor]}, which this target requires")
-        return found
+        return dict(self._sensors[sensor])
 
     def rate(self) -> float:
         """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
@@ -126,27 +135,66 @@ class Numbers:
         return self._noted(self._of(channel, "rate_random_walk"), "rate_random_walk")
 
     def omitted_terms(self) -> list[str]:
-        """Remarks on the terms of the model that a target with fields for N and K only does not take."""
+        """Remarks of a target with fields for N and K only: the terms that it does not take, and what its filter states."""
         said = []
         for sensor in ("gyro", "accel"):
-            found = [c for name, c in self.model.channels.items() if stream_name(name) == sensor]
-            fast = ["quantization"] if any("quantization" in c for c in found) else []
+            found = list(self._sensors.get(sensor, {}).values())
+            fast = ["quantization"] if any("quantization" in c.terms for c in found) else []
             fast += ["bandwidth"] if any(c.bandwidth is not None for c in found) else []
             fast += ["sinusoids"] if any(c.sinusoid for c in found) else []
-            slow = [t for t in ("bias_instability", "rate_ramp") if any(t in c for c in found)]
-            slow = [TERMS[term].label(found[0].quantity) for term in slow]
-            slow += ["Gauss-Markov processes"] if any(c.gauss_markov for c in found) else []
-            slow += ["resonances"] if any(c.resonance for c in found) else []
-            covered = self.choices.walk.get(sensor) == "horizon"
-            left = fast + ([] if covered else slow)
-            if left:
-                more = f" {Hint('walk', sensor, 'horizon')} approximates slow noise by a random walk."
-                terms = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
-                said.append(
-                    f"This format has no field for {terms} of the {KINDS[sensor]}; omitted."
-                    + (more if slow and not covered else "")
-                )
+            if fast:
+                terms = f"{', '.join(fast[:-1])} and {fast[-1]}" if len(fast) > 1 else fast[0]
+                said.append(f"This format has no field for {terms} of the {KINDS[sensor]}; omitted.")
+            if found:
+                said += self._states(sensor)
         return said
+
+    def _states(self, sensor: str) -> list[str]:
+        """A remark on what a filter with the numbers of a sensor states of its errors; adds it as a finding."""
+        names = list(self.channels(sensor))
+        self._add_quantization(sensor, names)
+        if self.choices.axes == "each":
+            pairs = [([name], self.noise_of(name).value, self.walk_of(name).value) for name in names]
+        else:
+            pairs = [(names, self.noise(sensor).value, self.walk(sensor).value)]
+        if self.missing or not any(map(self._may_have_slow_noise, names)):
+            return []
+        judged = [self._judged(sensor, *pair) for pair in pairs]
+        worst = max(judged, key=lambda pair: -pair.stated[1].share)
+        if not worst.is_honest():
+            self.add_finding(Finding(severity="info", details=worst))
+        every = f" (the worst of {len(judged)} axes)" if len(judged) > 1 else ""
+        assumed = any(self._truth(name).assumed for name in names)
+        text = worst.text()
+        return [f"{text[0].upper()}{text[1:]}{every}.{self._assumed() * assumed}"]
+
+    def _judged(self, sensor: str, names: Iterable[str], noise: float, walk: float) -> PairConsistency:
+        return judge_pair(
+            [self._truth(name) for name in names],
+            sensor=sensor,
+            noise=noise,
+            walk=walk,
+            horizon=self.choices.horizon or HORIZON,
+            mean=self.choices.axes == "mean",
+        )
+
+    def _assumed(self) -> str:
+        """A sentence on the terms that were not observed."""
+        share = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
+        return f" Terms that were not observed count {share.get(self.choices.unobserved, '')}."
+
+    def _add_quantization(self, sensor: str, names: Iterable[str]) -> None:
+        """Add a finding if quantization makes the noise of a sample much larger than N does."""
+        rate = self.known_rate()
+        ratios: dict[str, float] = {}
+        for name in names:
+            terms = self.model.channels[name].terms
+            if rate is not None and "quantization" in terms and "random_walk" in terms:
+                ratios[name] = math.sqrt(2 * rate) * terms["quantization"] / terms["random_walk"]
+        dominated = {name: ratio for name, ratio in ratios.items() if ratio > _DOMINATED}
+        if dominated:
+            details = QuantizationInSamples(ratio=max(dominated.values()))
+            self.add_finding(Finding(severity="warning", channels=tuple(dominated), details=details))
 
     def _noted(self, number: Number, term: str) -> Number:
         """The number, with a note of the upper limits that it is made of."""
@@ -170,8 +218,8 @@ class Numbers:
         found = []
         for term, chosen in (("random_walk", self.choices.noise), ("rate_random_walk", self.choices.walk)):
             for sensor, wanted in chosen.items():
-                models = [model for name, model in self.model.channels.items() if stream_name(name) == sensor]
-                if wanted == "horizon" or any(term not in model for model in models):
+                models = list(self._sensors.get(sensor, {}).values())
+                if wanted in ("horizon", "consistent", "observed") or any(term not in model for model in models):
                     continue
                 details = ChoiceNotUsed(sensor=sensor, term=term, observed=bool(models))
                 found.append(Finding(severity="warning", details=details))
@@ -186,15 +234,20 @@ class Numbers:
         """
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
-        if wanted == "horizon":  # axes without slow noise do not count
-            slow = [name for name in names if self.has_slow_noise(name)] or names
+        if term == "rate_random_walk" and self._is_consistent(sensor):
+            wanted = "consistent"
+        if wanted in ("horizon", "consistent"):  # axes without slow noise do not count
+            has_slow = self.has_slow_noise if wanted == "horizon" else self._may_have_slow_noise
+            slow = [name for name in names if has_slow(name)] or names
             number = self._one({name: self._of(name, term) for name in slow})
             quiet = [name for name in names if name not in slow]
             more = f"; no slow noise in the model of {', '.join(quiet)}" if quiet else ""
             return Number(value=number.value, words=number.words + more)
         if wanted is not None:
             return self._one({name: self._of(name, term) for name in names})
-        known = [name for name in names if term in self.model.channels[name] or self._limit(name, term) is not None]
+        known = [
+            name for name in names if term in self.model.channels[name].terms or self._limit(name, term) is not None
+        ]
         missing = [name for name in names if name not in known]
         if missing and self.choices.strict:
             return self._missing(sensor, term)
@@ -208,9 +261,11 @@ class Numbers:
 
     def _of(self, channel: str, term: str) -> Number:
         """The number of one channel."""
-        sensor, model = stream_name(channel), self.model.channels[channel]
+        sensor, model = self._sensor[channel], self.model.channels[channel]
         wanted = self._chosen(sensor, term)
         factor = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
+        if term == "rate_random_walk" and self._is_consistent(sensor):
+            return self._of_consistent(channel)
         if wanted == "horizon":
             asked, time = self._horizon(), sampled(self._horizon(), self.known_rate())
             at = f"{seconds(time)} s"
@@ -221,10 +276,14 @@ class Numbers:
                 words += ", without its sinusoids"
             return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
         unasked = wanted is None and self._limit(channel, term) is not None
-        if term in model and not unasked:
-            not_used = "" if wanted is None else f"; {Hint(_CHOICE_OF[term])} {sensor} not used: it was observed"
-            found = _number(model[term], self._words(channel, term), factor)
+        if term in model.terms and not unasked:
+            not_used = (
+                "" if wanted in (None, "observed") else f"; {Hint(_CHOICE_OF[term])} {sensor} not used: it was observed"
+            )
+            found = _number(model.terms[term], self._words(channel, term), factor)
             return replace(found, words=found.words + not_used)
+        if wanted == "observed":
+            return self._missing(sensor, term)
         if wanted == "upper-limit" or unasked:
             if term not in model.limits:
                 label = TERMS[term].label(model.quantity)
@@ -239,6 +298,46 @@ class Numbers:
         if wanted is not None:
             return _number(float(wanted), f"{channel}: not observed; chosen value", factor)
         return self._missing(sensor, term)
+
+    def _is_consistent(self, sensor: str) -> bool:
+        """Whether K is that of a consistent filter: if it is chosen, or nothing else is and the slow noise is known."""
+        wanted = self.choices.walk.get(sensor)
+        if wanted is None and self.pair and not self.choices.strict:
+            return any(map(self._may_have_slow_noise, self.channels(sensor)))
+        return wanted == "consistent"
+
+    def _may_have_slow_noise(self, channel: str) -> bool:
+        return self._truth(channel).slow
+
+    def _truth(self, channel: str) -> AssumedNoise:
+        """The noise of a channel with the terms that were not observed, by `Choices.unobserved`."""
+        if channel not in self._truths:
+            self._truths[channel] = assume_noise(self.model.channels[channel], self.choices.unobserved)
+        return self._truths[channel]
+
+    def _of_consistent(self, channel: str) -> Number:
+        """K of one channel for which a filter is consistent."""
+        if channel in self._consistent:
+            return self._consistent[channel]
+        sensor, model = self._sensor[channel], self.model.channels[channel]
+        if not self._may_have_slow_noise(channel):
+            return self._missing(sensor, "rate_random_walk")
+        horizon = self.choices.horizon or HORIZON
+        noise = model.terms.get("random_walk")
+        if noise is None:
+            noise = self._of_sensor(sensor, "random_walk").value / self.choices.noise_factor
+        chosen = consistent_walk(
+            self._truth(channel), sensor=sensor, noise=noise, horizon=horizon, criterion=self.choices.consistent
+        )
+        right = "its bias" if self.choices.consistent == "bias" else f"its error after {duration_text(horizon)}"
+        if chosen.walk == model.terms.get("rate_random_walk"):
+            words = self._words(channel, "rate_random_walk")
+        elif chosen.least:
+            words = f"{channel}: the least K in use, 0.01*N/horizon: N alone states {right}{self.doubt(channel)}"
+        else:
+            words = f"{channel}: consistent, a filter with it states {right} right{self.doubt(channel)}"
+        self._consistent[channel] = _number(chosen.walk, words, self.choices.walk_factor)
+        return self._consistent[channel]
 
     def _missing(self, sensor: str, term: str) -> Number:
         """Note a coefficient that must be chosen for all axes of a sensor that lack it; any number stands for it."""
@@ -313,7 +412,7 @@ class Numbers:
     def _words(self, channel: str, term: str) -> str:
         model = self.model.channels[channel]
         text, size = display_units(term, model.quantity, model.unit)[0]
-        words = f"{channel}: {TERMS[term].label(model.quantity)} {model[term] / size:.4g} {text}"
+        words = f"{channel}: {TERMS[term].label(model.quantity)} {model.terms[term] / size:.4g} {text}"
         if term in model.intervals:
             low, high = (value / size for value in model.intervals[term])
             words += f" [{low:.4g}, {high:.4g}]"

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import axes_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.noise.terms import TERMS
-from sigmatau.results import printable, seconds
+from sigmatau.results import duration_text, printable, seconds, two_digits
 
 _MOST_KEYS = 3  # keys of a file that are named; the others are counted
 _LONGEST_KEY = 24  # characters
+_RIGHT = 1.05  # factor up to which a stated error or covariance is called right
+_HONEST_NEES = 1.25  # factor of a covariance about which nothing is to be done
 _QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
 
 
@@ -141,6 +145,96 @@ class LimitWritten(Details, code="limit_written"):
         return Words(
             f"{label} not observed; its upper limit is written",
             f"{_option(self.term)} sets another value, {Hint('strict', value=True)} refuses",
+        )
+
+
+@frozen
+class StatedError:
+    """What a filter states of its error after some time without measurements.
+
+    Attributes
+    ----------
+    time : float
+        [s]
+    share : float
+        Stated over actual error: 1 is right, less is overconfident. [1]
+    """
+
+    time: float
+    share: float
+
+
+@frozen
+class PairConsistency(Details, code="pair_consistency"):
+    """What a bias-estimating filter with the written N and K states of its errors.
+
+    Attributes
+    ----------
+    sensor : str
+        "gyro" or "accel".
+    walk : float
+        The written rate random walk. [SI]
+    horizon : float
+        Time of use without measurements. [s]
+    nees : float
+        Actual over stated variance of the bias: 1 is right, more is overconfident. [1]
+    stated : tuple of StatedError
+        Angle (velocity) after a part of the horizon, the horizon, and longer without measurements.
+    """
+
+    sensor: str
+    walk: float
+    horizon: float
+    nees: float
+    stated: tuple[StatedError, ...]
+
+    def text(self) -> str:
+        """``gyro N and K: a filter states … of its error after 60 s, … after 10 min; bias covariance …``."""
+        *_, at_horizon, later = self.stated
+        return (
+            f"{self.sensor} N and K: a filter states {at_horizon.share:.2f} of its error after"
+            f" {duration_text(at_horizon.time)}, {later.share:.2f} after {duration_text(later.time)}; bias covariance"
+            f" {self._bias_text()}"
+        )
+
+    def is_honest(self) -> bool:
+        """Whether all that the filter states is right to 5 %."""
+        ratios = (math.sqrt(self.nees), *(stated.share for stated in self.stated))
+        return all(1 / _RIGHT <= ratio <= _RIGHT for ratio in ratios)
+
+    def _bias_text(self) -> str:
+        if 1 / _RIGHT <= self.nees <= _RIGHT:
+            return "right"
+        times, size = (self.nees, "small") if self.nees > 1 else (1 / self.nees, "large")
+        return f"{two_digits(times)} times too {size}"
+
+    def words(self, finding: Finding) -> Words:
+        if 1 / _HONEST_NEES <= self.nees <= _HONEST_NEES:
+            return Words(self.text())
+        return Words(
+            self.text(),
+            f"{Hint('horizon')} sets another time of use; {Hint('consistent', value='bias')} makes the bias covariance"
+            " right instead",
+        )
+
+
+@frozen
+class QuantizationInSamples(Details, code="quantization_in_samples"):
+    """Quantization makes the noise of a sample larger than N does, and the file has no field for it.
+
+    Attributes
+    ----------
+    ratio : float
+        Standard deviation of a sample by quantization, over N·√rate. [1]
+    """
+
+    ratio: float
+
+    def words(self, finding: Finding) -> Words:
+        return Words(
+            f"quantization makes the noise of a sample {two_digits(self.ratio)} times N*sqrt(rate); the file has no field"
+            " for quantization",
+            "A filter that integrates the samples needs N; one that tests single samples needs the larger noise",
         )
 
 

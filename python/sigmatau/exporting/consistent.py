@@ -1,0 +1,81 @@
+"""K that a filter with N and K needs for an honest covariance, and what the written pair costs at other times.
+
+No K is consistent for flicker noise at all horizons. The default K is right after the horizon of use, and the file states
+the error at other times and that of the bias.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sigmatau.exporting.choices import Criterion
+from sigmatau.findings.exporting import PairConsistency, StatedError
+from sigmatau.frozen import frozen
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.unobserved import Unobserved, assume_terms
+from sigmatau.navigation.reference_filter import (
+    AIDING,
+    ConsistentWalk,
+    FilterModel,
+    TrueNoise,
+    find_consistent_walk,
+    judge_filter,
+)
+
+HORIZON = 60.0
+"""Default time after which a filter has to state its error right: a minute without the other sensor. [s]"""
+
+_SLOW_TERMS = ("bias_instability", "rate_random_walk", "rate_ramp")
+_TIMES = (1 / 6, 1.0, 10.0)  # At which a file states the error, in horizons: 10 s, 60 s and 10 min
+
+
+@frozen(eq=False)
+class AssumedNoise:
+    """The noise of a channel as a filter will meet it: what was observed, and what was not, by a policy.
+
+    Attributes
+    ----------
+    noise : TrueNoise
+    slow : bool
+        Whether its bias changes, or may change within the limits of terms that were not observed.
+    assumed : bool
+        Whether it has terms that were not observed.
+    """
+
+    noise: TrueNoise
+    slow: bool
+    assumed: bool
+
+
+def assume_noise(model: ChannelModel, policy: Unobserved) -> AssumedNoise:
+    """The noise of a channel by a policy for what was not observed."""
+    terms = assume_terms(model, policy)
+    possible = {**model.terms, **model.limits}
+    return AssumedNoise(
+        noise=TrueNoise(terms=terms, gauss_markov=model.gauss_markov, resonance=model.resonance),
+        slow=any(term in possible for term in _SLOW_TERMS) or bool(model.gauss_markov or model.resonance),
+        assumed=len(terms) > len(model.terms),
+    )
+
+
+def consistent_walk(
+    truth: AssumedNoise, *, sensor: str, noise: float, horizon: float, criterion: Criterion
+) -> ConsistentWalk:
+    """K of one channel beside N = `noise`."""
+    return find_consistent_walk(truth.noise, noise=noise, aiding=AIDING[sensor], horizon=horizon, criterion=criterion)
+
+
+def judge_pair(
+    truths: Sequence[AssumedNoise], *, sensor: str, noise: float, walk: float, horizon: float, mean: bool
+) -> PairConsistency:
+    """What a filter with N = `noise` and K = `walk` states of its errors, for the worst of the axes or their mean square."""
+    times = [share * horizon for share in _TIMES]
+    judged = judge_filter(
+        [truth.noise for truth in truths],
+        FilterModel(noise=noise, walk=walk),
+        aiding=AIDING[sensor],
+        times=times,
+        mean=mean,
+    )
+    stated = tuple(StatedError(time=error.time, share=error.stated / error.real) for error in judged.coasting)
+    return PairConsistency(sensor=sensor, walk=walk, horizon=horizon, nees=judged.nees, stated=stated)

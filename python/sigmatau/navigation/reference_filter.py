@@ -1,0 +1,449 @@
+"""Honesty of the covariance of a bias-estimating filter: stationary analysis against the whole noise model of a sensor.
+
+The filter has the integral of the sensor's rate (an angle; the velocity of an accelerometer) and a bias as a random walk of
+coefficient K, a first-order Gauss-Markov process, or the sum of both. It is aided with a measurement of the integral at a
+constant interval. Its stationary gain follows from the Riccati equation of *its* model. The actual covariance of its error
+follows from the joint system of truth and filter, where the truth has all noise of the model of the channel: flicker noise
+is a bank of Gauss-Markov processes, three a decade. Units inside: the interval of aiding, and the deviation of the
+measurement.
+
+References
+----------
+A. Gelb (ed.), "Applied Optimal Estimation," 1974, section 7.2: covariance of a suboptimal filter.
+E. K. Chu, H.-Y. Fan, W.-W. Lin, "A structure-preserving doubling algorithm for continuous-time algebraic Riccati equations,"
+Linear Algebra Appl. 396, 2005: the doubling that solves the Riccati equation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau.frozen import frozen
+from sigmatau.model.processes import GaussMarkov, Resonance
+
+Floats = NDArray[np.float64]
+Criterion = Literal["horizon", "bias"]
+
+_POLES_PER_DECADE = 3  # Of the flicker noise; its density is then within 1 %
+_SLOWEST_POLE = 3e5  # s; a bias that drifts more slowly is constant for a filter
+_FASTEST_PROCESS = 1e-3  # Intervals of aiding; a process with a shorter correlation time is white noise for the filter
+_SETTLED = 2e4  # s; the least time that the filter runs before its error is computed
+_TIME_CONSTANTS = 20.0  # Of the filter, in which its error becomes stationary
+_TERMS = 16  # Of the power series of a step with ‖A‖·t ≤ 1/2: the last is below 1e-17
+_DOUBLINGS = 60  # Of the Riccati equation, which converges quadratically once its time constant is covered
+_FLOOR = 0.01  # Least K, in N/horizon: it adds 1 % to the stated variance at the horizon
+_WIDEST = 1e9  # Largest K, in the same unit
+_TOLERANCE = 1e-4  # Relative error of K
+_WIDEST_RATIO = 1e5  # Of the error of a step to that of a measurement; for sensors it is 1e-4 to 10
+
+
+@frozen
+class Aiding:
+    """How the reference filter of a sensor is aided.
+
+    Attributes
+    ----------
+    interval : float
+        Time between two measurements. [s]
+    deviation : float
+        Standard deviation of a measurement of the angle or velocity. [rad or m/s]
+    """
+
+    interval: float
+    deviation: float
+
+
+AIDING = {"gyro": Aiding(interval=0.2, deviation=1e-4), "accel": Aiding(interval=0.2, deviation=0.01)}
+"""An attitude of 20″ five times a second, as of a camera; a velocity of 1 cm/s, as of a receiver."""
+
+
+@frozen(eq=False)
+class TrueNoise:
+    """All noise of a channel that accumulates: without quantization and sinusoids.
+
+    Attributes
+    ----------
+    terms : mapping of str to float
+        Coefficients by term, as in `sigmatau.noise.terms.TERMS`. [SI]
+    gauss_markov : tuple of GaussMarkov
+    resonance : tuple of Resonance
+    """
+
+    terms: Mapping[str, float]
+    gauss_markov: tuple[GaussMarkov, ...] = ()
+    resonance: tuple[Resonance, ...] = ()
+
+
+@frozen
+class FilterModel:
+    """What a filter assumes of the noise of a sensor.
+
+    Attributes
+    ----------
+    noise : float
+        N, the white noise. [rad/s/√Hz or m/s²/√Hz]
+    walk : float
+        K of the bias; 0 for none. [rad/s²/√Hz or m/s³/√Hz]
+    process : GaussMarkov or None
+        A bias beside it that is a Gauss-Markov process.
+    """
+
+    noise: float
+    walk: float = 0.0
+    process: GaussMarkov | None = None
+
+
+@frozen
+class Coasting:
+    """The error of the integral after some time without a measurement.
+
+    Attributes
+    ----------
+    time : float
+        [s]
+    real, stated : float
+        Standard deviation of the error, and what the filter states. [rad or m/s]
+    """
+
+    time: float
+    real: float
+    stated: float
+
+    @property
+    def ratio(self) -> float:
+        """Real over stated."""
+        return self.real / self.stated
+
+
+@frozen
+class Consistency:
+    """How honest the covariance of a filter is.
+
+    Attributes
+    ----------
+    nees : float
+        Actual over stated variance of the bias, the normalised estimation error squared: 1 for a consistent filter.
+    coasting : tuple of Coasting
+        Errors without measurements.
+    """
+
+    nees: float
+    coasting: tuple[Coasting, ...]
+
+
+@frozen
+class ConsistentWalk:
+    """K for which a filter is consistent.
+
+    Attributes
+    ----------
+    walk : float
+        [rad/s²/√Hz or m/s³/√Hz]
+    least : bool
+        Whether it is the smallest K that is used: with it the filter already states more than its error.
+    """
+
+    walk: float
+    least: bool = False
+
+
+def judge_filter(
+    truths: Sequence[TrueNoise], assumed: FilterModel, *, aiding: Aiding, times: Sequence[float], mean: bool = False
+) -> Consistency:
+    """Consistency of a filter for axes with different noise: that of the largest error, or of the mean square."""
+    units = _Units.of(aiding, assumed.noise)
+    filter_ = _Filter.of(assumed, units)
+    combine = np.mean if mean else np.max
+    joints = [_Joint.of(_Truth.of(truth, units), filter_) for truth in truths]
+    stated = filter_.stated_bias()
+    nees = float(combine([joint.bias() for joint in joints])) / stated
+    coasting = []
+    for time in times:
+        real = math.sqrt(combine([joint.coasting(units.steps(time)) for joint in joints]))
+        variance = filter_.stated_coasting(units.steps(time))
+        coasting.append(Coasting(time=time, real=units.integral * real, stated=units.integral * math.sqrt(variance)))
+    return Consistency(nees=nees, coasting=tuple(coasting))
+
+
+def find_consistent_walk(
+    truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float, criterion: Criterion = "horizon"
+) -> ConsistentWalk:
+    """K for which a filter with N = `noise` states its error after the horizon right, or that of its bias."""
+    terms = truth.terms
+    slow = [term for term in ("bias_instability", "rate_random_walk", "rate_ramp") if term in terms]
+    if (
+        slow == ["rate_random_walk"]
+        and not (truth.gauss_markov or truth.resonance)
+        and terms.get("random_walk") == noise
+    ):
+        return ConsistentWalk(walk=terms["rate_random_walk"])  # The model is that of the filter
+    units = _Units.of(aiding, noise)
+    whole = _Truth.of(truth, units)
+
+    def excess(log_walk: float) -> float:
+        """Logarithm of real over stated variance, which falls with K."""
+        filter_ = _Filter.of(FilterModel(noise=noise, walk=math.exp(log_walk)), units)
+        joint = _Joint.of(whole, filter_)
+        if criterion == "bias":
+            return math.log(joint.bias() / filter_.stated_bias())
+        steps = units.steps(horizon)
+        return math.log(joint.coasting(steps) / filter_.stated_coasting(steps))
+
+    least = math.log(_FLOOR * noise / horizon)
+    below = excess(least)
+    if below <= 0:
+        return ConsistentWalk(walk=math.exp(least), least=True)
+    return ConsistentWalk(walk=math.exp(_falling_root(excess, least, below, least + math.log(_WIDEST))))
+
+
+def _falling_root(function: Callable[[float], float], low: float, at_low: float, most: float) -> float:
+    """The root of a falling function above `low`, by steps of a factor 10 and the Illinois variant of regula falsi."""
+    high = low
+    at_high = at_low
+    while at_high > 0 and high < most:
+        low, at_low = high, at_high
+        high = min(high + math.log(10.0), most)
+        at_high = function(high)
+    if at_high > 0:
+        return high
+    side = 0
+    while high - low > _TOLERANCE:
+        middle = (low * at_high - high * at_low) / (at_high - at_low)
+        value = function(middle)
+        if abs(value) < _TOLERANCE:
+            return middle
+        if value > 0:
+            low, at_low = middle, value
+            at_high /= 2 if side > 0 else 1
+            side = 1
+        else:
+            high, at_high = middle, value
+            at_low /= 2 if side < 0 else 1
+            side = -1
+    return (low + high) / 2
+
+
+@dataclass(frozen=True, slots=True)
+class _Units:
+    """Units in which interval and deviation of the aiding are 1."""
+
+    time: float
+    integral: float
+
+    @classmethod
+    def of(cls, aiding: Aiding, noise: float) -> _Units:
+        """Units for a filter with N = `noise`. The deviation follows N where its ratio to that of a step is absurd."""
+        step = noise * math.sqrt(aiding.interval)
+        return cls(aiding.interval, min(max(aiding.deviation, step / _WIDEST_RATIO), step * _WIDEST_RATIO))
+
+    def steps(self, time: float) -> int:
+        return max(round(time / self.time), 1)
+
+    def noise(self, density: float) -> float:
+        """N in the units."""
+        return density * math.sqrt(self.time) / self.integral
+
+    def rate(self, value: float) -> float:
+        """A rate in the units."""
+        return value * self.time / self.integral
+
+    def walk(self, density: float) -> float:
+        """K in the units."""
+        return density * self.time * math.sqrt(self.time) / self.integral
+
+    def ramp(self, value: float) -> float:
+        """R in the units."""
+        return value * self.time**2 / self.integral
+
+
+class _Continuous:
+    """ẋ = A·x + w, density D of w; x₀ is the integral of those of the other states that are measured."""
+
+    def __init__(self, noise: float) -> None:
+        self.a = np.zeros((1, 1))
+        self.d = np.full((1, 1), noise**2)
+        self.before = np.zeros((1, 1))
+
+    def add(self, a: Floats, d: Floats, before: Floats) -> None:
+        """Add a part whose first state is measured; `before`: its covariance at the start."""
+        n, k = len(self.a), len(a)
+        for name, block in (("a", a), ("d", d), ("before", before)):
+            matrix = np.zeros((n + k, n + k))
+            matrix[:n, :n], matrix[n:, n:] = getattr(self, name), block
+            setattr(self, name, matrix)
+        self.a[0, n] = 1.0
+
+    def processes(self, variances: Floats, times: Floats) -> None:
+        """Add Gauss-Markov processes."""
+        self.add(np.diag(-1 / times), np.diag(2 * variances / times), np.diag(variances))
+        self.a[0, -len(times) :] = 1.0
+
+    def walk(self, k: float) -> None:
+        """Add a random walk of the rate."""
+        self.add(np.zeros((1, 1)), np.full((1, 1), k**2), np.zeros((1, 1)))
+
+    def step(self) -> tuple[Floats, Floats]:
+        """Transition and noise of a step of length 1: a power series over a short time, then doubled."""
+        n = len(self.a)
+        fastest = float(np.abs(self.a).sum(axis=1).max())
+        doublings = max(math.ceil(math.log2(2 * fastest)), 0) if fastest else 0
+        short = 2.0**-doublings
+        power = transition = np.eye(n)
+        term = noise = self.d * short
+        for k in range(1, _TERMS):
+            power = power @ self.a * (short / k)
+            transition = transition + power
+            term = (self.a @ term + term @ self.a.T) * (short / (k + 1))
+            noise = noise + term
+        return _repeat(transition, noise, 2**doublings)
+
+
+def _repeat(transition: Floats, noise: Floats, n: int) -> tuple[Floats, Floats]:
+    """Transition and noise of n steps, by doubling."""
+    whole, added = np.eye(len(transition)), np.zeros_like(noise)
+    while n:
+        if n & 1:
+            whole, added = transition @ whole, transition @ added @ transition.T + noise
+        n >>= 1
+        if n:
+            transition, noise = transition @ transition, transition @ noise @ transition.T + noise
+    return whole, added
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Truth:
+    """The noise of a channel in discrete time."""
+
+    transition: Floats
+    noise: Floats
+    before: Floats
+    measured: Floats  # Which states are part of the rate; shape (n_states,)
+
+    @classmethod
+    def of(cls, model: TrueNoise, units: _Units) -> _Truth:
+        terms = model.terms
+        white = units.noise(terms.get("random_walk", 0.0)) ** 2
+        variances, times = [], []
+        for process in model.gauss_markov:
+            variance, time = units.rate(process.sigma) ** 2, process.time / units.time
+            if time < _FASTEST_PROCESS:
+                white += 2 * variance * time
+            else:
+                variances.append(variance)
+                times.append(time)
+        if "bias_instability" in terms:
+            decades = math.log10(_SLOWEST_POLE / units.time)
+            number = math.ceil(_POLES_PER_DECADE * decades) + 1
+            spaced = np.logspace(0, decades, number)
+            # The density B²/(2πf) is the integral of processes of the variance B²/π for each factor e of the time.
+            share = units.rate(terms["bias_instability"]) ** 2 / math.pi * math.log(spaced[1] / spaced[0])
+            variances += [share] * number
+            times += spaced.tolist()
+        parts = _Continuous(math.sqrt(white))
+        if variances:
+            parts.processes(np.array(variances), np.array(times))
+        if "rate_random_walk" in terms:
+            parts.walk(units.walk(terms["rate_random_walk"]))
+        if "rate_ramp" in terms:
+            slope = units.ramp(terms["rate_ramp"]) ** 2
+            parts.add(np.array([[0.0, 1.0], [0.0, 0.0]]), np.zeros((2, 2)), np.diag([0.0, slope]))
+        for band in model.resonance:
+            turn = 2 * math.pi * band.frequency * units.time
+            loss = 2 * band.width / band.frequency
+            variance = units.rate(band.sigma) ** 2
+            a = turn * np.array([[-loss, -1.0], [1.0, 0.0]])
+            parts.add(a, turn * np.diag([2 * loss * variance, 0.0]), variance * np.eye(2))
+        transition, noise = parts.step()
+        return cls(transition, noise, parts.before, parts.a[0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Filter:
+    """The stationary filter."""
+
+    transition: Floats
+    noise: Floats
+    gain: Floats  # shape (n_states,)
+    updated: Floats  # Stated covariance after a measurement
+    settling: float  # Time in which it becomes stationary, in steps
+
+    @classmethod
+    def of(cls, assumed: FilterModel, units: _Units) -> _Filter:
+        noise, walk = units.noise(assumed.noise), units.walk(assumed.walk)
+        parts = _Continuous(noise)
+        if walk:
+            parts.walk(walk)
+        if assumed.process is not None:
+            sigma, time = units.rate(assumed.process.sigma), assumed.process.time / units.time
+            parts.processes(np.array([sigma**2]), np.array([time]))
+        transition, driven = parts.step()
+        before = _riccati(transition, driven)
+        gain = before[:, 0] / (before[0, 0] + 1)
+        updated = before - np.outer(gain, before[0])
+        slowest = max(noise / walk if walk else 0.0, assumed.process.time / units.time if assumed.process else 0.0)
+        settling = max(_SETTLED / units.time, _TIME_CONSTANTS * max(slowest, 1 / noise if noise else 0.0))
+        return cls(transition, driven, gain, (updated + updated.T) / 2, settling)
+
+    def stated_bias(self) -> float:
+        return float(self.updated[1:, 1:].sum())
+
+    def stated_coasting(self, steps: int) -> float:
+        transition, noise = _repeat(self.transition, self.noise, steps)
+        return float(transition[0] @ self.updated @ transition[0] + noise[0, 0])
+
+
+def _riccati(transition: Floats, noise: Floats) -> Floats:
+    """The stationary covariance before a measurement of the first state with variance 1, by structured doubling."""
+    n = len(transition)
+    a, g, h = transition.T, np.zeros((n, n)), noise
+    g[0, 0] = 1.0
+    for _ in range(_DOUBLINGS):
+        solved = np.linalg.solve(np.eye(n) + g @ h, np.hstack((a, g)))
+        wa, wg = solved[:, :n], solved[:, n:]
+        added = a.T @ h @ wa
+        a, g, h = a @ wa, g + a @ wg @ a.T, h + (added + added.T) / 2
+        if np.abs(added).max() <= 1e-13 * np.abs(h).max() and abs(added[0, 0]) <= 1e-13 * h[0, 0]:
+            break
+    return h
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Joint:
+    """Truth and filter together: the error of the integral, the parts of the truth, the biases that the filter estimates."""
+
+    transition: Floats  # Between two measurements
+    noise: Floats
+    covariance: Floats  # After a measurement, in the stationary state
+    error: Floats  # Which states make the error of the bias; shape (n_states,)
+
+    @classmethod
+    def of(cls, truth: _Truth, filter_: _Filter) -> _Joint:
+        n, k = len(truth.transition), len(filter_.transition) - 1
+        free, noise, before = (np.zeros((n + k, n + k)) for _ in range(3))
+        free[:n, :n], noise[:n, :n], before[:n, :n] = truth.transition, truth.noise, truth.before
+        free[0, n:], free[n:, n:] = -filter_.transition[0, 1:], filter_.transition[1:, 1:]
+        entry = np.concatenate(([-filter_.gain[0]], np.zeros(n - 1), filter_.gain[1:]))  # of a measurement
+        update = np.eye(n + k)
+        update[:, 0] += entry
+        whole, added = _repeat(
+            update @ free,
+            update @ noise @ update.T + np.outer(entry, entry),
+            2 ** math.ceil(math.log2(filter_.settling)),
+        )
+        error = np.concatenate((truth.measured, -np.ones(k)))
+        return cls(free, noise, whole @ before @ whole.T + added, error)
+
+    def bias(self) -> float:
+        """Variance of the error of the bias."""
+        return float(self.error @ self.covariance @ self.error)
+
+    def coasting(self, steps: int) -> float:
+        """Variance of the error of the integral after steps without a measurement."""
+        transition, noise = _repeat(self.transition, self.noise, steps)
+        return float(transition[0] @ self.covariance @ transition[0] + noise[0, 0])

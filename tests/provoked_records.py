@@ -166,6 +166,17 @@ PROVOKED = {
         st.DataError: (lambda: st.inspect("missing.csv"),),
         st.OptionError: (lambda: inspected(keep="everything"), lambda: inspected(topic="/imu")),
     },
+    "bandwidth": {
+        st.OptionError: (
+            lambda: st.bandwidth([]),
+            lambda: st.bandwidth(record(), tolerance=0),
+            lambda: st.bandwidth(record(), level=95),
+            lambda: st.bandwidth(record(), channels=["gyro_q"]),
+        ),
+        st.DataError: (lambda: st.bandwidth(arrays(gyro_x=np.zeros(2000))),),
+        st.RecordTooShortError: (lambda: st.bandwidth(record(n=100)),),
+    },
+    "Bandwidths.plot": {st.OptionError: (lambda: st.bandwidth(record()).plot("gyro_q"),)},
     "psd": {
         st.OptionError: PSD,
         st.RecordTooShortError: (lambda: st.psd(record(n=50)),),

@@ -56,6 +56,9 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "cross_spectrum",
             "CrossSpectrum",
             "transfer",
+            "bandwidth",
+            "Bandwidths",
+            "SensorBandwidth",
         ),
     ),
     (

@@ -11,6 +11,7 @@ from .estimators.stability import dynamic_allan
 from .exporting.choices import Choices
 from .exporting.export import export
 from .findings.finding import Finding
+from .fitting.bandwidth import bandwidth
 from .fitting.channel import fit_channel
 from .fitting.curve_slope import CurveSlope, fit_slope
 from .fitting.fit import fit
@@ -20,6 +21,7 @@ from .fitting.noise_fit import NoiseFit
 from .fitting.planning import Plan, plan
 from .fitting.psd_fit import PsdFit, fit_psd
 from .fitting.read_off import ReadOff, read_off
+from .fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
 from .io.read import read
 from .io.read.frame import from_frame
 from .io.write import write
@@ -55,6 +57,7 @@ __all__ = [
     "Accumulator",
     "Analysis",
     "AvarFromPsd",
+    "Bandwidths",
     "ChannelModel",
     "Choices",
     "CrossSpectrum",
@@ -84,6 +87,7 @@ __all__ = [
     "RecordTooShortError",
     "Resonance",
     "RunComparison",
+    "SensorBandwidth",
     "Sinusoid",
     "Spectrum",
     "Store",
@@ -94,6 +98,7 @@ __all__ = [
     "analyze",
     "arma",
     "avar_from_psd",
+    "bandwidth",
     "check",
     "compare_runs",
     "compare_with",

@@ -9,7 +9,7 @@ import numpy as np
 from pages import ROOT, blocks
 
 from known import seed_of
-from sigmatau import NoiseModel, simulate
+from sigmatau import ChannelModel, LowPass, NoiseModel, Record, simulate
 from sigmatau.cli import main
 from sigmatau.io.write import write
 
@@ -44,6 +44,15 @@ def mems_log(
     """A log of the MEMS unit, or of another one, at rest."""
     model = NoiseModel(channels={axis: unit[axis.split("_")[0]] for axis in axes})
     write(simulate(model, duration=duration, rate=rate, rng=seed_of(place.name)), place)
+
+
+def filtered(name: str, rate: float, axes: list[str], *, samples: int = 6000) -> Record:
+    """White noise of a sensor with two poles at 80 Hz, sampled at a rate."""
+    channel = {"random_walk": 1e-4}
+    model = NoiseModel(
+        channels={axis: ChannelModel(terms=channel, bandwidth=LowPass(order=2, corner=80.0)) for axis in axes}
+    )
+    return simulate(model, duration=samples / rate, rate=rate, rng=seed_of(name))
 
 
 def demo_log(place: Path) -> None:

@@ -49,6 +49,13 @@ sigmatau psd static.csv --segment 1s --axes gyro,accel_x
 sigmatau psd static.csv --method multitaper --tapers 20 --f-max 5Hz
 sigmatau psd static.csv --method multitaper --model result.json""",
     ),
+    "bandwidth": (
+        "Find the bandwidth and filter of a sensor, its noise without aliasing, and the rate to sample at.",
+        """\
+sigmatau bandwidth 50Hz.csv 500Hz.csv --plot fig12.png
+sigmatau bandwidth fast.csv --json bandwidth.json
+sigmatau bandwidth slow.txt fast.txt --rate 50,500 --channels gyro=1:3 --unit gyro=deg/s""",
+    ),
     "simulate": (
         "Simulate a sensor at rest from its noise model, and write the log.",
         """\
@@ -155,6 +162,7 @@ sigmatau store export --store lab.db --what runs -o runs.csv""",
 # Usage of commands with optional arguments, whose names the library does not print.
 _USAGE = {
     "analyze": "LOGS...",
+    "bandwidth": "LOGS...",
     "export": "[SOURCE]",
     "watch": "[SOURCE]",
     "compare": "[RESULTS...]",

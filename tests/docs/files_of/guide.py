@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-from logs_of_pages import AXES, analysed, block_of, copied, mems_log, noise, table, timed, typed
+from logs_of_pages import AXES, analysed, block_of, copied, filtered, mems_log, noise, table, timed, typed
 
 from sigmatau.cli import main
+from sigmatau.io.write import write
 
 FEW = 2200  # rows, 11 s at 200 Hz: hardly more than the shortest record that is judged
 GYROS = dict.fromkeys(AXES[:3], "deg/s")
@@ -48,6 +49,11 @@ def make(folder: Path) -> None:
         copied(log.with_suffix(".json"), folder / "results" / f"day{day}.json")
     add = ["store", "add", str(folder / "results"), "--store", str(folder / "lab.db"), "--date", "2026-05-01", "-q"]
     assert main(add) == 0
+    for name, rate in (("50Hz.csv", 50.0), ("500Hz.csv", 500.0), ("fast.csv", 500.0)):
+        write(filtered(name, rate, ["gyro_x"]), folder / name)
+    for name, rate in (("slow.txt", 50.0), ("fast.txt", 500.0)):
+        record = filtered(name, rate, AXES[:3])
+        np.savetxt(folder / name, np.column_stack([record.streams[0].column(axis) for axis in AXES[:3]]))
     # A program that prints samples, in place of the one of the reader
     logger = folder / "logger"
     logger.write_text("#!/bin/sh\nawk 'BEGIN { srand(1); for (k = 0; k < 2200; k++) print rand(), rand(), rand() }'\n")

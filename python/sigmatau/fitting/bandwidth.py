@@ -1,0 +1,195 @@
+"""Bandwidth of a sensor from records at several sampling rates, section IV-C and Fig. 12 of the paper.
+
+White noise of density N² behind the filter H of a sensor has the density N² Σ_k |H(f + k·rate)|² when it is sampled without
+an anti-alias filter. Slow rates measure N² times the area of |H|², fast rates the form of |H|²: all logs together determine
+N, the bandwidth and the order, also if no rate is far above the bandwidth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sigmatau._native.distributions import chi2_quantile_above, normal_below
+from sigmatau.errors import DataError, OptionError
+from sigmatau.fitting.filter_fit import FilterFit, Logs, best_fits
+from sigmatau.fitting.filter_region import Contradiction, contradiction, explanations, is_white
+from sigmatau.fitting.filter_summary import Judgement, Source, summary
+from sigmatau.fitting.log_spectra import log_spectrum
+from sigmatau.fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
+from sigmatau.record.record import Record
+
+_SIGNIFICANT = 1e-3  # p-value below which logs differ, no filter explains them, or they show a bandwidth
+_TOLERATED_N = 1.05  # ratio of N up to which logs that differ are of one sensor: temperature changes N by some %
+_TOLERATED_BANDWIDTH = 1.1  # the same of the bandwidth
+_PAIR = 2  # logs of which neither is the rest
+_SAME_SAMPLES = 64  # consecutive ones that two records of noise do not have in common
+
+
+def bandwidth(
+    records: Record | Sequence[Record] | Mapping[str, Record],
+    *,
+    channels: Sequence[str] | None = None,
+    tolerance: float = 0.02,
+    level: float = 0.95,
+) -> Bandwidths:
+    """Bandwidth and filter of a sensor, N without aliasing, and the rate to sample at.
+
+    Parameters
+    ----------
+    records : Record, sequence of Record, or mapping of str to Record
+        Records of one sensor at rest, at one or several sampling rates, without an anti-alias filter behind the sensor. The
+        rates may be equal, but the records must be recorded one after the other: a copy with every k-th sample says nothing
+        new, and is not used.
+    channels : sequence of str, optional
+        Default: all but temperatures.
+    tolerance : float
+        Excess of N by aliasing that is allowed at the recommended rate. [1]
+    level : float
+        Confidence level of the intervals. [1]
+
+    Returns
+    -------
+    Bandwidths
+        `SensorBandwidth` by channel.
+
+    Raises
+    ------
+    OptionError
+        For a channel that no record has, or a tolerance or level out of range.
+    DataError
+        If a log contradicts the others, as another sensor or another configuration does; if there are no channels.
+    RecordTooShortError
+        If a log has too few samples without gaps.
+
+    See Also
+    --------
+    sigmatau.analyze : finds the filter of a single log on its own.
+
+    Notes
+    -----
+    Slow noise of each log is in the model as 1/f and 1/f², rounding with step²/12, and white noise of the converter if the
+    logs demand it. Filters with one to six poles, running means and tapered FIR filters are compared by their deviance, with
+    a price of 4 for a further number, and the intervals contain all that explain the logs as well. See
+    :doc:`/study/bandwidth-instrument` for the coverage.
+
+    References
+    ----------
+    Section IV-C and Fig. 12 of :doi:`10.1109/TIM.2007.908635`.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": st.ChannelModel(
+    ...     terms={"random_walk": 1e-4}, bandwidth=st.LowPass(order=1, corner=30.0))})
+    >>> records = [st.simulate(model, duration=100, rate=rate, rng=k) for k, rate in enumerate((50, 500))]
+    >>> found = st.bandwidth(records)["gyro_x"]
+    >>> found.shape, found.bandwidth.low < 30 < found.bandwidth.high
+    ('one pole', True)
+    """
+    if not 0 < tolerance < 1:
+        raise OptionError(f"{{option}} must be between 0 and 1, not {tolerance!r}", option="tolerance")
+    if not 0 < level < 1:
+        raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
+    named = _named(records)
+    available = dict.fromkeys(
+        c for r in named.values() for s in r.streams if s.quantity != "temperature" for c in s.channels
+    )
+    if not available:
+        raise DataError("no channel to use: the records have temperatures only")
+    for channel in channels or ():
+        if channel not in available:
+            raise OptionError(f"{{option}} must be of {', '.join(available)}, not {channel!r}", option="channels")
+    return Bandwidths(
+        {channel: _of_channel(channel, named, tolerance=tolerance, level=level) for channel in channels or available}
+    )
+
+
+def _named(records: Record | Sequence[Record] | Mapping[str, Record]) -> dict[str, Record]:
+    """The records by name: their own, that of their file, or their rate."""
+    if isinstance(records, Mapping):
+        return dict(records)
+    named: dict[str, Record] = {}
+    for k, record in enumerate([records] if isinstance(records, Record) else records, 1):
+        name = record.provenance.path or f"{record.streams[0].grid.rate:.6g} Hz"
+        named[f"{name} ({k})" if name in named else name] = record
+    if not named:
+        raise OptionError("{option} is empty; give at least one", option="records")
+    return named
+
+
+def _of_channel(channel: str, named: Mapping[str, Record], *, tolerance: float, level: float) -> SensorBandwidth:
+    sources, repeated = _sources(channel, named)
+    stream = sources[0].stream
+    for source in sources:
+        if (source.stream.quantity, source.stream.unit) != (stream.quantity, stream.unit):
+            raise DataError(
+                f"{source.name}: {channel} is in {source.stream.unit}, in {sources[0].name} in {stream.unit}. Give logs of"
+                " one sensor"
+            )
+    logs = Logs.of([log_spectrum(source.name, source.stream.grid.rate, source.y, channel) for source in sources])
+    fits = best_fits(logs)
+    judgement = _judge(logs, fits[0], channel)
+    quantile = float(chi2_quantile_above(1, 1 - level))
+    region = explanations(logs, fits, quantile * judgement.excess)
+    if is_white(logs, fits, float(chi2_quantile_above(1, _SIGNIFICANT)) * judgement.excess):
+        judgement = replace(judgement, verdict="rate too low")
+    return summary(
+        sources, logs, fits[0], region, judgement, deviate=math.sqrt(quantile), tolerance=tolerance, level=level,
+        repeated=repeated,
+    )  # fmt: skip
+
+
+def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[Source], tuple[str, ...]]:
+    """The logs with this channel by rate, and those left out because a faster one has their samples."""
+    every = []
+    for name, record in named.items():
+        if channel in record.channels:
+            stream = record.stream_of(channel).only(channel)
+            every.append(Source(name=name, stream=stream, y=stream.column(channel)))
+    every.sort(key=lambda source: source.stream.grid.rate)
+    repeated = [
+        source.name for k, source in enumerate(every) if any(_has_samples_of(fast, source) for fast in every[k + 1 :])
+    ]
+    return [source for source in every if source.name not in repeated], tuple(repeated)
+
+
+def _has_samples_of(fast: Source, slow: Source) -> bool:
+    """Whether every k-th sample of a log is the beginning of a slower one."""
+    step = round(fast.stream.grid.rate / slow.stream.grid.rate)
+    count = min(_SAME_SAMPLES, len(slow.y), len(fast.y) // step)
+    begin = slow.y[:count]
+    # Written values may differ by their last digit; a channel that never changes proves nothing.
+    return bool(count and np.ptp(begin) > 0 and np.allclose(begin, fast.y[: count * step : step], rtol=1e-5, atol=0))
+
+
+def _judge(logs: Logs, best: FilterFit, channel: str) -> Judgement:
+    """Whether the logs agree, and a filter explains them."""
+    laws = [logs.deviance_law(place) for place in logs.places]
+    mean, variance = sum(law[0] for law in laws), sum(law[1] for law in laws)
+    p = float(normal_below((mean - best.fit.deviance) / math.sqrt(variance)))
+    contradicts = contradiction(logs, best, _SIGNIFICANT)
+    if contradicts is not None:
+        if contradicts.differs_by_more(_TOLERATED_N, _TOLERATED_BANDWIDTH):
+            raise DataError(_contradiction_text(contradicts, len(logs.spectra), channel))
+        excess = max(1.0, contradicts.chi2 / contradicts.freedom)
+        return Judgement(verdict="logs differ", p_value=p, excess=excess, differing=contradicts.name)
+    if p < _SIGNIFICANT:
+        return Judgement(verdict="not explained", p_value=p, excess=max(1.0, best.fit.deviance / mean))
+    return Judgement(verdict="adequate", p_value=p)
+
+
+def _contradiction_text(contradicts: Contradiction, count: int, channel: str) -> str:
+    ratio = contradicts.bandwidth_ratio
+    what = f"N is {contradicts.ratio:.3g} times"
+    if ratio is not None and abs(math.log(ratio)) > abs(math.log(contradicts.ratio)):
+        what = f"bandwidth is {ratio:.3g} times"
+    rest = "that of the other logs" if count > _PAIR else "that of the other log"
+    return (
+        f"{contradicts.name}: {channel} is of another sensor or configuration: its {what} {rest}"
+        f" (χ² = {contradicts.chi2:.3g}, {contradicts.freedom} degrees of freedom). Leave this log out, or record all logs"
+        " with one configuration"
+    )

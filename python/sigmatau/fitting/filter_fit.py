@@ -1,0 +1,322 @@
+"""Joint likelihood of the filter of a sensor over logs at several rates.
+
+S(f) = N² Σ_k |H(f + k·rate)|² + b/f + k/f² + v/rate + the rounding of the values. N² and the numbers of the filter are
+common to all logs. Slow noise, as 1/f and 1/f², is of each log; it passes the filter, or comes in behind it. White noise of
+the converter, behind the filter, has one variance v for all logs; it is in the model if the logs demand it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import field, replace
+
+import numpy as np
+
+from sigmatau._native.distributions import digamma
+from sigmatau.arrays import Floats
+from sigmatau.fitting.log_spectra import LogSpectrum
+from sigmatau.fitting.sensor_filters import SensorFilter, all_filters
+from sigmatau.frozen import frozen
+
+PRICE = 4.0
+"""Fall of the deviance that a further number of the model must gain. SAME as that of the filters of a single record."""
+
+_SLOW = 2  # powers of 1/f of slow noise
+_ROUNDS = 40  # of reweighting, at most
+_SETTLED = 1e-4  # fall of the deviance that ends them
+_STEPS = 25  # of the numbers of a filter
+_DIFFERENCE = 1e-3  # of ln of a number, for derivatives
+_FARTHEST_STEP = 1.0  # of ln of a number
+_SINGULAR = 1e-8  # singular values over the largest that count as 0
+_NOTHING = 1e-150  # a length in place of 0
+_SMALLEST_ERROR, _LARGEST_ERROR = 1e-4, 0.5  # of ln of a number, that are believed of a curvature
+_HALVINGS = 6
+_CORNERS = 3.0  # tried in an octave
+_LOWEST_CORNER, _HIGHEST_CORNER = 0.002, 64.0  # that are tried, over the lowest and the highest rate
+_SEARCHED = (("one pole", 1), ("Butterworth", 2), ("running mean", 1))  # with all corners; the others start at the best
+_FIRST_STEPS = 4
+_HOPELESS = 100.0  # rise over the best at which a family is given up after a first look
+_MODES_OF_SEARCH = 30.0  # degrees of freedom of a bin: errors of 26 % bridge two corners of the search
+_NOISE_OF_SEARCH = 0.1  # white noise over the median density, which fills the zeros of running means
+_TRIALS = (0.7, 1.0, 1.4)  # factors of the best corner at which the other families start
+
+
+@frozen(eq=False)
+class LinearFit:
+    """The levels that explain the logs best behind a filter with given numbers.
+
+    Attributes
+    ----------
+    deviance : float
+    levels : ndarray, shape (n_levels,)
+        N², then 1/f and 1/f² of each log, then the converter if it has a column; none negative.
+    error : float
+        Standard error of N², with the numbers as they are.
+    model : ndarray, shape (n_bins,)
+    """
+
+    deviance: float
+    levels: Floats
+    error: float
+    model: Floats
+
+
+@frozen
+class Form:
+    """What the model has beside the white noise of the sensor.
+
+    Attributes
+    ----------
+    filter : SensorFilter
+    converter : bool
+        Whether there is white noise of the converter.
+    passes : bool
+        Whether slow noise passes the filter; otherwise it comes in behind it.
+    """
+
+    filter: SensorFilter
+    converter: bool = False
+    passes: bool = True
+
+    @property
+    def price(self) -> float:
+        """Of its numbers behind the first."""
+        return PRICE * (self.filter.count - 1 + self.converter)
+
+
+@frozen(eq=False)
+class FilterFit:
+    """A form of the model with its best numbers.
+
+    Attributes
+    ----------
+    form : Form
+    numbers : ndarray, shape (n_numbers,)
+        Of the filter.
+    fit : LinearFit
+    """
+
+    form: Form
+    numbers: Floats
+    fit: LinearFit
+
+    @property
+    def filter(self) -> SensorFilter:
+        """The family of filters."""
+        return self.form.filter
+
+    @property
+    def cost(self) -> float:
+        """Deviance and price."""
+        return self.fit.deviance + self.form.price
+
+
+@frozen(eq=False)
+class Logs:
+    """The bins of all logs of one channel.
+
+    Attributes
+    ----------
+    spectra : tuple of LogSpectrum
+    density, modes : ndarray, shape (n_bins,)
+    rounding : ndarray, shape (n_bins,)
+        Density of the rounding of the values.
+    places : tuple of slice
+        Of the bins of each log.
+    """
+
+    spectra: tuple[LogSpectrum, ...]
+    density: Floats = field(repr=False)
+    modes: Floats = field(repr=False)
+    rounding: Floats = field(repr=False)
+    places: tuple[slice, ...] = field(repr=False)
+
+    @classmethod
+    def of(cls, spectra: Sequence[LogSpectrum]) -> Logs:
+        """Joins the bins of logs."""
+        ends = np.cumsum([0, *(len(s.density) for s in spectra)]).tolist()
+        return cls(
+            spectra=tuple(spectra),
+            density=np.concatenate([s.density for s in spectra]),
+            modes=np.concatenate([s.modes for s in spectra]),
+            rounding=np.concatenate([np.full(len(s.density), s.quantization) for s in spectra]),
+            places=tuple(slice(a, b) for a, b in itertools.pairwise(ends)),
+        )
+
+    def weakened(self) -> Logs:
+        """The same logs with few degrees of freedom a bin and more white noise, for a search: maxima are then wide."""
+        more = np.concatenate([np.full(len(s.density), _NOISE_OF_SEARCH * np.median(s.density)) for s in self.spectra])
+        modes = np.minimum(self.modes, _MODES_OF_SEARCH)
+        return replace(self, modes=modes, density=self.density + more, rounding=self.rounding + more)
+
+    def columns(self, form: Form, numbers: Floats) -> Floats:
+        """Densities of levels of 1, shape (n_bins, n_levels)."""
+        count, family = len(self.spectra), form.filter
+        table = np.zeros((len(self.density), 1 + _SLOW * count + form.converter))
+        for k, (log, place) in enumerate(zip(self.spectra, self.places, strict=True)):
+            f = log.nodes.ravel()
+            table[place, 0] = family.folded(f, log.rate, numbers).reshape(log.nodes.shape).mean(axis=1)
+            passed = family.power(f, numbers).reshape(log.nodes.shape) if form.passes else 1.0
+            ratio = log.nodes[0, 0] / log.nodes
+            table[place, 1 + _SLOW * k] = (passed * ratio).mean(axis=1)
+            table[place, 2 + _SLOW * k] = (passed * ratio * ratio).mean(axis=1)
+            if form.converter:
+                table[place, -1] = 1 / log.rate
+        return table
+
+    def deviance(self, model: Floats) -> float:
+        """Twice the fall of the log-likelihood from a model that has every density exactly."""
+        ratio = self.density / model
+        return float(np.sum(self.modes * (ratio - 1 - np.log(ratio))))
+
+    def deviance_law(self, place: slice) -> tuple[float, float]:
+        """Mean and variance of the deviance of the bins of a log from the true model."""
+        half = self.modes[place] / 2
+        mean = self.modes[place] * (np.log(half) - digamma(half))
+        # Var[ν r − ν ln r] = ν² ψ′(ν/2) − 2ν, with ψ′ by its series, which holds to 1e-4 from ν = 4 on.
+        h = half + 4
+        trigamma = 1 / h + 1 / (2 * h**2) + 1 / (6 * h**3) - 1 / (30 * h**5)
+        for k in range(4):
+            trigamma = trigamma + 1 / (half + k) ** 2
+        return float(mean.sum()), float((4 * half**2 * trigamma - 4 * half).sum())
+
+    def fit_levels(self, form: Form, numbers: Floats, *, begin: Floats | None = None) -> LinearFit:
+        """The best levels, by reweighted least squares without negative levels."""
+        from scipy.optimize import nnls
+
+        table = self.columns(form, numbers)
+        model = self.density if begin is None else begin
+        best, levels = math.inf, np.zeros(table.shape[1])
+        for _ in range(_ROUNDS):
+            weight = np.sqrt(self.modes) / model
+            levels, _ = nnls(table * weight[:, None], (self.density - self.rounding) * weight)
+            model = np.maximum(table @ levels + self.rounding, 1e-9 * self.density)
+            reached = self.deviance(model)
+            if abs(best - reached) < _SETTLED:
+                break
+            best = reached
+        return LinearFit(
+            deviance=self.deviance(model),
+            levels=levels,
+            error=_error_of_first(table[:, levels > 0] * (np.sqrt(self.modes / 2) / model)[:, None], levels),
+            model=model,
+        )
+
+    def fit_numbers(self, start: FilterFit, *, steps: int = _STEPS) -> FilterFit:
+        """The best numbers of a form from a start, by scoring of numbers and levels together."""
+        form, numbers, fit = start.form, start.numbers, start.fit
+        for _ in range(steps):
+            step = self._step(form, numbers, fit)
+            for _ in range(_HALVINGS):
+                tried = limited(form.filter, numbers + step, self.spectra)
+                moved = self.fit_levels(form, tried, begin=fit.model)
+                if moved.deviance < fit.deviance:
+                    break
+                step = step / 3
+            else:
+                break
+            gain = fit.deviance - moved.deviance
+            numbers, fit = tried, moved
+            if gain < 10 * _SETTLED:
+                break
+        return FilterFit(form=form, numbers=numbers, fit=fit)
+
+    def _step(self, form: Form, numbers: Floats, fit: LinearFit) -> Floats:
+        design = self._design(form, numbers, fit)
+        size = np.sqrt((design**2).sum(axis=0)) + _NOTHING
+        target = (self.density - fit.model) * np.sqrt(self.modes) / fit.model
+        solution = np.linalg.lstsq(design / size, target, rcond=_SINGULAR)[0] / size
+        return np.asarray(np.clip(solution[: len(numbers)], -_FARTHEST_STEP, _FARTHEST_STEP))
+
+    def _design(self, form: Form, numbers: Floats, fit: LinearFit) -> Floats:
+        """Derivatives of ln S by the numbers, then by the levels that are not 0, times the root of the modes."""
+        table = self.columns(form, numbers)
+        slopes = []
+        for k in range(len(numbers)):
+            moved = numbers.copy()
+            moved[k] += _DIFFERENCE
+            slopes.append((self.columns(form, moved) - table) @ fit.levels / _DIFFERENCE)
+        weight = np.sqrt(self.modes) / fit.model
+        return np.asarray(np.column_stack([*slopes, table[:, fit.levels > 0]]) * weight[:, None])
+
+    def errors_of_numbers(self, best: FilterFit) -> Floats:
+        """A root of the covariance of the numbers of a fit, shape (n_numbers, n_numbers)."""
+        design = self._design(best.form, best.numbers, best.fit) / math.sqrt(2)
+        size = np.sqrt((design**2).sum(axis=0)) + _NOTHING
+        inverse = np.linalg.pinv((design / size).T @ (design / size), rcond=_SINGULAR, hermitian=True)
+        count = len(best.numbers)
+        covariance = inverse[:count, :count] / size[:count, None] / size[:count]
+        values, vectors = np.linalg.eigh(np.nan_to_num(covariance, posinf=1.0))
+        lengths = np.clip(np.sqrt(np.maximum(values, 0.0)), _SMALLEST_ERROR, _LARGEST_ERROR)
+        return np.asarray(vectors * lengths)
+
+
+def _error_of_first(design: Floats, levels: Floats) -> float:
+    """Standard error of the first level; infinite if it is 0."""
+    if not levels[0] > 0:
+        return math.inf
+    size = np.sqrt((design**2).sum(axis=0))
+    inverse = np.linalg.pinv((design / size).T @ (design / size), hermitian=True)
+    return math.sqrt(max(float(inverse[0, 0]), 0.0)) / float(size[0])
+
+
+def limited(family: SensorFilter, numbers: Floats, spectra: Sequence[LogSpectrum]) -> Floats:
+    """Numbers within the limits of corners and of the family."""
+    low, high = corner_limits(spectra)
+    limits = ((low, high), *family.limits)
+    return np.array([min(max(x, a), b) for x, (a, b) in zip(numbers, limits, strict=True)])
+
+
+def corner_limits(spectra: Sequence[LogSpectrum]) -> tuple[float, float]:
+    """Lowest and highest frequency of −3 dB that are tried, as logarithms."""
+    rates = [log.rate for log in spectra]
+    lowest = max(_LOWEST_CORNER * min(rates), min(float(log.nodes[0, 0]) for log in spectra))
+    return math.log(lowest), math.log(_HIGHEST_CORNER * max(rates))
+
+
+def best_fits(logs: Logs) -> list[FilterFit]:
+    """The fits of all families that are not hopeless, the best first."""
+    families = {(f.name, f.order): f for f in all_filters()}
+    low, high = corner_limits(logs.spectra)
+    corners = np.linspace(low, high, math.ceil((high - low) / math.log(2) * _CORNERS) + 1)
+    rough = logs.weakened()
+    starts = [_started(rough, families[key], corners) for key in _SEARCHED]
+    tried = min(starts, key=lambda fit: fit.cost).numbers[0] + np.log(_TRIALS)
+    starts += [_started(rough, family, tried) for key, family in families.items() if key not in _SEARCHED]
+    fits = _refined(logs, [_changed(logs, fit, fit.form) for fit in starts])
+    # Slow noise behind the filter, then white noise of the converter.
+    fits = _better(logs, fits, lambda form: replace(form, passes=False))
+    return _better(logs, fits, lambda form: replace(form, converter=True))
+
+
+def _started(logs: Logs, family: SensorFilter, corners: Floats) -> FilterFit:
+    """The best of some corners, and from there the best numbers."""
+    fits, form = [], Form(filter=family)
+    for corner in corners:
+        numbers = limited(family, np.array([corner, *family.start]), logs.spectra)
+        fits.append(FilterFit(form=form, numbers=numbers, fit=logs.fit_levels(form, numbers)))
+    return logs.fit_numbers(min(fits, key=lambda fit: fit.cost))
+
+
+def _refined(logs: Logs, starts: Sequence[FilterFit]) -> list[FilterFit]:
+    """Full fits of those that are not hopeless after a few steps, the best first."""
+    rough = [logs.fit_numbers(start, steps=_FIRST_STEPS) for start in starts]
+    least = min(fit.cost for fit in rough)
+    return sorted((logs.fit_numbers(fit) for fit in rough if fit.cost < least + _HOPELESS), key=lambda fit: fit.cost)
+
+
+def _better(logs: Logs, fits: list[FilterFit], change: Callable[[Form], Form]) -> list[FilterFit]:
+    """All families in another form if that makes the best fit better; both forms if neither is worse than its price."""
+    changed = _refined(logs, [_changed(logs, fit, change(fit.form)) for fit in fits])
+    if changed[0].cost < fits[0].cost - PRICE:
+        return changed
+    if changed[0].cost > fits[0].cost + PRICE:
+        return fits
+    return sorted([*fits, *changed], key=lambda fit: fit.cost)
+
+
+def _changed(logs: Logs, fit: FilterFit, form: Form) -> FilterFit:
+    """The same numbers in another form, or with the levels that suit other weights."""
+    return FilterFit(form=form, numbers=fit.numbers, fit=logs.fit_levels(form, fit.numbers, begin=fit.fit.model))

@@ -1,0 +1,178 @@
+"""Spectrum of a log in bins of an eighth of an octave, by cosine modes, for fits of a sensor's filter.
+
+The modes of the cosine transform of white noise are independent, each χ² with one degree of freedom, and those of a random
+walk nearly so: no taper is needed, and slow noise does not leak into the white band.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from sigmatau.arrays import Bools, Floats, median, run_edges
+from sigmatau.errors import DataError, RecordTooShortError
+from sigmatau.frozen import frozen
+
+MIN_SAMPLES = 256
+"""Fewest samples of a run without gaps; fewer have no octave of bins beside slow noise."""
+
+NODES = 5
+"""Frequencies in a bin at which a model is averaged."""
+
+_PER_OCTAVE = 8
+_LOWEST_MODE = 4  # below, a mode has the drift of the record
+_OCTAVES_OF_PEAK = 12  # below half the rate in which the octave with the most variance is searched
+_OCTAVES_BELOW = 8  # the peak, from which on bins are used: slower noise says nothing of the filter
+_WEAKEST = 1e-3  # density over that of the peak: below, noise of the converter replaces that of the sensor
+_FEWEST_MODES = 16  # of a bin that has a median, and of one that can be the peak
+_LINE = 30.0  # power of a mode over the mean of its bin; noise has it in 4 of 10⁸
+_SIDE = 8  # modes on either side of a line that go with it
+_MOST_RUNS = 64  # without gaps that are used, the longest ones
+_MEDIAN_OF_MODE = 0.45493642  # of χ² with one degree of freedom
+_FOR_STEP = 4096  # samples in which the step of the values is searched
+_WHOLE = 1e-3  # distance of a difference from a whole number of steps, over the step
+_MOST_STEPS = 1e4  # in the largest difference: finer values have no quantization that matters
+
+
+@frozen(eq=False)
+class LogSpectrum:
+    """Densities of one log of one channel.
+
+    Attributes
+    ----------
+    name : str
+        Of the log.
+    rate : float
+        [Hz]
+    duration : float
+        Of the samples that are used. [s]
+    nodes : ndarray, shape (n_bins, NODES)
+        Frequencies in each bin. [Hz]
+    density : ndarray, shape (n_bins,)
+        Two-sided. [(unit of the rate)²/Hz]
+    modes : ndarray, shape (n_bins,)
+        Degrees of freedom of each density.
+    quantization : float
+        Two-sided density of the rounding of the values. [(unit of the rate)²/Hz]
+    lines : int
+        Modes of lines that are left out.
+    """
+
+    name: str
+    rate: float
+    duration: float
+    nodes: Floats
+    density: Floats
+    modes: Floats
+    quantization: float
+    lines: int
+
+
+def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpectrum:
+    """Spectrum of one channel of a log; NaN are gaps.
+
+    Raises
+    ------
+    RecordTooShortError
+        If no run without gaps has `MIN_SAMPLES`, or the white band has no bins.
+    """
+    runs = [y[start:stop] for start, stop in run_edges(np.isfinite(y)) if stop - start >= MIN_SAMPLES]
+    runs = sorted(runs, key=len, reverse=True)[:_MOST_RUNS]
+    if not runs:
+        longest = max((stop - start for start, stop in run_edges(np.isfinite(y))), default=0)
+        raise RecordTooShortError(
+            f"{name}: {channel} has at most {longest} samples without gaps. Record at least {MIN_SAMPLES}, better 30 000",
+            need=MIN_SAMPLES,
+            got=int(longest),
+        )
+    lowest = max(_LOWEST_MODE * rate / (2 * len(runs[0])), rate / 2 ** (1 + _OCTAVES_OF_PEAK + _OCTAVES_BELOW))
+    octaves = math.log2(0.5 * rate / lowest)
+    count = math.floor(octaves * _PER_OCTAVE)
+    edges = 0.5 * rate * 2.0 ** (np.arange(-count, 1) / _PER_OCTAVE)
+    power, modes, lines = np.zeros(count), np.zeros(count), 0
+    for run in runs:
+        first, of_run, masked = _binned(run, rate, edges)
+        power += first
+        modes += of_run
+        lines += masked
+    used = modes > 0
+    density = np.where(used, power / np.maximum(modes, 1), 0.0)
+    middle = np.sqrt(edges[1:] * edges[:-1])
+    used &= _white_band(middle, density, modes, rate)
+    if not (used & (density > 0)).any():
+        raise DataError(f"{name}: {channel} never changes, or has no noise in its spectrum. Leave it out")
+    fractions = (np.arange(NODES) + 0.5) / NODES
+    nodes = edges[:-1, None] + np.diff(edges)[:, None] * fractions
+    return LogSpectrum(
+        name=name,
+        rate=rate,
+        duration=sum(map(len, runs)) / rate,
+        nodes=nodes[used],
+        density=density[used],
+        modes=modes[used],
+        quantization=_quantization(runs[0]) / rate,
+        lines=lines,
+    )
+
+
+def _binned(y: Floats, rate: float, edges: Floats) -> tuple[Floats, Floats, int]:
+    """Sum of the densities of the modes in each bin, their number, and how many belong to lines."""
+    n = len(y)
+    modes = _cosine_modes(y - y.mean()) ** 2 * (2 / (n * rate))
+    # Mode k has the frequency k·rate/(2n). The last edge is half the rate, which no mode has.
+    places = np.minimum(np.ceil(edges * (2 * n / rate) - 0.5).astype(np.int64), n)
+    places = np.maximum(places, _LOWEST_MODE)
+    sums, counts, lines = np.zeros(len(edges) - 1), np.zeros(len(edges) - 1), 0
+    for k, (start, stop) in enumerate(itertools.pairwise(places.tolist())):
+        of_bin = modes[start:stop]
+        if len(of_bin) >= _FEWEST_MODES:
+            white = _without_lines(of_bin)
+            lines += len(of_bin) - int(np.count_nonzero(white))
+            of_bin = of_bin[white]
+        sums[k], counts[k] = of_bin.sum(), len(of_bin)
+    return sums, counts, lines
+
+
+def _cosine_modes(y: Floats) -> Floats:
+    """Σ y_j cos(π (j + ½) k / n), k = 0 … n − 1, by one complex transform (Makhoul 1980)."""
+    n = len(y)
+    turned = np.concatenate((y[::2], y[1::2][::-1]))
+    transformed = np.fft.rfft(turned)
+    k = np.arange(n // 2 + 1)
+    twisted = transformed * np.exp(-0.5j * np.pi * k / n)
+    modes = np.empty(n)
+    modes[: n // 2 + 1] = twisted.real
+    modes[n - k[1 : (n + 1) // 2]] = -twisted.imag[1 : (n + 1) // 2]
+    return modes
+
+
+def _without_lines(powers: Floats) -> Bools:
+    """The modes of a bin that are noise; all of them if lines take half."""
+    strong = powers > _LINE * median(powers) / _MEDIAN_OF_MODE
+    if not strong.any():
+        return np.ones(len(powers), dtype=bool)
+    wide = np.convolve(strong, np.ones(2 * _SIDE + 1), mode="same")[: len(powers)] > 0
+    return ~wide if np.count_nonzero(wide) <= len(powers) // 2 else ~strong
+
+
+def _white_band(f: Floats, density: Floats, modes: Floats, rate: float) -> Bools:
+    """Bins from eight octaves below the octave with the most variance, without those of the filter's deep stop band."""
+    candidates = (modes >= _FEWEST_MODES) & (f > rate / 2 ** (1 + _OCTAVES_OF_PEAK))
+    if not candidates.any():
+        return np.zeros(len(f), dtype=bool)
+    peak = int(np.argmax(np.where(candidates, f * density, 0.0)))
+    return np.asarray((f >= f[peak] / 2**_OCTAVES_BELOW) & (density > _WEAKEST * density[peak]))
+
+
+def _quantization(y: Floats) -> float:
+    """Variance of the rounding of values to whole steps, step²/12; 0 if they have no step. [unit²]"""
+    differences = np.abs(np.diff(y[:_FOR_STEP]))
+    differences = differences[differences > 0]
+    if not len(differences):
+        return 0.0
+    step = float(differences.min())
+    steps = differences / step
+    whole = np.abs(steps - np.round(steps)) <= _WHOLE * np.maximum(steps, 1)
+    return step * step / 12 if whole.all() and steps.max() < _MOST_STEPS else 0.0

@@ -1,0 +1,347 @@
+"""Result of `sigmatau.bandwidth`: the filter of a sensor, N without aliasing, and what each sampling rate adds to it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from sigmatau.arrays import Floats, freeze
+from sigmatau.errors import OptionError
+from sigmatau.estimators.allan import DeviationCurve
+from sigmatau.fitting.fitted_values import Interval
+from sigmatau.frozen import frozen
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import ByChannel, Printed, interval_texts, lines_text, plain, two_digits, wrapped
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sigmatau.plot.style import Panels
+
+PAPER_RATES = (3.0, 5.0)
+"""Sampling rates over the bandwidth that the paper recommends, section V."""
+
+_NO_ALIASING = 0.01  # share of N by aliasing below which no digits are printed [%]
+
+Verdict = Literal["adequate", "logs differ", "not explained", "rate too low"]
+
+
+@frozen(eq=False)
+class LoggedRate(Printed):
+    """One log of a sensor.
+
+    Attributes
+    ----------
+    name : str
+    rate : float
+        Sampling rate. [Hz]
+    duration : float
+        Of the samples that are used. [s]
+    aliasing : Interval
+        Factor by which sampling at this rate increases N. [1]
+    random_walk : Interval
+        N of these samples, with what is aliased, from this log alone behind the fitted filter. [unit of N]
+    p_value : float
+        Goodness of the fit in the bins of this log. [1]
+    lines : int
+        Modes of lines that are left out.
+    curve : DeviationCurve
+        Its Allan deviation.
+    """
+
+    name: str
+    rate: float
+    duration: float
+    aliasing: Interval
+    random_walk: Interval
+    p_value: float
+    lines: int
+    curve: DeviationCurve
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return plain(self, "name rate_hz=rate duration_s=duration aliasing random_walk p_value lines")
+
+
+@frozen(eq=False)
+class FilterResponse(Printed):
+    """|H|² of a filter with its interval; a spectrum does not show the delay.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (n_f,)
+        [Hz]
+    power, low, high : ndarray, shape (n_f,)
+        |H|² of the best filter, and the range of those that explain the logs as well. [1]
+    """
+
+    frequency: Floats
+    power: Floats
+    low: Floats
+    high: Floats
+
+    def __post_init__(self) -> None:
+        freeze(self, "frequency", "power", "low", "high", dtype=np.float64)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns."""
+        return plain(self, "frequency_hz=frequency power low high")
+
+
+@frozen(eq=False)
+class AliasingCurve(Printed):
+    """Factor on N by aliasing at any sampling rate, with its interval.
+
+    Attributes
+    ----------
+    rate : ndarray, shape (n_rates,)
+        [Hz]
+    factor, low, high : ndarray, shape (n_rates,)
+        Of the best filter, and the range of those that explain the logs as well. [1]
+    """
+
+    rate: Floats
+    factor: Floats
+    low: Floats
+    high: Floats
+
+    def __post_init__(self) -> None:
+        freeze(self, "rate", "factor", "low", "high", dtype=np.float64)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns."""
+        return plain(self, "rate_hz=rate factor low high")
+
+
+@frozen(eq=False)
+class SensorBandwidth(Printed):
+    """The filter between the white noise of a sensor and its sampler, of one channel.
+
+    Attributes
+    ----------
+    channel, quantity, unit : str
+        `unit` is that of the rate, SI.
+    shape : str
+        Filter that explains the logs best: ``"one pole"``, ``"Butterworth, 2 poles"``, ``"running mean"``, ``"FIR, Hamming
+        taper"`` …
+    order : int
+        Poles, or running means in series; 0 of a FIR filter.
+    alternatives : tuple of str
+        Other filters that explain the logs as well; all intervals contain them.
+    bandwidth : Interval
+        Frequency of −3 dB. An end that the logs do not show is None. [Hz]
+    equivalent : Interval
+        Noise-equivalent bandwidth, one-sided. [Hz]
+    random_walk : Interval
+        N without aliasing: its square is the two-sided density in front of the sampler. [unit of N]
+    rate_needed : Interval
+        Lowest sampling rate from which on N is too large by less than `tolerance`. [Hz]
+    tolerance : float
+        [1]
+    logs : tuple of LoggedRate
+        By rate.
+    response : FilterResponse
+    aliasing : AliasingCurve
+        At other sampling rates.
+    level : float
+        Confidence level of the intervals.
+    p_value : float
+        Goodness of the joint fit. [1]
+    verdict : {"adequate", "logs differ", "not explained", "rate too low"}
+        ``"logs differ"``: they differ by more than chance, but little; ``"not explained"``: no filter fits. The intervals
+        are then wider by the excess of the deviance. ``"rate too low"``: the bandwidth has no upper limit.
+    differing : str
+        Log that differs from the others; empty unless the verdict is ``"logs differ"``.
+    repeated : tuple of str
+        Logs whose samples are in another log, and which were not used.
+
+    See Also
+    --------
+    sigmatau.bandwidth : makes it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> white = np.random.default_rng(1).standard_normal(20_000)
+    >>> record = st.Record.from_arrays(rate=100, gyro_x=(white[3:] + white[2:-1] + white[1:-2] + white[:-3]) / 4)
+    >>> found = st.bandwidth(record)["gyro_x"]
+    >>> found.shape, found.bandwidth.low < 11.07 < found.bandwidth.high  # 0.443 / (4 · 10 ms)
+    ('running mean', True)
+    """
+
+    channel: str
+    quantity: str
+    unit: str
+    shape: str
+    order: int
+    alternatives: tuple[str, ...]
+    bandwidth: Interval
+    equivalent: Interval
+    random_walk: Interval
+    rate_needed: Interval
+    tolerance: float
+    logs: tuple[LoggedRate, ...]
+    response: FilterResponse
+    aliasing: AliasingCurve
+    level: float
+    p_value: float
+    verdict: Verdict
+    differing: str = ""
+    repeated: tuple[str, ...] = ()
+
+    @property
+    def record_at(self) -> float | None:
+        """A sampling rate that shows the bandwidth, if these logs do not. [Hz]"""
+        return 10 * max(log.rate for log in self.logs) if self.verdict == "rate too low" else None
+
+    @property
+    def paper_rates(self) -> tuple[float, float]:
+        """Three and five times the bandwidth. [Hz]"""
+        low, high = PAPER_RATES
+        return low * self.bandwidth.value, high * self.bandwidth.value
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, for JSON."""
+        names = "channel quantity unit shape order alternatives bandwidth equivalent random_walk rate_needed tolerance"
+        more = "verdict differing repeated level p_value record_at_hz=record_at logs response aliasing"
+        return plain(self, names, more, sided="two")
+
+    def plot(self, ax: Panels = None, *, unit: str | None = None) -> Figure:
+        """Draw Fig. 12 of the paper: Allan deviations at all rates, and N against the sampling rate.
+
+        Parameters
+        ----------
+        ax : sequence of two matplotlib axes, optional
+            Default: a new figure.
+        unit : str, optional
+            Of the Allan deviation. Default: deg/h for gyros, µg for accelerometers.
+
+        Returns
+        -------
+        matplotlib figure
+        """
+        from sigmatau.plot.bandwidth import draw_bandwidth
+
+        return draw_bandwidth(self, ax=ax, unit=unit)
+
+    def statements(self) -> tuple[str, ...]:
+        """Sentences on what limits the result; empty if nothing does."""
+        texts = []
+        if self.verdict == "rate too low":
+            texts.append(
+                f"{self.channel}: these logs do not show the bandwidth, as their noise is white up to half the rate."
+                f" Record at {self.record_at:.3g} Hz or more"
+            )
+        if self.verdict == "logs differ":
+            texts.append(
+                f"{self.channel}: {self.differing} differs from the other logs by more than chance."
+                " The intervals are wider by this difference"
+            )
+        if self.verdict == "not explained":
+            texts.append(
+                f"{self.channel}: no filter explains the spectra (p = {self.p_value:.2g})."
+                " The intervals are wider by the misfit"
+            )
+        if self.repeated:
+            texts.append(f"{self.channel}: not used, as another log has the same samples: {', '.join(self.repeated)}")
+        return tuple(texts)
+
+    def __repr__(self) -> str:
+        text, factor = display_units("random_walk", self.quantity, self.unit)[0]
+        label = TERMS["random_walk"].label(self.quantity)
+        name = f"{self.channel}   filter: {self.shape}"
+        if self.alternatives:
+            name += f"; as likely: {', '.join(self.alternatives)}"
+        rows = [
+            ("bandwidth, -3 dB", self.bandwidth, 1.0, "Hz"),
+            ("noise-equivalent bandwidth", self.equivalent, 1.0, "Hz"),
+            (f"{label} without aliasing", self.random_walk, factor, text),
+            (f"rate for aliasing < {100 * self.tolerance:.3g} %", self.rate_needed, 1.0, "Hz"),
+        ]
+        lines = [*wrapped([name], indent=4), *(_row(*row) for row in rows)]
+        if self.verdict != "rate too low":
+            low, high = (f"{rate:.3g}" for rate in self.paper_rates)
+            lines.append(f"  {'the paper: 3 to 5 times the bandwidth':38} {low} to {high} Hz")
+        lines.append(f"  {'log':20} {'rate [Hz]':>9} {f'random walk in it [{text}]':>28} {'added by aliasing':>18}")
+        for log in self.logs:
+            in_log = " ".join(_texts(log.random_walk, factor))
+            lines.append(f"  {log.name[-20:]:20} {log.rate:>9.4g} {in_log:>28} {_excess_text(log.aliasing):>18}")
+        return lines_text([*lines, *wrapped(f"  {text}" for text in self.statements())])
+
+
+def _row(name: str, interval: Interval, factor: float, unit: str) -> str:
+    return f"  {name:38} {' '.join(_texts(interval, factor))} {unit}"
+
+
+def _texts(interval: Interval, factor: float) -> tuple[str, ...]:
+    """Value and interval; a limit alone if the interval is open."""
+    low, high = (None if x is None else x / factor for x in (interval.low, interval.high))
+    if low is not None and high is not None:
+        return interval_texts(interval.value / factor, low, high)
+    if low is not None:
+        return (f"above {two_digits(low)}",)
+    return (f"below {two_digits(high)}",) if high is not None else ("not known",)
+
+
+def _excess_text(factor: Interval) -> str:
+    """What aliasing adds to N, in per cent."""
+    low, high = (None if x is None else 100 * (x - 1) for x in (factor.low, factor.high))
+    if low is None or high is None:
+        return "not known"
+    if high < _NO_ALIASING:
+        return f"below {_NO_ALIASING} %"
+    return " ".join(interval_texts(100 * (factor.value - 1), low, high)) + " %"
+
+
+class Bandwidths(ByChannel[SensorBandwidth]):
+    """Results of `sigmatau.bandwidth` by channel.
+
+    See Also
+    --------
+    sigmatau.bandwidth : makes it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> record = st.Record.from_arrays(rate=100, gyro=np.random.default_rng(1).standard_normal((2000, 3)))
+    >>> [(channel, found.verdict) for channel, found in st.bandwidth(record).items()]
+    [('gyro_x', 'rate too low'), ('gyro_y', 'rate too low'), ('gyro_z', 'rate too low')]
+    """
+
+    __slots__ = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values by channel, for JSON."""
+        return {name: result.to_dict() for name, result in self.items()}
+
+    def plot(self, channel: str | None = None, ax: Panels = None, *, unit: str | None = None) -> Figure:
+        """Draw Fig. 12 of the paper for one channel, see `SensorBandwidth.plot`.
+
+        Parameters
+        ----------
+        channel : str, optional
+            Default: the first.
+        ax : sequence of two matplotlib axes, optional
+            Default: a new figure.
+        unit : str, optional
+            Of the Allan deviation. Default: deg/h for gyros, µg for accelerometers.
+
+        Returns
+        -------
+        matplotlib figure
+
+        Raises
+        ------
+        OptionError
+            For a channel without a result.
+        """
+        name = next(iter(self)) if channel is None else channel
+        if name not in self:
+            raise OptionError(f"{{option}} must be one of {', '.join(self)}, not {channel!r}", option="channel")
+        return self[name].plot(ax=ax, unit=unit)
+
+    def __repr__(self) -> str:
+        return "\n\n".join(map(repr, self.values()))

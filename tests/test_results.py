@@ -2,33 +2,13 @@
 
 from dataclasses import replace
 
-import pytest
-
 from findings.examples_disturbances import EXAMPLES as DISTURBANCES
 from findings.examples_fit import EXAMPLES as FITS
 from findings.examples_reading import EXAMPLES as FILES
 from sigmatau.findings.curves import ConstantChannel
 from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.wording import causes
-from sigmatau.results import value_error_text, wrapped
-
-
-@pytest.mark.parametrize(
-    ("value", "error", "text"),
-    [
-        (0.973, 0.973 * 0.0758575, "0.973 ± 0.074"),  # eq. (27) of the paper
-        (0.0015, 0.0015 * 0.3335868, "0.0015 ± 0.0005"),  # eq. (28)
-        (2.64, 2.64 * 0.3335868, "2.64 ± 0.88"),  # eq. (29)
-        (13.6, 1.4, "13.6 ± 1.4"),
-        (123456, 7890, "123500 ± 7900"),
-        (5.1154, 0.068, "5.115 ± 0.068"),
-        (0.512, 0.00999, "0.51 ± 0.01"),
-        (1e-20, 1e-22, "1e-20 ± 1e-22"),
-        (2.0, 0.0, "2 ± 0"),
-    ],
-)
-def test_value_error_text(value, error, text):
-    assert value_error_text(value, error) == text
+from sigmatau.results import wrapped
 
 
 def test_finding_prints_itself():

@@ -176,33 +176,6 @@ def _plain(value: Any) -> Any:  # noqa: ANN401
     return value if convert is None else convert()
 
 
-def value_error_text(value: float, error: float) -> str:
-    """``0.973 ± 0.074``: the error with two significant digits, a last digit of 0 dropped; the value with as many decimals.
-
-    Two digits, because the paper prints ``0.973 ± 0.074``; without a trailing zero, because it prints ``0.0015 ± 0.0005``.
-
-    Examples
-    --------
-    >>> value_error_text(0.9731, 0.0742)
-    '0.973 ± 0.074'
-    """
-    return " ± ".join(value_error_texts(value, error))
-
-
-def value_error_texts(value: float, error: float) -> tuple[str, str]:
-    """Round a value and its error as `value_error_text` does."""
-    if not (math.isfinite(error) and error > 0):
-        return f"{value:.6g}", f"{error:.2g}"
-    mantissa, exponent = f"{error:.1e}".split("e")
-    decimals = 1 - int(exponent)
-    if mantissa.endswith("0"):
-        decimals -= 1
-    if decimals > 12 or decimals < -6:
-        return f"{value:.4g}", f"{error:.2g}"
-    digits = max(decimals, 0)
-    return f"{round(value, decimals):.{digits}f}", f"{round(error, decimals):.{digits}f}"
-
-
 def printable(text: str) -> str:
     r"""Text from a file in one line for a terminal: any other character that does not print as ``\n``, ``\x1b``.
 
@@ -238,33 +211,6 @@ def option_seconds(value: float) -> str:
     return f"{math.ceil(value / step * (1 - 1e-9)) * step:.12g}"
 
 
-def interval_texts(value: float, low: float | None, high: float | None) -> tuple[str, str]:
-    """Value and interval as text, with two digits of half the interval; the value with one digit of its own at least.
-
-    Without an interval the value has three digits.
-
-    Examples
-    --------
-    >>> interval_texts(0.512, 0.505, 0.519)
-    ('0.5120', '[0.5050, 0.5190]')
-    >>> interval_texts(5.14, 0, 710)
-    ('5', '[0, 710]')
-    """
-    if low is None or high is None:
-        return f"{value:.3g}", ""
-    half = (high - low) / 2
-    if not (half > 0 and math.isfinite(half)):
-        return f"{value:.4g}", f"[{low:.4g}, {high:.4g}]"
-    decimals = 1 - math.floor(math.log10(half))
-    if decimals > 9 or decimals < -6:
-        digits = min(max(2 + math.floor(math.log10(max(abs(value), half) / half)), 2), 12)
-        return f"{value:.{digits}g}", f"[{low:.{digits}g}, {high:.{digits}g}]"
-    own = max(decimals, min(-math.floor(math.log10(abs(value))), 9)) if value else decimals
-    value_text = f"{round(value, own):.{max(own, 0)}f}"
-    low_text, high_text = (f"{round(x, decimals):.{max(decimals, 0)}f}" for x in (low, high))
-    return value_text, f"[{low_text}, {high_text}]"
-
-
 def duration_text(seconds_: float) -> str:
     """A length of time in a suitable unit, with two or three digits.
 
@@ -278,15 +224,3 @@ def duration_text(seconds_: float) -> str:
             amount = seconds_ / size
             return f"{amount:.0f} {unit}" if amount >= 10 else f"{amount:.2g} {unit}"
     return f"{seconds(seconds_)} s"
-
-
-def two_digits(value: float) -> str:
-    """A number with two significant digits, without an exponent up to 10⁶.
-
-    Examples
-    --------
-    >>> two_digits(0.2431), two_digits(218.0)
-    ('0.24', '220')
-    """
-    text = f"{value:.2g}"
-    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text

@@ -16,7 +16,7 @@ UNSET = ("LC_ALL", "LC_CTYPE", "LANG", "PYTHONIOENCODING", "PYTHONUTF8")
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     path = tmp_path_factory.mktemp("symbols") / "log.csv"
-    y = np.random.default_rng(seed_of("symbols")).standard_normal((2000, 2)) * [0.01, 0.1]
+    y = np.random.default_rng(seed_of("symbols")).standard_normal((20_000, 2)) * [0.01, 0.1]
     np.savetxt(path, y, delimiter=",", header="gyro_x [rad/s],accel_x [m/s^2]", comments="")
     return path
 

@@ -151,14 +151,14 @@ def test_values_are_printed_as_the_sheet_has_them(folder, capsys):
     run("sigmatau lot good.json --spec own.toml")
     out = capsys.readouterr().out
     gyro = re.search(
-        r"gyro_x +noise density, one-sided +([\d.]+) \[.*?\] mdeg/s/√Hz +within\n +typical 5: below by .*\n"
+        r"gyro_x +noise density, one-sided +([\d.]+) (?:\[.*?\]|± [\d.]+) mdeg/s/√Hz +within\n +typical 5: below by .*\n"
         r" +maximum 0\.007 deg/s/√Hz: below by",
         out,
     )
     assert float(gyro[1]) == pytest.approx(1e3 * np.degrees(GYRO) * np.sqrt(2), rel=0.02)
     one, two = re.search(
-        r"accel_x +noise density, one-sided +([\d.]+) \[.*?\] µg/√Hz .*\n +maximum 70: .*\n"
-        r" +or two-sided +([\d.]+) \[.*\n +maximum 70:",
+        r"accel_x +noise density, one-sided +([\d.]+) (?:\[.*?\]|± [\d.]+) µg/√Hz .*\n +maximum 70: .*\n"
+        r" +or two-sided +([\d.]+) [\[±].*\n +maximum 70:",
         out,
     ).groups()
     assert float(two) == pytest.approx(ACCEL / 9.80665e-6, rel=0.02)

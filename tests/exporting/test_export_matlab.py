@@ -98,7 +98,7 @@ class TestMatlab:
         some = {"filter_rate": 100.0, "horizon": 10.0}
         text = export(no_walk, to="matlab", choices=Choices(**some))
         assert "gyro.RandomWalk" not in matlab(text)
-        assert "% gyro.RandomWalk stays 0: not observed, below 3e-06 rad/s/sqrt(s)" in text
+        assert "% gyro.RandomWalk stays 0: not observed, below 3.0e-06 rad/s/sqrt(s)" in text
         assert "accel" not in matlab(text)
         chosen = matlab(export(no_walk, to="matlab", choices=Choices(walk={"gyro": "upper-limit"}, **some)))
         assert chosen["gyro.RandomWalk"] == [3e-6] * 3

@@ -184,6 +184,6 @@ def test_a_mean_says_what_it_is_of():
     }
     words = of(axes, axes="mean", horizon=60.0, walk_factor=10.0).words
     size = math.radians(1) / 3600
-    assert f"gyro_x: bias instability {B / size:.4g} deg/h [{0.9 * B / size:.4g}, {1.2 * B / size:.4g}] as one" in words
+    assert f"gyro_x: bias instability {B / size:.1f} [{0.9 * B / size:.1f}, {1.2 * B / size:.1f}] deg/h as one" in words
     assert f"gyro_y: bias instability {2 * B / size:.4g} deg/h as one process, times 10" in words
     assert words.count("no model fits this axis") == 1

@@ -200,7 +200,7 @@ class TestWalk:
         where = "at their upper limits" if share == 1 else "at 1/sqrt(3) of their upper limits"
         assert prepared.content.count(f"Terms that were not observed count {where}.") == 1
         assert prepared.findings == ()  # the filter states all right
-        with pytest.raises(OptionError, match=r"gyros: no rate random walk observed \(below 5e-06"):
+        with pytest.raises(OptionError, match=r"gyros: no rate random walk observed \(below 5.0e-06"):
             self.walk(self.model(), strict=True)
 
     def test_nothing_beside_n(self):
@@ -278,7 +278,7 @@ class TestNoise:
         return vio.parse(text)["gyroscope_noise_density"], text
 
     def test_is_never_made_up(self):
-        with pytest.raises(OptionError, match=r"gyros: no angle random walk observed \(below 2e-05.*`noise=.*gyro"):
+        with pytest.raises(OptionError, match=r"gyros: no angle random walk observed \(below 2.0e-05.*`noise=.*gyro"):
             self.noise(strict=True)
         assert self.noise()[0] == 2e-5
 

@@ -23,7 +23,7 @@ def analysis():
 def test_a_row_an_axis_in_80_columns(analysis):
     lines = overview(analysis.fits).splitlines()
     assert max(map(len, lines)) <= 80
-    names = ["random", "[3.3", *(f"gyro_{a}" for a in "xyz"), "[3.3", *(f"accel_{a}" for a in "xyz")]
+    names = ["95", "[3.3", *(f"gyro_{a}" for a in "xyz"), "[3.3", *(f"accel_{a}" for a in "xyz")]
     assert [line.split()[0] for line in lines] == names
     assert lines[1].split() == ["[3.3", "min]", "deg/√h", "deg/h", "deg/h/√h"]
     assert lines[5].split() == ["[3.3", "min]", "m/s/√h", "µg", "m/s/h^{3/2}"]
@@ -41,20 +41,25 @@ def test_the_interval_is_that_of_the_fit(analysis):
         if cells[2] == "±":
             assert float(cells[3]) == pytest.approx(max(value - low, high - value), abs=last)
         else:
-            assert float(cells[2]) == pytest.approx(low - value, abs=last)
-            assert float(cells[3]) == pytest.approx(high - value, abs=last)
+            assert float(cells[2].strip("[,")) == pytest.approx(low, abs=last)
+            assert float(cells[3].strip("]")) == pytest.approx(high, abs=last)
 
 
 def test_it_fits_a_narrow_terminal(analysis):
-    """Values as they are, with the larger side of an interval."""
-    lines = overview(analysis.fits, width=60).splitlines()
-    assert max(map(len, lines)) <= 60
-    assert lines[0].split() == ["N", "B", "K", "trust"]
-    walk = analysis.fits["gyro_x"]["random_walk"]
-    value, error = (float(text) for text in lines[2].split()[1].split("±"))
-    factor = walk.to("deg/sqrt(h)") / walk.value
-    assert value == pytest.approx(walk.value * factor, rel=1e-3)
-    assert error == pytest.approx(max(walk.value - walk.low, walk.high - walk.value) * factor, rel=0.06)
+    """Each interval is below its value, and ± is beside a value only if its interval is symmetric."""
+    lines = overview(analysis.fits, width=64).splitlines()
+    assert max(map(len, lines)) <= 64
+    assert lines[0].split() == ["95", "%", "random", "walk", "bias", "instab.", "rate", "walk", "trust"]
+    for channel, fitted in analysis.fits.items():
+        walk = fitted["random_walk"]
+        value, interval, _ = fitted.texts("random_walk")[0]
+        at = next(k for k, line in enumerate(lines) if line.startswith(channel))
+        assert lines[at].split()[1] == value
+        sides = sorted((walk.value - walk.low, walk.high - walk.value))
+        if sides[1] > 1.1 * sides[0]:
+            assert lines[at + 1].strip() == interval
+        else:
+            assert lines[at + 1].strip().startswith("± ")
 
 
 def test_the_record_in_a_line(analysis):

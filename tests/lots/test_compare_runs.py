@@ -321,12 +321,12 @@ def test_an_interval_without_width_is_no_error(days):
 def test_a_spread_of_zero_without_an_interval(tmp_path, capsys):
     """Of runs that differ by far less than their errors; 0 with an interval of those that do not."""
     table = tmp_path / "table.csv"
-    for percent, between in ((10, "0"), (0.1, "0 [0, 0.12]")):
+    for percent, between in ((10, "0"), (0.1, "0.00 [0.00, 0.12]")):
         rows = "".join(f"{k},gyro_x,random_walk,{1 + 1e-3 * (k % 2)},deg/sqrt(h),{percent}\n" for k in range(5))
         table.write_text(f"run,channel,term,value,unit,error_percent\n{rows}")
         assert main(["compare", str(table)]) == 0
         row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("gyro_x"))
-        assert re.search(rf"  0\.055 +{re.escape(between)}  ", row), row
+        assert re.search(rf" 0\.055 +{re.escape(between)} ", row), row
 
 
 def test_another_sensor_among_the_runs(days):
@@ -522,8 +522,8 @@ class TestReadOff:
 
 class TestTyped:
     @pytest.mark.parametrize(("table", "lines"), [
-        ("I", ("STD             0.0171", "yes, δ = 0.0740  yes, δ = 0.0200  yes, δ = 0.0160")),
-        ("III", ("STD             0.037", "yes, δ = 0.068    no, δ = 0.003     no, δ = 0.003")),
+        ("I", ("STD             0.0171", "yes, δ = 0.074  yes, δ = 0.020  yes, δ = 0.016")),
+        ("III", ("STD             0.037", "yes, δ = 0.068    no, δ = 0.0032    no, δ = 0.0028")),
     ])  # fmt: skip
     def test_the_papers_tables(self, table, lines, tmp_path, monkeypatch, capsys):
         monkeypatch.chdir(tmp_path)
@@ -533,7 +533,7 @@ class TestTyped:
         for line in lines:
             assert " ".join(line.split()) in " ".join(out.split())
         assert re.search(r"^STD < error +no, error = \d", out, flags=re.MULTILINE)  # ours, under its own name
-        spreads = {"I": ("1.8 [1.2, 4]", "4.7"), "III": ("0.72 [0.46, 1.6]", "1.9")}[table]
+        spreads = {"I": ("1.81 [1.16, 3.98]", "4.7"), "III": ("0.72 [0.46, 1.59]", "1.9")}[table]
         assert all(text in out for text in spreads)
 
     def rows(self, tmp_path, *lines, head="run,channel,term,value,unit,error"):

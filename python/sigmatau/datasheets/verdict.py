@@ -8,8 +8,9 @@ from typing import Any, Literal
 from sigmatau.datasheets.claims import Claim, Meaning
 from sigmatau.datasheets.doubts import Doubt
 from sigmatau.datasheets.measured import Measured
+from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import OptionError
-from sigmatau.results import WIDTH, Printed, interval_texts, plain, printable, two_digits, wrapped
+from sigmatau.results import WIDTH, Printed, plain, printable, wrapped
 from sigmatau.units import find
 
 Side = Literal["below", "undecided", "above"]
@@ -337,7 +338,7 @@ def _value_text(found: Measured, text: str, size: float) -> str:
     if found.value is not None:
         low = None if found.low is None else found.low / size
         high = None if found.high is None else found.high / size
-        return " ".join(part for part in (*interval_texts(found.value / size, low, high), text) if part)
+        return round_to_error(found.value / size, low, high).with_unit(text)
     if found.lower_limit is not None:
         return f"at least {two_digits(found.lower_limit / size)} {text}"
-    return "not measured" if found.upper_limit is None else f"below {two_digits(found.upper_limit / size)} {text}"
+    return "not measured" if found.upper_limit is None else f"{limit_text(found.upper_limit / size)} {text}"

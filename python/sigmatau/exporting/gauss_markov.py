@@ -14,6 +14,7 @@ from functools import partial
 import numpy as np
 
 from sigmatau._native import kernels
+from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import OptionError
 from sigmatau.exporting.values import Number, Numbers, Unused, by_axis, noises, of_channel, slow_avar
 from sigmatau.findings.exporting import OmittedTerm, SlowNoiseLeftOut
@@ -23,7 +24,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
-from sigmatau.results import seconds, two_digits
+from sigmatau.results import seconds
 
 # The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)
 PEAK_TIME = 1.8926178329250187668
@@ -214,7 +215,7 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
-            origin=f"{name}: bias instability {b / size:.4g} {text}{_interval(model, size)} as one process{times}",
+            origin=f"{name}: bias instability {_value_text(model, b / size, size)} {text} as one process{times}",
             fit=f", exact at {where}, {seconds(time)} s, about 18 % low half a decade away",
             place=where,
             omitted=left + numbers.doubt(name),
@@ -317,12 +318,11 @@ def _values(model: ChannelModel, *terms: str) -> list[str]:
     return found
 
 
-def _interval(model: ChannelModel, size: float) -> str:
-    """The interval of the bias instability in a unit, or empty."""
+def _value_text(model: ChannelModel, value: float, size: float) -> str:
+    """A bias instability in a unit, with its interval if the model has one."""
     if "bias_instability" not in model.intervals:
-        return ""
-    low, high = (end / size for end in model.intervals["bias_instability"])
-    return f" [{low:.4g}, {high:.4g}]"
+        return f"{value:.4g}"
+    return round_to_error(value, *(end / size for end in model.intervals["bias_instability"])).text
 
 
 def _left_out(model: ChannelModel, *terms: str) -> str:
@@ -341,7 +341,7 @@ def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: st
     known = ""
     if "bias_instability" in model.limits:
         text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
-        known = f" (its bias instability is below {two_digits(model.limits['bias_instability'] / size)} {text})"
+        known = f" (its bias instability is {limit_text(model.limits['bias_instability'] / size)} {text})"
     # One number is for all axes of a sensor, so that all need a limit.
     others = [m for n, m in numbers.whole.channels.items() if stream_name(n) == sensor]
     known_limits = all("rate_random_walk" in m.limits or "rate_random_walk" in m for m in others)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import DataError
 from sigmatau.exporting.source import Source
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import Printed, two_digits
+from sigmatau.results import Printed
 
 _SMALLER = 0.9  # factor of a random walk that chance and temperature do not explain
 _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
@@ -31,12 +32,11 @@ class Factor:
         """``"x 3.1 [2.9, 3.3]"``, ``"x 4 or more"``, ``"not observed"``."""
         if self.value is None:
             return "not observed"
-        value = two_digits(self.value)
-        if self.low is None and self.high is None:
-            return f"x {value}"
-        if self.low is None or self.high is None:
-            return f"x {value} or {'less' if self.low is None else 'more'}"
-        return f"x {value} [{two_digits(self.low)}, {two_digits(self.high)}]"
+        if (self.low is None) != (self.high is None):
+            return f"x {two_digits(self.value)} or {'less' if self.low is None else 'more'}"
+        return (
+            f"x {two_digits(self.value) if self.low is None else round_to_error(self.value, self.low, self.high).text}"
+        )
 
 
 @frozen(eq=False)
@@ -136,5 +136,5 @@ def _factor(name: str, term: str, rest: ChannelModel, running: ChannelModel) -> 
 
 def _text(model: ChannelModel, term: str, factor: float) -> str:
     if term in model.limits:
-        return f"below {two_digits(model.limits[term] / factor)}"
+        return limit_text(model.limits[term] / factor)
     return f"{model[term] / factor:.4g}" if term in model else "unknown"

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeVar
 
+from sigmatau.digits import limit_text, round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, RANGES, Choices
 from sigmatau.exporting.consistent import HORIZON, AssumedNoise, assume_noise, consistent_walk, judge_pair
@@ -25,7 +26,7 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST, SMALLEST
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
-from sigmatau.results import duration_text, seconds, two_digits
+from sigmatau.results import duration_text, seconds
 
 _CHOICE_OF = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of `Choices` by term
 _DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a finding
@@ -346,7 +347,7 @@ class Numbers:
         model = next(iter(lacking.values()))
         si = model.unit_of(term)
         limits = [m.limits[term] for m in lacking.values() if term in m.limits]
-        known = f" (below {two_digits(max(limits))} {si})" if len(limits) == len(lacking) else ""
+        known = f" ({limit_text(max(limits))} {si})" if len(limits) == len(lacking) else ""
         some = len(lacking) < len(every)
         who = ", ".join(lacking) if some else KINDS[sensor]
         more = self._choices_of(sensor, term, limit=bool(known))
@@ -412,10 +413,10 @@ class Numbers:
     def _words(self, channel: str, term: str) -> str:
         model = self.model.channels[channel]
         text, size = display_units(term, model.quantity, model.unit)[0]
-        words = f"{channel}: {TERMS[term].label(model.quantity)} {model.terms[term] / size:.4g} {text}"
-        if term in model.intervals:
-            low, high = (value / size for value in model.intervals[term])
-            words += f" [{low:.4g}, {high:.4g}]"
+        value = model.terms[term] / size
+        ends = model.intervals.get(term)
+        number_text = f"{value:.4g}" if ends is None else round_to_error(value, ends[0] / size, ends[1] / size).text
+        words = f"{channel}: {TERMS[term].label(model.quantity)} {number_text} {text}"
         if term == "rate_random_walk" and model.alike_from is not None:
             words += f"; {alike_text(model.alike_from.time)}"
         return words + self.doubt(channel)

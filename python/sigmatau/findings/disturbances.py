@@ -6,17 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
+from sigmatau.digits import significant
 from sigmatau.findings.finding import Details, Finding, Span, Words
-from sigmatau.findings.phrases import (
-    LONGEST,
-    axes_text,
-    clock,
-    leave_out_hint,
-    number,
-    percent,
-    while_short,
-    window_hint,
-)
+from sigmatau.findings.phrases import LONGEST, axes_text, clock, leave_out_hint, percent, while_short, window_hint
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS, display_units
@@ -167,7 +159,7 @@ class Spikes(Details, code="spikes"):
         return True
 
     def words(self, finding: Finding) -> Words:
-        height = f"{number(self.height, sign='+')} {self.unit}"
+        height = f"{significant(self.height, sign='+')} {self.unit}"
         found = f"1 spike of {height} at {clock(self.time)}"
         if self.count > 1:
             share = percent(self.share)
@@ -337,7 +329,7 @@ def _steps(details: NotStatic) -> str:
     if not details.steps:
         return ""
     steps, largest = details.steps, max(details.steps, key=lambda step: abs(step.size))
-    size = f"{number(largest.size, sign='+')} {details.unit}"
+    size = f"{significant(largest.size, sign='+')} {details.unit}"
     if len(steps) > 1:
         return f"{len(steps)} steps of the mean, the largest {size} {_about(largest)}"
     return f"{'drift' if largest.gradual else 'step'} of the mean by {size} {_about(largest)}"
@@ -347,7 +339,7 @@ def _tilt(details: NotStatic) -> str:
     if details.quantity != "acceleration" or details.bursts:
         return ""
     angle = math.degrees(max(abs(step.size) for step in details.steps) / _GRAVITY)
-    return f"a tilt of {number(angle)} deg if the sensor is level"
+    return f"a tilt of {significant(angle)} deg if the sensor is level"
 
 
 def _about(step: LevelStep) -> str:
@@ -356,7 +348,7 @@ def _about(step: LevelStep) -> str:
 
 def _walk_text(details: NotStatic) -> str:
     text, scale = display_units(_WALK, details.quantity, details.unit)[0]
-    return f"adds {number(details.added_walk / scale)} {text} of {TERMS[_WALK].label(details.quantity)}"
+    return f"adds {significant(details.added_walk / scale)} {text} of {TERMS[_WALK].label(details.quantity)}"
 
 
 def _window(window: ChosenWindow) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from sigmatau.digits import round_to_error
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import clock
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.noise.terms import display_units
-from sigmatau.results import duration_text, seconds, two_digits
+from sigmatau.results import duration_text, seconds
 
 
 @frozen
@@ -32,8 +33,7 @@ class WarmUp(Details, code="warm_up"):
 
     def words(self, finding: Finding) -> Words:
         unit, factor = display_units("bias_instability", self.quantity, finding.unit)[-1]
-        half = two_digits((self.high - self.low) / (2 * factor))
-        size = f"{two_digits((finding.size or 0.0) / factor)} ± {half} {unit}"
+        size = round_to_error((finding.size or 0.0) / factor, self.low / factor, self.high / factor).with_unit(unit)
         return Words(
             f"warm-up of {size}, time constant about {duration_text(self.time_constant)}",
             "No action needed: the fit allows for it",
@@ -63,7 +63,7 @@ class TemperatureDrift(Details, code="temperature_drift"):
         unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
         value, low, high = ((one or 0.0) / factor for one in (finding.size, self.low, self.high))
         return Words(
-            f"temperature drift of {value:.3g} [{low:.3g}, {high:.3g}] {unit}/K",
+            f"temperature drift of {round_to_error(value, low, high).with_unit(unit)}/K",
             "Compensate for temperature: the coefficients are those without the drift",
         )
 

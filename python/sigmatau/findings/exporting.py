@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 
+from sigmatau.digits import two_digits
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import axes_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.noise.terms import TERMS
-from sigmatau.results import duration_text, printable, seconds, two_digits
+from sigmatau.results import duration_text, printable, seconds
 
 _MOST_KEYS = 3  # keys of a file that are named; the others are counted
 _LONGEST_KEY = 24  # characters

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 
+from sigmatau.digits import round_to_error, significant, two_digits
 from sigmatau.findings.finding import Details, Finding, Words
-from sigmatau.findings.phrases import axes_text, number, percent
+from sigmatau.findings.phrases import axes_text, percent
 from sigmatau.findings.reasons import IncompleteRecord, Reason, TooFewTimes, count_text, off_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import duration_text, seconds, two_digits
+from sigmatau.results import duration_text, seconds
 
 _ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth", 5: "fifth", 6: "sixth"}
 _MANY_LINES = 10  # from which they are more likely than all else what a model lacks
@@ -239,12 +240,12 @@ class BeyondClass(Details, code="beyond_class"):
 
     def words(self, finding: Finding) -> Words:
         unit, factor = ("deg/s", math.degrees(1.0)) if self.quantity == "angular_rate" else ("m/s^2", 1.0)
-        size = number(factor * (finding.size or 0.0))
+        size = significant(factor * (finding.size or 0.0))
         sensors = "gyros" if self.quantity == "angular_rate" else "accelerometers"
         if self.frequency is None:
             fact = f"the mean changes by {size} {unit} per second"
         else:
-            fact = f"noise of {size} ({unit})/√Hz at {number(self.frequency)} Hz"
+            fact = f"noise of {size} ({unit})/√Hz at {significant(self.frequency)} Hz"
         return Words(
             f"{fact}, {two_digits(self.times)} times that of the noisiest {sensors}",
             "Record the sensor at rest, and check the unit",
@@ -365,8 +366,8 @@ class CountedAngle(Details, code="counted_angle"):
             return Words(f"{makes}; the fit shows {limit}")
         if self.low is None or self.high is None:
             return Words(f"{makes}; the fit has {self.value / factor:.3g} {unit}")
-        half = two_digits((self.high - self.low) / (2 * factor))
-        fitted = f"{makes}; the fit has {self.value / factor:.3g} ± {half} {unit}"
+        value = round_to_error(self.value / factor, self.low / factor, self.high / factor)
+        fitted = f"{makes}; the fit has {value.with_unit(unit)}"
         if self.low > self.by_step:
             return Words(fitted, "The rest has another cause than the counts")
         return Words(fitted, "" if self.high >= self.by_step else "Use that of the counts")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
+from sigmatau.digits import significant
 from sigmatau.findings.finding import Details, Finding, Words
-from sigmatau.findings.phrases import number
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS
@@ -46,7 +46,7 @@ class RunDiffers(Details, code="run_differs"):
         if self.factor is None:
             return Words(f"{self.run} shows {label}, and the other runs do not (p = {self.p_value:.1g})", action)
         return Words(
-            f"{self.run}: {label} is {number(self.factor)} times that of the other runs (p = {self.p_value:.1g})",
+            f"{self.run}: {label} is {significant(self.factor)} times that of the other runs (p = {self.p_value:.1g})",
             action,
         )
 

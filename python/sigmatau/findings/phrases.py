@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 
+from sigmatau.digits import significant
 from sigmatau.findings.finding import Span
 from sigmatau.hints import Hint, as_options, worded
 from sigmatau.noise.terms import TERMS
@@ -45,17 +46,6 @@ def short_axes(channels: Sequence[str]) -> str:
 def clock(time: float) -> str:
     """A time from the beginning of the record: ``"12.34 s"``, ``"2400 s"``."""
     return f"{time:.4g} s" if time < 1000 else f"{time:.0f} s"
-
-
-def number(value: float, *, sign: str = "") -> str:
-    """Three digits, without an exponent up to a million: ``"0.0123"``, ``"5480"``; `sign` ``"+"`` also for positive ones."""
-    text = f"{value:{sign}.3g}"
-    return f"{float(text):{sign}.0f}" if "e+" in text and abs(value) < 1e6 else text
-
-
-def short_number(value: float) -> str:
-    """Three digits, without an exponent below a million."""
-    return f"{float(f'{value:.3g}'):g}"
 
 
 def while_short(text: str, more: Iterable[str], *, between: str = "; ", longest: int = LONGEST) -> str:
@@ -99,8 +89,8 @@ def factor_text(term: str, factor: float, *, quantity: str = "") -> str:
     if off < 0.2:
         return f"{label} {100 * off:.2g} % too {'large' if factor > 1 else 'small'}"
     if factor > 1:
-        return f"{label} {number(factor)} times too large"
-    return f"{label} {number(1 / factor)} times too small" if factor > 0 else f"{label} hidden"
+        return f"{label} {significant(factor)} times too large"
+    return f"{label} {significant(1 / factor)} times too small" if factor > 0 else f"{label} hidden"
 
 
 def factors_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", tau: float | None = None) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from sigmatau.digits import round_to_error, two_digits
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import clock, factor_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import WITHOUT_STAMPS, Hint
-from sigmatau.results import two_digits
 
 _CLOCK_ERROR = 0.05  # relative difference of rates that no clock explains: RC oscillators are within 2 %
 
@@ -164,9 +164,9 @@ class ClockOff(Details, code="clock_off"):
     others: int
 
     def words(self, finding: Finding) -> Words:
-        half = two_digits((self.high - self.low) / 2)
+        factor = round_to_error(self.factor, self.low, self.high).text
         return Words(
-            f"its clock is off: {self.marks} lines and corners are at {self.factor:.4g} ± {half} times their frequency in"
+            f"its clock is off: {self.marks} lines and corners are at {factor} times their frequency in"
             f" {self.others} other records",
             f"Check its clock and its rate; {1 / self.factor:.4g} times this rate agrees with the other records",
         )

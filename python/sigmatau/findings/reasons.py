@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import field
 
+from sigmatau.digits import two_digits
 from sigmatau.findings.phrases import percent
 from sigmatau.frozen import frozen
-from sigmatau.results import seconds, two_digits
+from sigmatau.results import seconds
 
 _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 MOST_LINES = 100

@@ -6,11 +6,12 @@ import math
 from typing import Literal
 
 from sigmatau.decoding import key
+from sigmatau.digits import significant, two_digits
 from sigmatau.findings.finding import Details, Finding, Span, Words
-from sigmatau.findings.phrases import LONGEST, clock, number, percent, while_short, window_hint
+from sigmatau.findings.phrases import LONGEST, clock, percent, while_short, window_hint
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.results import duration_text, two_digits
+from sigmatau.results import duration_text
 
 _UNITS = {"angular_rate": ("deg/s", math.degrees(1.0))}
 
@@ -175,17 +176,17 @@ class AssumedAtRest(Details, code="assumed_at_rest"):
 
 def _motion(motion: Motion) -> str:
     unit, factor = _UNITS.get(motion.quantity, ("m/s^2", 1.0))
-    size = f"{number(factor * motion.size)} {unit}"
+    size = f"{significant(factor * motion.size)} {unit}"
     if motion.kind == "turns":
         return f"{motion.channel} turns at {size}"
     if motion.kind == "loud":
         sensor = "gyro" if motion.quantity == "angular_rate" else "accelerometer"
         return f"{motion.channel} has noise of {size}/√Hz, more than any {sensor}"
     if motion.kind == "tilts":
-        angle = number(math.degrees(motion.size))
+        angle = significant(math.degrees(motion.size))
         return f"gravity changes direction by {angle} deg in {two_digits(motion.tau)} s"
     if motion.kind == "shakes":
-        return f"tremor of {size} at {number(0.5 / motion.tau)} Hz on all gyros"
+        return f"tremor of {size} at {significant(0.5 / motion.tau)} Hz on all gyros"
     return f"{motion.channel} changes by {size} in {two_digits(motion.tau)} s"
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from sigmatau.digits import round_to_error, significant, two_digits
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.fit import filter_text
-from sigmatau.findings.phrases import axes_text, factor_text, number
+from sigmatau.findings.phrases import axes_text, factor_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
-from sigmatau.results import duration_text, two_digits
+from sigmatau.results import duration_text
 
 _SLOW = 0.2  # Hz, below which a period is stated in place of a frequency
 
@@ -80,11 +81,11 @@ class SpectralLines(Details, code="spectral_line"):
         strongest = self.lines[0]
         unit, factor = display_units("bias_instability", _QUANTITIES.get(finding.unit, "signal"), finding.unit)[-1]
         what = f"{len(self.lines)} spectral lines, largest" if len(self.lines) > 1 else "spectral line"
-        size = f"{number(strongest.amplitude / factor)} {unit}"
+        size = f"{significant(strongest.amplitude / factor)} {unit}"
         at = f"at {strongest.frequency:.4g} Hz{_mains(strongest)}"
         if strongest.frequency < _SLOW and strongest.weakest is not None and strongest.strongest is not None:
-            half = (strongest.strongest - strongest.weakest) / (2 * factor)
-            size = f"{strongest.amplitude / factor:.3g} ± {two_digits(half)} {unit}"
+            ends = strongest.weakest / factor, strongest.strongest / factor
+            size = round_to_error(strongest.amplitude / factor, *ends).with_unit(unit)
             at = f"with a period of {duration_text(1 / strongest.frequency)}"
         message = f"{what} of {size} {at}"
         return Words(message, "No action needed: the coefficients are those without the lines")
@@ -116,7 +117,7 @@ class LowPassFilter(Details, code="low_pass_filter"):
         if self.shape == "uneven":
             what = "the spectrum is uneven, but does not fall as behind a low-pass filter"
         if self.corner is not None and self.low is not None and self.high is not None:
-            what += f" at {self.corner:.3g} ± {two_digits((self.high - self.low) / 2)} Hz"
+            what += f" at {round_to_error(self.corner, self.low, self.high).with_unit('Hz')}"
         return Words(what, "No action needed: it is part of the fit")
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+from sigmatau.digits import two_digits
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.findings.phrases import clock
 from sigmatau.frozen import frozen
 from sigmatau.hints import RATE, WITHOUT_STAMPS, Hint
-from sigmatau.results import seconds, two_digits
+from sigmatau.results import seconds
 
 _SURE = 1e-3  # relative error of a rate that is not worth stating
 _LEAST_SHARE = 0.01  # share of the intervals that is stated [%]

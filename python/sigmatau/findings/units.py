@@ -6,11 +6,11 @@ import math
 from dataclasses import field
 from typing import Literal
 
+from sigmatau.digits import significant, two_digits
 from sigmatau.findings.finding import Details, Finding, Words
-from sigmatau.findings.phrases import percent, short_number
+from sigmatau.findings.phrases import percent
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, as_options
-from sigmatau.results import two_digits
 from sigmatau.units import STANDARD_GRAVITY
 
 
@@ -64,7 +64,7 @@ class ImplausibleUnit(Details, code="implausible_unit"):
         return Hint("unit", sensor, self.likely) if self.likely else None
 
     def words(self, finding: Finding) -> Words:
-        noise = f"{short_number(math.degrees(self.noise or 0))} (deg/s)/√Hz"
+        noise = f"{significant(math.degrees(self.noise or 0))} (deg/s)/√Hz"
         if self.evidence == "gravity":
             said = f"mean acceleration of {self.mean:.3g} m/s^2"
         elif self.evidence == "step":
@@ -91,9 +91,7 @@ class ImplausibleUnit(Details, code="implausible_unit"):
         if not self.likely:
             return Words(f"{said}; {looks}", f"Run with {Hint('scale')} for raw counts")
         factor = finding.factors[0][1] if finding.factors else 1.0
-        wrong = (
-            f"{short_number(factor)} times too large" if factor > 1 else f"{short_number(1 / factor)} times too small"
-        )
+        wrong = f"{significant(factor)} times too large" if factor > 1 else f"{significant(1 / factor)} times too small"
         return Words(f"{said}; {looks}", f"Run with {self.correction}; all coefficients are now {wrong}")
 
 
@@ -153,7 +151,7 @@ class MeanRate(Details, code="mean_rate"):
     usual: float
 
     def words(self, finding: Finding) -> Words:
-        mean, usual = (short_number(math.degrees(rate)) for rate in (self.mean, self.usual))
+        mean, usual = (significant(math.degrees(rate)) for rate in (self.mean, self.usual))
         return Words(
             f"mean rate of {mean} deg/s: the sensor turns, or has an offset beyond the {usual} deg/s of usual gyros",
             "Record it at rest, or check its offset in the datasheet",
@@ -161,11 +159,11 @@ class MeanRate(Details, code="mean_rate"):
 
 
 def _degrees_per_hour(rate: float) -> str:
-    return short_number(math.degrees(rate) * 3600)
+    return significant(math.degrees(rate) * 3600)
 
 
 def _small_noise(details: ImplausibleUnit) -> str:
     noise = details.noise or 0.0
     if details.quantity == "angular_rate":
-        return f"{short_number(60 * math.degrees(noise))} deg/√h"
-    return f"{short_number(noise / (1e-9 * STANDARD_GRAVITY))} ng/√Hz"
+        return f"{significant(60 * math.degrees(noise))} deg/√h"
+    return f"{significant(noise / (1e-9 * STANDARD_GRAVITY))} ng/√Hz"

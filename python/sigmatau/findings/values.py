@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from sigmatau.digits import significant, two_digits
 from sigmatau.findings.finding import Details, Finding, Words
-from sigmatau.findings.phrases import clock, largest_factor_text, percent, short_number
+from sigmatau.findings.phrases import clock, largest_factor_text, percent
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.results import duration_text, seconds, two_digits
+from sigmatau.results import duration_text, seconds
 
 
 @frozen
@@ -189,7 +190,7 @@ class RepeatedSamples(Details, code="repeated_samples"):
                 _joined(said, effect), "Omit lost samples from the log instead of repeating the previous sample"
             )
         rates = f"the sensor gives {self.sensor_rate:.4g} Hz, the log has {self.log_rate:.4g} Hz"
-        effect = effect or f"σ at one sample {short_number(1 / self.sigma_one_sample)} times too small"
+        effect = effect or f"σ at one sample {significant(1 / self.sigma_one_sample)} times too small"
         if self.shortest == self.longest > 1:
             rate = Hint("rate", value=f"{self.sensor_rate:.4g}")
             return Words(
@@ -291,7 +292,7 @@ class Interpolated(Details, code="interpolated"):
         if self.upsampled is not None:
             made = self.upsampled
             said = f"interpolated from {made.sensor_rate:.4g} to {made.log_rate:.4g} Hz"
-            times, right_from = short_number(1 / made.sigma_one_sample), seconds(made.right_from)
+            times, right_from = significant(1 / made.sigma_one_sample), seconds(made.right_from)
             effect = f"σ at one sample {times} times too small, correct from τ = {right_from} s"
             return Words(_joined(said, effect), "Log the samples of the sensor with their time stamps")
         outages, said = self.outages, ""

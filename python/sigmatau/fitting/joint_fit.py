@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
+from sigmatau.digits import round_to_error, two_digits
 from sigmatau.findings.phrases import percent
 from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import TablesByChannel, Tabular, duration_text, interval_texts, plain, two_digits
+from sigmatau.results import TablesByChannel, Tabular, duration_text, plain
 
 ALPHA = 0.01
 """Corrected p-value below which a run does not belong to the others, and below which runs differ."""
@@ -197,8 +198,9 @@ class JointChannel(Tabular):
             return ""
         unit, factor = display_units(name, self.fit.quantity, self.fit.rate_unit)[0]
         low, high = (None if end is None else end / factor for end in (value.low, value.high))
-        text, interval = interval_texts(value.value / factor, low, high)
-        return " ".join(filter(None, (TERMS[name].label(self.fit.quantity), text, interval, unit)))
+        return (
+            f"{TERMS[name].label(self.fit.quantity)} {round_to_error(value.value / factor, low, high).with_unit(unit)}"
+        )
 
     def pooled(self) -> str:
         """Description of the pooled data: ``"7 runs, 14 h together"``."""

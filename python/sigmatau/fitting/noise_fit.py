@@ -6,6 +6,7 @@ import html
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.findings.finding import plain as plain_details
 from sigmatau.findings.fit import beside_text, filter_text, misfit_text, verdict_text
 from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, reasons_text
@@ -19,10 +20,8 @@ from sigmatau.results import (
     Tabular,
     duration_text,
     html_table,
-    interval_texts,
     plain,
     seconds,
-    two_digits,
 )
 
 _TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
@@ -163,12 +162,12 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         result = []
         for text, factor in display_units(term, self.quantity, self.rate_unit):
             if t.value is None:
-                limit = "" if t.upper_limit is None else f"below {two_digits(t.upper_limit / factor)}"
+                limit = "" if t.upper_limit is None else limit_text(t.upper_limit / factor)
                 result.append((limit, "", text))
             else:
                 low = None if t.low is None else t.low / factor
                 high = None if t.high is None else t.high / factor
-                result.append((*interval_texts(t.value / factor, low, high), text))
+                result.append((*round_to_error(t.value / factor, low, high).cells, text))
         return result
 
     def why_not(self, term: str) -> str:
@@ -386,8 +385,7 @@ class Fits(TablesByChannel[NoiseFit]):
 def _in_words(interval: Interval, factor: float, unit: str) -> str:
     low = None if interval.low is None else interval.low / factor
     high = None if interval.high is None else interval.high / factor
-    value, text = interval_texts(interval.value / factor, low, high)
-    return " ".join(part for part in (value, text, unit) if part)
+    return round_to_error(interval.value / factor, low, high).with_unit(unit)
 
 
 def _replacing(second: SecondModel) -> str:

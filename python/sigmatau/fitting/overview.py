@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
+from typing import Literal
 
+from sigmatau.digits import Rounded, limit_text, round_to_error
 from sigmatau.findings.finding import Finding
 from sigmatau.fitting.fitted_noise import Trust
-from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import duration_text, two_digits, value_error_text, value_error_texts
+from sigmatau.results import duration_text
 
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
 
 _MEANING = {"partial": "usable with the limits in the ! lines", "poor": "do not use"}  # of trust, below the table
+_SHORT_LABELS = ("random walk", "bias instab.", "rate walk")  # of `COLUMNS`
+
+Form = Literal["full", "short", "below"]
+"""How wide the table is: with the names of the terms, with short names, or also with the interval below each value."""
+
+_FORMS: tuple[Form, ...] = ("full", "short", "below")
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
-_EVEN = 2.0  # sides of an interval that differ by less are one ±, the larger one, if the value stays clear of 0
 
 
 def overview(
     fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, width: int = 80, legend: bool = True
 ) -> str:
-    """Random walk, bias instability and rate random walk of each channel in the field's units, and `trust`.
+    """Random walk, bias instability and rate random walk of each channel in the units of the field, and `trust`.
+
+    The confidence level of the intervals is in the corner.
 
     Parameters
     ----------
@@ -33,20 +40,23 @@ def overview(
     findings : iterable of Finding
         Findings of the record.
     width : int
-        Of the terminal. Where the table is wider, its numbers are shorter: at most 60 columns for names of 7 characters.
+        Of the terminal. Where the table is wider, the names of the terms are shorter; where it is still wider, the
+        intervals are below the values.
     legend : bool
         Whether a line below the table says what the trust means.
 
     Returns
     -------
     str
-        At most 80 columns for names of up to 16 characters.
+        At most 70 columns for names of up to 8 characters.
     """
     findings = tuple(findings)
-    rows = overview_rows(fits, findings)
-    text = _aligned(rows)
-    if max(map(len, text.splitlines())) > width:
-        text = _aligned(overview_rows(fits, findings, short=True))
+    text = ""
+    for form in _FORMS:
+        rows = overview_rows(fits, findings, form=form)
+        text = _aligned(rows)
+        if max(map(len, text.splitlines())) <= width:
+            break
     meant = [f"{word}: {_MEANING[word]}" for word in _MEANING if legend and any(row[-1] == word for row in rows)]
     return "\n".join([text, *(["; ".join(meant)] if meant else [])])
 
@@ -57,18 +67,24 @@ def _aligned(rows: Sequence[Sequence[str]]) -> str:
 
 
 def overview_rows(
-    fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, short: bool = False
+    fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, form: Form = "full"
 ) -> list[tuple[str, ...]]:
-    """The cells of `overview`: a head, and for each sensor a row of units and a row a channel."""
+    """The cells of `overview`: a head, for each sensor a row of units, and a row a channel, or two with intervals below."""
     findings = tuple(findings)
-    labels = (TERMS[term].symbols[0] if short else TERMS[term].label("signal") for term in COLUMNS)
-    rows: list[tuple[str, ...]] = [("", *labels, "trust")]
+    labels = (TERMS[term].label("signal") for term in COLUMNS) if form == "full" else _SHORT_LABELS
+    levels = {f"{100 * fitted.level:g} %" for fitted in fits.values()}
+    rows: list[tuple[str, ...]] = [(levels.pop() if len(levels) == 1 else "", *labels, "trust")]
     for (quantity, unit, n, tau0, runs), group in groupby(fits.items(), lambda item: _kind(item[1])):
         units = (display_units(term, quantity, unit)[-1][0] for term in COLUMNS)
         rows.append((f"[{'joint' if runs else duration_text(n * tau0)}]", *units, ""))
         for channel, fitted in group:
-            values = (_text(fitted, term, short=short) for term in COLUMNS)
-            rows.append((channel, *values, trust(fitted, findings, channel)))
+            values = [_value(fitted, term) for term in COLUMNS]
+            grade = trust(fitted, findings, channel)
+            if form == "below":
+                rows.append((channel, *(one if isinstance(one, str) else one.value for one in values), grade))
+                rows.append(("", *("" if isinstance(one, str) else one.error_text for one in values), ""))
+            else:
+                rows.append((channel, *(one if isinstance(one, str) else one.text for one in values), grade))
     return rows
 
 
@@ -104,8 +120,8 @@ def _kind(fitted: NoiseFit) -> tuple[str, str, int, float, int]:
     return fitted.quantity, fitted.rate_unit, fitted.n, fitted.tau0, len(fitted.runs)
 
 
-def _text(fitted: NoiseFit, name: str, *, short: bool) -> str:
-    """``2.429 ± 0.011``, ``25 -15 +32``, ``below 190``, or ``unknown``."""
+def _value(fitted: NoiseFit, name: str) -> Rounded | str:
+    """The value with its interval, or ``"below 190"``, ``"unknown"``, ``"not fitted"``."""
     term = fitted.get(name)
     factor = display_units(name, fitted.quantity, fitted.rate_unit)[-1][1]
     if not fitted.has_limits:
@@ -113,23 +129,7 @@ def _text(fitted: NoiseFit, name: str, *, short: bool) -> str:
     if term is None:
         return "not fitted"
     if term.value is None:
-        below = "<" if short else "below "
-        return "unknown" if term.upper_limit is None else f"{below}{two_digits(term.upper_limit / factor)}"
-    return _with_sides(term, factor, short=short)
-
-
-def _with_sides(term: FittedTerm, factor: float, *, short: bool) -> str:
-    if term.value is None or term.low is None or term.high is None:
+        return "unknown" if term.upper_limit is None else limit_text(term.upper_limit / factor)
+    if term.low is None or term.high is None:
         return "unknown"
-    value, low, high = term.value / factor, term.low / factor, term.high / factor
-    below, above = value - low, high - value
-    if short:
-        return value_error_text(value, max(below, above)).replace(" ", "")
-    if max(below, above) <= min(_EVEN * min(below, above), 0.95 * abs(value)):
-        rounded = value_error_texts(value, max(below, above))
-        if rounded[0] != rounded[1]:  # not 10 ± 10 of 10.4 ± 9.7
-            return " ± ".join(rounded)
-    decimals = 1 - math.floor(math.log10(max(below, above)))
-    digits = max(decimals, 0)
-    texts = [f"{round(number, decimals):.{digits}f}" for number in (value, below, above)]
-    return f"{texts[0]} -{texts[1]} +{texts[2]}"
+    return round_to_error(term.value / factor, term.low / factor, term.high / factor)

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.gls import Components, Gls
+from sigmatau.digits import two_digits
 from sigmatau.errors import OptionError
 from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, coefficient, half_octaves, power_of_interval
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
-from sigmatau.results import Printed, duration_text, lines_text, plain, two_digits, wrapped
+from sigmatau.results import Printed, duration_text, lines_text, plain, wrapped
 
 LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
 _SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.distributions import chi2_quantile_above, digamma, normal_below
 from sigmatau._native.gls import non_negative
+from sigmatau.digits import limit_text, round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.components import LINEAR
@@ -19,7 +20,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.density_sources import check_density, rising_frequencies
 from sigmatau.model.psd_avar import Sided
 from sigmatau.noise.terms import TERMS, display_units, psd
-from sigmatau.results import Printed, interval_texts, lines_text, plain, two_digits
+from sigmatau.results import Printed, lines_text, plain
 
 Floats = NDArray[np.float64]
 
@@ -89,10 +90,9 @@ class PsdFit(Printed):
             label = TERMS[name].label(self.model.quantity)
             if name in self.model:
                 low, high = (end / factor for end in self.model.intervals[name])
-                value, interval = interval_texts(self.model[name] / factor, low, high)
-                lines.append(f"  {label:24} {value} {interval} {unit}")
+                lines.append(f"  {label:24} {round_to_error(self.model[name] / factor, low, high).with_unit(unit)}")
             elif name in self.model.limits:
-                lines.append(f"  {label:24} below {two_digits(self.model.limits[name] / factor)} {unit}: not observed")
+                lines.append(f"  {label:24} {limit_text(self.model.limits[name] / factor)} {unit}: not observed")
         return lines_text(lines)
 
 

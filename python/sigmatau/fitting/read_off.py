@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.digits import round_to_error
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.read_off_by_hand import lay_by_hand, slope_of_curve
@@ -26,7 +27,7 @@ from sigmatau.fitting.read_off_lines import Span, lay, points_between, points_in
 from sigmatau.fitting.read_off_regions import RULES, Refusal, Rule, regions
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
-from sigmatau.results import Printed, Tabular, plain, seconds, value_error_text
+from sigmatau.results import Printed, Tabular, plain, seconds
 from sigmatau.units import find
 
 if TYPE_CHECKING:
@@ -173,7 +174,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         """
         c = self[term]
         return [
-            (value_error_text(c.value / factor, c.error / factor), text)
+            (round_to_error(c.value / factor, error=c.error / factor).text, text)
             for text, factor in display_units(term, self.quantity, self.rate_unit)
         ]
 

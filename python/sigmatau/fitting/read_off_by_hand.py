@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.digits import round_to_error
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.read_off_lines import HIDDEN, lay, sum_of_lines
 from sigmatau.fitting.read_off_regions import RULES
@@ -53,8 +54,7 @@ class Slope:
 
     def text(self) -> str:
         """The slope with its error: ``"+1.00 ± 0.31"``."""
-        decimals = 2 if self.error == 0 else max(2, 1 - math.floor(math.log10(self.error)))
-        return f"{self.value:+.{decimals}f} ± {self.error:.{decimals}f}"
+        return round_to_error(self.value, error=self.error, sign="+").text
 
 
 @frozen

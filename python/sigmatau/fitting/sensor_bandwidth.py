@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from sigmatau.arrays import Floats, freeze
+from sigmatau.digits import round_to_error, two_digits
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.fitted_values import Interval
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import ByChannel, Printed, interval_texts, lines_text, plain, two_digits, wrapped
+from sigmatau.results import ByChannel, Printed, lines_text, plain, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -279,7 +280,7 @@ def _texts(interval: Interval, factor: float) -> tuple[str, ...]:
     """Value and interval; a limit alone if the interval is open."""
     low, high = (None if x is None else x / factor for x in (interval.low, interval.high))
     if low is not None and high is not None:
-        return interval_texts(interval.value / factor, low, high)
+        return round_to_error(interval.value / factor, low, high).cells
     if low is not None:
         return (f"above {two_digits(low)}",)
     return (f"below {two_digits(high)}",) if high is not None else ("not known",)
@@ -292,7 +293,7 @@ def _excess_text(factor: Interval) -> str:
         return "not known"
     if high < _NO_ALIASING:
         return f"below {_NO_ALIASING} %"
-    return " ".join(interval_texts(100 * (factor.value - 1), low, high)) + " %"
+    return round_to_error(100 * (factor.value - 1), low, high).with_unit("%")
 
 
 class Bandwidths(ByChannel[SensorBandwidth]):

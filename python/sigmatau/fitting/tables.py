@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
+from sigmatau.digits import round_to_error
 from sigmatau.estimators.deviation import Deviation
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import interval_texts, seconds, wrapped
+from sigmatau.results import seconds, wrapped
 
 _LEGEND = (
     "Read off as in El-Sheimy, Hou & Niu (2008): lines with the slopes of the terms, which together follow the curve. ± is"
@@ -23,8 +24,8 @@ _BY_RULES = "By rules on the curve alone, without a model"
 _COLUMNS = 4
 
 _FITTED = {
-    "likelihood": "Fitted: maximum likelihood of the spectrum. [ ]: 95 % confidence interval.",
-    "gls": "Fitted: least squares on the Allan variances with their exact covariance. [ ]: 95 % confidence interval.",
+    "likelihood": "Fitted: maximum likelihood of the spectrum. [ ], ±: 95 % confidence interval.",
+    "gls": "Fitted: least squares on the Allan variances with their exact covariance. [ ], ±: 95 % confidence interval.",
 }
 _FIT_LEGEND = (
     '"below": 95 % upper limit of a term that is not observed; `sigmatau plan` tells how long a record would show it.',
@@ -76,7 +77,7 @@ def _mean_row(fitted: NoiseFit, one: MeanStability) -> tuple[str, ...]:
     text, factor = display_units("bias_instability", fitted.quantity, fitted.rate_unit)[-1]
     low = None if one.low is None else one.low / factor
     high = None if one.high is None else one.high / factor
-    return (f"  STD of {seconds(one.average)} s means", *interval_texts(one.value / factor, low, high), text)
+    return (f"  STD of {seconds(one.average)} s means", *round_to_error(one.value / factor, low, high).cells, text)
 
 
 def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:

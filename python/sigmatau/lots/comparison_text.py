@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sigmatau.digits import limit_text, round_to_error, significant, two_digits
 from sigmatau.hints import Hint, command
 from sigmatau.lots.repeatability import Judgement, RandomEffects
 from sigmatau.lots.runs import MEAN, SIGNED, Label
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
-from sigmatau.results import WIDTH, lines_text, two_digits, wrapped
+from sigmatau.results import WIDTH, lines_text, wrapped
 
 if TYPE_CHECKING:
     from sigmatau.lots.comparison import RunComparison
@@ -174,18 +175,8 @@ def _widths(cells: Sequence[Sequence[str]]) -> list[int]:
 
 
 def _mean_text(found: RandomEffects, size: float) -> str:
-    half = None if found.low is None or found.high is None else (found.high - found.low) / 2
-    if half is None or not half > 0:
-        return f"{found.mean / size:.4g}"
-    if not found.mean:
-        return "0"
-    digits = max(2, min(6, 2 + int(np.floor(np.log10(abs(found.mean) / half)))))
-    decimals = digits - 1 - int(np.floor(np.log10(abs(found.mean / size))))
-    return (
-        f"{round(found.mean / size, decimals):.{max(decimals, 0)}f}"
-        if decimals < 9
-        else f"{found.mean / size:.{digits}g}"
-    )
+    low, high = (None if end is None else end / size for end in (found.low, found.high))
+    return round_to_error(found.mean / size, low, high).value
 
 
 def _spread(label: Label, found: RandomEffects) -> tuple[str, str, str]:
@@ -201,8 +192,13 @@ def _spread(label: Label, found: RandomEffects) -> tuple[str, str, str]:
 
     std = "" if found.std_relative is None else percent(found.std_relative * scale)
     # Where no spread is consistent with values that differ by less than their errors, the interval is empty.
-    interval = "" if found.tau_high == 0 else f" [{percent(found.tau_low)}, {percent(found.tau_high)}]"
-    return std, percent(found.tau) + interval, percent(found.next_error)
+    if found.tau_high == 0 or found.tau_high is None or found.tau_low is None:
+        between = percent(found.tau)
+    elif found.tau_high < _LARGEST * scale:
+        between = round_to_error(*(100 * size / scale for size in (found.tau, found.tau_low, found.tau_high))).text
+    else:
+        between = f"{percent(found.tau)} [{percent(found.tau_low)}, {percent(found.tau_high)}]"
+    return std, between, percent(found.next_error)
 
 
 def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:
@@ -228,7 +224,7 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
             limit = min(comparison.table.limit[comparison.cells.limited(at)]) / size
             lines.append(
                 f"! {label.channel} {term_name(label)}: {what} {runs[0].name} does not belong:"
-                f" below {two_digits(limit)} {unit}, less than the others predict"
+                f" {limit_text(limit)} {unit}, less than the others predict"
             )
     if len(lines) > _MOST_NAMED:
         lines = [
@@ -371,18 +367,17 @@ def _paper_table(
             ("STD < error", "error", comparison.cells.typical),
         ):
             if np.isfinite(errors[rows]).any():
-                texts = (_rule_text(float(std[at]), float(errors[at]), f"{symbol} = ", size, digits) for at in rows)
+                texts = (_rule_text(float(std[at]), float(errors[at]), f"{symbol} = ", size) for at in rows)
                 cells.append((title, *texts))
     widths = [max(len(row[k]) for row in cells) for k in range(len(cells[0]))]
     return [name, *("  ".join(t.ljust(w) for t, w in zip(row, widths, strict=True)).rstrip() for row in cells)]
 
 
-def _rule_text(std: float, error: float, symbol: str, size: float, digits: int) -> str:
+def _rule_text(std: float, error: float, symbol: str, size: float) -> str:
     """Whether a standard deviation is below an error: ``"yes, δ = 0.074"``."""
     if not (np.isfinite(std) and np.isfinite(error)):
         return ""
-    shown = f"{error / size:.{digits}f}"
-    return f"{'yes' if std < error else 'no'}, {symbol}{shown if float(shown) else two_digits(error / size)}"
+    return f"{'yes' if std < error else 'no'}, {symbol}{significant(error / size, 2, zeros=True)}"
 
 
 def _decimals(values: Sequence[float]) -> int:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Literal
 
+from sigmatau.digits import two_digits
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.results import duration_text, two_digits
+from sigmatau.results import duration_text
 
 _FAR = 3.0  # ratio from which on a difference is told as a factor: "57 times"
 

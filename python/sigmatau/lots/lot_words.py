@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
+from sigmatau.digits import two_digits
 from sigmatau.lots.lot_remark import State
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import printable, two_digits
+from sigmatau.results import printable
 
 STATE_WORDS: Mapping[State, str] = {
     "passed": "passed",

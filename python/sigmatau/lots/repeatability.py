@@ -13,10 +13,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sigmatau.digits import round_to_error, two_digits
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.lots.group_effects import Floats, GroupEffects, Ints, group_effects
-from sigmatau.results import Printed, interval_texts, plain, two_digits
+from sigmatau.results import Printed, plain
 
 Scale = Literal["relative", "absolute"]
 Judgement = Literal["repeatable", "varies", "outlier", "too_alike", "one_run", "without_errors"]
@@ -125,13 +126,14 @@ class RandomEffects(Printed):
         return {name: None if value != value else value for name, value in found.items()}
 
     def __repr__(self) -> str:
-        value, interval = interval_texts(self.mean, self.low, self.high)
-        lines = [f"{self.k} {'run' if self.k == 1 else 'runs'}: mean {value} {interval}".rstrip()]
+        mean = round_to_error(self.mean, self.low, self.high).text
+        lines = [f"{self.k} {'run' if self.k == 1 else 'runs'}: mean {mean}"]
         if self.std is not None and self.tau is not None and self.tau_low is not None and self.tau_high is not None:
             lines.append(f"  standard deviation   {self._size(self.std_relative if self._percent else self.std)}")
-            low = self._size(self.tau_low).removesuffix(" %")
-            interval = "" if self.tau_high == 0 else f" [{low}, {self._size(self.tau_high)}]"
-            lines.append(f"  between runs         {self._size(self.tau)}{interval}")
+            ends = (None, None) if self.tau_high == 0 else (self.tau_low, self.tau_high)
+            scale = 100 if self._percent else 1
+            spread = round_to_error(scale * self.tau, *(None if end is None else scale * end for end in ends))
+            lines.append(f"  between runs         {spread.with_unit('%' if self._percent else '')}")
             lines.append(f"  next run             within ±{self._size(self.next_error)}")
         if self.p_value is not None:
             lines.append(f"  homogeneity          p {p_text(self.p_value)}")

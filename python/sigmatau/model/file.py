@@ -28,12 +28,13 @@ from dataclasses import fields
 from typing import Any
 
 from sigmatau import units
+from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import PROCESSES, ChannelModel, alike_text
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.record.record import stream_name
-from sigmatau.results import interval_texts, printable
+from sigmatau.results import printable
 from sigmatau.units import usual
 
 NOT_ADEQUATE = "no model fits this axis: no interval"  # Comment on a value from a fit that is not adequate
@@ -160,8 +161,8 @@ def _interval_comment(channel: ChannelModel, term: str) -> str:
     if term not in channel.intervals:
         return ""
     low, high = channel.intervals[term]
-    value, interval = interval_texts(channel.terms[term] / factor, low / factor, high / factor)
-    return printable(f"  # {value} {interval} {unit}, {_percent(channel.level)} interval")
+    text = round_to_error(channel.terms[term] / factor, low / factor, high / factor).with_unit(unit)
+    return printable(f"  # {text}, {_percent(channel.level)} interval")
 
 
 def _left_out(channel: ChannelModel) -> list[str]:

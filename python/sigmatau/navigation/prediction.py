@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.digits import round_to_error
 from sigmatau.hints import Hint, worded
 from sigmatau.model.channel import alike_text
 from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
-from sigmatau.results import WIDTH, Printed, duration_text, interval_texts, lines_text, wrapped
+from sigmatau.results import WIDTH, Printed, duration_text, lines_text, wrapped
 from sigmatau.units import find
 
 if TYPE_CHECKING:
@@ -155,9 +156,9 @@ class PredictedError(Printed):
         rows: list[tuple[str, ...]] = []
         for k, after in enumerate(self.after.tolist()):
             edges = (None, None) if self.low is None or self.high is None else (self.low[k], self.high[k])
-            value, interval = interval_texts(
+            value, interval = round_to_error(
                 self.rms[k] / factor, *(None if edge is None else float(edge) / factor for edge in edges)
-            )
+            ).cells
             made_of = sorted(((float(share[k]), key) for key, share in self.shares.items()), reverse=True)
             parts = [f"{_label(*key)} {100 * s:.0f} %" for s, key in made_of if abs(s) >= _LEAST_SHARE]
             if self.mean[k]:

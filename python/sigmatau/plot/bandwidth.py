@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.digits import two_digits
 from sigmatau.noise.terms import display_units
 from sigmatau.plot.curves import COLOURS, MARKERS, CurveLike, curve_unit, draw_line
 from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
-from sigmatau.results import two_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,8 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.digits import significant
 from sigmatau.findings.phrases import short_axes
 from sigmatau.plot.curves import COLOURS, CurveLike, curve_unit
+from sigmatau.results import seconds
 
 _BRAILLE = 0x2800  # the empty cell; a dot is a bit
 _BITS = np.array([0x01, 0x08, 0x02, 0x10, 0x04, 0x20, 0x40, 0x80])  # of the dots row by row
@@ -66,10 +68,10 @@ def text_plot(curves: Mapping[str, CurveLike], *, width: int, height: int) -> li
             dots[round((top - heights[column]) / (top - bottom) * (4 * rows - 1)), column] = True
     cells = dots.reshape(rows, 4, columns, 2).transpose(0, 2, 1, 3).reshape(rows, columns, 8) @ _BITS
     canvas = [[chr(_BRAILLE + bits) for bits in row] for row in cells.tolist()]
-    label = {0: f"{10**top:.4g}", rows - 1: f"{10**bottom:.4g}"}
+    label = {0: significant(10**top), rows - 1: significant(10**bottom)}
     lines = [f"{'':{_MARGIN}} σ(τ) [{unit}]   {short_axes(tuple(drawn))}"[:width]]
     lines += [f"{label.get(k, ''):>{_MARGIN}}│{''.join(row)}" for k, row in enumerate(canvas)]
-    ends = f"{10**left:.3g}", f"{10**right:.3g} s"
+    ends = significant(10**left), f"{seconds(10**right)} s"
     lines.append(f"{'':{_MARGIN}}└{'─' * columns}")
     lines.append(f"{'':{_MARGIN}} {ends[0]}{' τ':^{max(columns - len(ends[0]) - len(ends[1]), 2)}}{ends[1]}"[:width])
     return lines

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from sigmatau.digits import two_digits
 from sigmatau.frozen import frozen
-from sigmatau.results import two_digits
 
 RateKind = Literal["given", "time stamps", "file", "simulated"]
 

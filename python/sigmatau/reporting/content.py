@@ -10,6 +10,7 @@ from typing import Any
 
 from sigmatau._version import __version__
 from sigmatau.analysis import Analysis
+from sigmatau.digits import round_to_error, two_digits
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import allan
 from sigmatau.exporting.export import prepare
@@ -26,7 +27,7 @@ from sigmatau.record.mask import only_used
 from sigmatau.record.record import QUANTITIES, Record
 from sigmatau.record.sampling import sampling_text
 from sigmatau.reporting.charts import LONGEST, charts_of
-from sigmatau.results import duration_text, printable, seconds, two_digits
+from sigmatau.results import duration_text, printable, seconds
 
 _LARGEST_FILE = 20_000  # characters of a filter's file that is shown
 _SLOW = ("state-space",)  # approximates flicker noise by states, which takes as long as the rest of a report
@@ -200,8 +201,8 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
     quantity, rate_unit = analysis.curves[channel].quantity, analysis.curves[channel].unit
     for term, one in read.items():
         text, factor = display_units(term, quantity, rate_unit)[-1]
-        value, error = one.value / factor, one.error / factor
-        rows.append((TERMS[term].label(quantity), f"{value:.4g}", f"± {two_digits(error)} (1 σ)", text))
+        number = round_to_error(one.value / factor, error=one.error / factor)
+        rows.append((TERMS[term].label(quantity), number.value, f"{number.error_text} (1 σ)", text))
     verdict = "read off the curve, as in the paper" if read else "no coefficients"
     return Coefficients(channel=name, verdict=verdict, trust="", rows=tuple(rows), notes=())
 

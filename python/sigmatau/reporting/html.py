@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib import resources
 
+from sigmatau.digits import two_digits
 from sigmatau.reporting.content import Coefficients, Content, Told
 from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
 from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFICIENTS, trust_told
-from sigmatau.results import two_digits
 
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"

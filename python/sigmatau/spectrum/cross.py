@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import freeze
+from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
@@ -296,8 +297,8 @@ class CrossSpectrum(Printed):
             if spread[k] < 1:
                 wide = np.degrees(np.arcsin(spread[k]))
                 gain = abs(bands.transfer[k])
-                line += f"  gain {gain:.4g} ± {gain * spread[k]:.2g}"
-                line += f"  phase {np.degrees(bands.phase[k]):+.1f} ± {wide:.1f} deg"
+                line += f"  gain {round_to_error(gain, error=gain * spread[k]).text}"
+                line += f"  phase {round_to_error(np.degrees(bands.phase[k]), error=wide, sign='+').text} deg"
             lines.append(line)
         return "\n".join(lines)
 

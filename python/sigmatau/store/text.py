@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.lots.runs import MEAN, SIGNED
 from sigmatau.noise.terms import display_units
-from sigmatau.results import lines_text, two_digits
+from sigmatau.results import lines_text
 
 if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
@@ -79,11 +79,11 @@ def _row(period: InPeriod, size: float, *, signed: bool) -> tuple[str, ...]:
     middle = f"{period.middle / size:.4g}"
     if period.low is None or period.high is None:
         return (*counts, middle, "one unit", "", "")
-    interval = f"[{period.low / size:.4g}, {period.high / size:.4g}]"
+    middle, interval = round_to_error(period.middle / size, period.low / size, period.high / size).cells
     if period.spread is None or period.spread_low is None or period.spread_high is None:
         return (*counts, middle, interval, "", "")
-    low, high = two_digits(period.spread_low * factor), two_digits(period.spread_high * factor)
-    return (*counts, middle, interval, two_digits(period.spread * factor) + percent, f"[{low}, {high}]{percent}")
+    spread = round_to_error(*(number * factor for number in (period.spread, period.spread_low, period.spread_high)))
+    return (*counts, middle, interval, spread.value + percent, spread.interval + percent)
 
 
 _WITHOUT_FIT = {
@@ -99,10 +99,8 @@ def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
     count = f"{drift.units} unit{'s' if drift.units > 1 else ''}"
     if drift.kind == "ageing":
         count += f", {drift.runs} runs"
-    half = (drift.high - drift.low) / 2 * factor
-    decimals = max(1 - math.floor(math.log10(half)), 0) if half > 0 else 3  # two digits of the uncertainty
-    slope, low, high = (f"{x * factor:+.{decimals}f}" for x in (drift.slope, drift.low, drift.high))
-    slope = f"{_WHAT[drift.kind]}: {slope}{of} per month [{low}, {high}]"
+    number = round_to_error(*(value * factor for value in (drift.slope, drift.low, drift.high)), sign="+")
+    slope = f"{_WHAT[drift.kind]}: {number.value}{of} per month {number.interval}"
     return f"{slope}, p = {two_digits(drift.p_value)}: {said} ({count})"
 
 
@@ -129,7 +127,7 @@ def _number(name: str, fitted: NoiseFit) -> tuple[str, str, str]:
     unit, size = usual_unit(name, fitted.quantity, fitted.rate_unit)
     term = fitted.terms[name]
     if term.value is None:
-        return ("" if term.upper_limit is None else f"below {term.upper_limit / size:.2g}"), "", unit
+        return ("" if term.upper_limit is None else limit_text(term.upper_limit / size)), "", unit
     if term.low is None or term.high is None:
         return f"{term.value / size:.4g}", "no interval", unit
-    return f"{term.value / size:.4g}", f"[{term.low / size:.4g}, {term.high / size:.4g}]", unit
+    return (*round_to_error(term.value / size, term.low / size, term.high / size).cells, unit)

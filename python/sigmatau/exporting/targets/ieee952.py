@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from sigmatau.digits import limit_text, round_to_error
 from sigmatau.exporting.text import comment, measured
 from sigmatau.exporting.values import Numbers, Target, Unused
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import doubt_text
 from sigmatau.noise.terms import TERMS
-from sigmatau.results import interval_texts
 from sigmatau.units import STANDARD_GRAVITY, find
 
 _HOUR = 3600.0
@@ -69,7 +69,7 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
         rows = []
         for text, size in units:
             bounds = (None, None) if low is None or high is None else (low / size, high / size)
-            shown, interval = interval_texts(value / size, *bounds)
+            shown, interval = round_to_error(value / size, *bounds).cells
             if bounds[0] is None:
                 shown = f"{value / size:.6g}"
             percent = (
@@ -84,7 +84,7 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
     if term in model.limits:
         limit, percent = model.limits[term], f"not observed ({100 * model.level:g} %)"
         return [
-            (letter, label, f"below {limit / size:.2g} {text}", percent, f"below {measured(limit)} {si}")
+            (letter, label, f"{limit_text(limit / size)} {text}", percent, f"below {measured(limit)} {si}")
             for text, size in units
         ]
     if model.duration or not model.adequate:  # of a fit

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 
+from sigmatau.digits import limit_text, two_digits
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.gauss_markov import exact_at
 from sigmatau.exporting.text import comment, joined, vector
 from sigmatau.exporting.values import Number, Numbers, Target, Unused, by_axis, noises
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
-from sigmatau.results import seconds, two_digits
+from sigmatau.results import seconds
 
 _MOST_POLES = 100_000  # 10 s of multiplications (1e9/s) for each axis and minute at 100 Hz
 
@@ -145,7 +146,7 @@ def _below(numbers: Numbers, sensor: str, term: str) -> str:
     if len(limits) < len(numbers.channels(sensor)):
         return ""
     unit = next(iter(numbers.channels(sensor).values())).unit_of(term)
-    return comment(f", below {two_digits(max(limits))} {unit}")
+    return comment(f", {limit_text(max(limits))} {unit}")
 
 
 def _row(key: str, values: tuple[Number, Number, Number], unit: str) -> str:

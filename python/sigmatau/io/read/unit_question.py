@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 
 from sigmatau import units
+from sigmatau.digits import two_digits
 from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import RATE, Hint
 from sigmatau.io.read.gravity import ROWS_TESTED, unit_of_gravity
 from sigmatau.io.read.table import Table, all_without_absurd
 from sigmatau.record.record import stream_name
 from sigmatau.record.streams import InputKind
-from sigmatau.results import two_digits
 
 _OPEN_UNITS: dict[str, dict[InputKind, tuple[str, ...]]] = {
     "gyro": {"rate": ("deg/s", "rad/s"), "increments": ("deg", "rad"), "accumulated": ("deg", "rad")},

@@ -39,6 +39,7 @@ _TERMS = 16  # Of the power series of a step with ‖A‖·t ≤ 1/2: the last i
 _DOUBLINGS = 60  # Of the Riccati equation, which converges quadratically once its time constant is covered
 _FLOOR = 0.01  # Least K, in N/horizon: it adds 1 % to the stated variance at the horizon
 _WIDEST = 1e9  # Largest K, in the same unit
+_FIRST_TIME = 10.0  # s; from which a filter with a third state is fitted
 _TOLERANCE = 1e-4  # Relative error of K
 _WIDEST_RATIO = 1e5  # Of the error of a step to that of a measurement; for sensors it is 1e-4 to 10
 
@@ -200,6 +201,42 @@ def find_consistent_walk(
     if below <= 0:
         return ConsistentWalk(walk=math.exp(least), least=True)
     return ConsistentWalk(walk=math.exp(_falling_root(excess, least, below, least + math.log(_WIDEST))))
+
+
+def find_third_state(truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float) -> FilterModel:
+    """A walk and a Gauss-Markov process with which a filter of three states is least wrong up to the horizon.
+
+    Least squares of the logarithms of real over stated error of the bias and of the integral after several times from 10 s
+    (a sixth of a shorter horizon) to the horizon. The filter then has N = `noise`, K, σ and T.
+    """
+    from scipy.optimize import least_squares
+
+    units = _Units.of(aiding, noise)
+    whole = _Truth.of(truth, units)
+    first = min(_FIRST_TIME, horizon / 6)
+    times = [units.steps(time) for time in (first, math.sqrt(first * horizon), horizon)]
+
+    def model_of(parameters: Floats) -> FilterModel:
+        walk, density, time = np.exp(parameters).tolist()
+        return FilterModel(
+            noise=noise, walk=walk, process=GaussMarkov(sigma=density * math.sqrt(time / 2), time=time)
+        )
+
+    def errors(parameters: Floats) -> Floats:
+        filter_ = _Filter.of(model_of(parameters), units)
+        joint = _Joint.of(whole, filter_)
+        ratios = [joint.bias() / filter_.stated_bias()]
+        ratios += [joint.coasting(steps) / filter_.stated_coasting(steps) for steps in times]
+        return np.log(ratios) / 2
+
+    start = find_consistent_walk(truth, noise=noise, aiding=aiding, horizon=horizon).walk
+    least = math.log(_FLOOR * noise / horizon)
+    guess = np.array([max(math.log(start / 2), least), math.log(3 * start), math.log(horizon / 3)])
+    # A time of a few steps is white noise, and one of many horizons a walk.
+    low = np.array([least, least, math.log(10 * aiding.interval)])
+    high = np.array([guess[0] + 5, guess[1] + 5, math.log(10 * horizon)])
+    solved = least_squares(errors, np.clip(guess, low + 1e-6, high - 1e-6), bounds=(low, high), diff_step=1e-3, xtol=1e-4)
+    return model_of(solved.x)
 
 
 def _falling_root(function: Callable[[float], float], low: float, at_low: float, most: float) -> float:

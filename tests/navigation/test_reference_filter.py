@@ -13,6 +13,7 @@ from sigmatau.navigation.reference_filter import (
     FilterModel,
     TrueNoise,
     find_consistent_walk,
+    find_third_state,
     judge_filter,
 )
 
@@ -106,6 +107,15 @@ def test_processes_of_any_time(time):
     judged = judge(truth, 1e-6)
     assert all(math.isfinite(c.real) for c in judged.coasting)
     assert math.isfinite(judged.nees)
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_a_third_state_is_right_up_to_the_horizon(name):
+    truth = noise_of(*SENSORS[name][0])
+    assumed = find_third_state(truth, noise=truth.terms["random_walk"], aiding=GYRO, horizon=60.0)
+    judged = judge_filter([truth], assumed, aiding=GYRO, times=(10.0, 30.0, 60.0))
+    assert 0.95 < judged.nees < 1.05
+    assert [c.real / c.stated for c in judged.coasting] == pytest.approx([1, 1, 1], abs=0.04)
 
 
 def test_several_axes():

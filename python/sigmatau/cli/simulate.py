@@ -16,6 +16,7 @@ from sigmatau.errors import OptionError
 from sigmatau.io.write import RECORD_ENDINGS
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.unobserved import Unobserved
 from sigmatau.record.record import stream_name
 from sigmatau.record.streams import InputKind
 from sigmatau.simulation.imperfections import Imperfections, Outage, Temperature, WarmUp
@@ -43,6 +44,7 @@ def simulate_command(
     gaps: _Values = None,
     jitter: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     flicker: Literal["poles", "exact"] = "poles",
+    unobserved: Unobserved = "absent",
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
     """Simulate a sensor at rest from its noise model, and write the log.
@@ -82,6 +84,9 @@ def simulate_command(
         Standard deviation of the time stamps: 20us. Default: 0.
     flicker
         Generator of bias instability: poles (error of the Allan deviation 0.002 %), or exact (record held in memory).
+    unobserved
+        Terms that the record of a result did not show: absent, with the mean variance up to their upper limit, or at the
+        limit.
     quiet
         Print only errors on standard error.
     """
@@ -111,12 +116,15 @@ def simulate_command(
             rng=seed,
             imperfections=given,
             flicker=flicker,
+            unobserved=unobserved,
             progress=done,
         )
     lost = f", {made.lost} rows lost" if made.lost else ""
     count = len(made.channels)
     channels = "1 channel" if count == 1 else f"{count} channels"
     say(f"{output}: {made.samples} samples of {channels}{lost}, seed {seed}", quiet=quiet)
+    for text in made.unobserved:
+        say(f"info: {text}", quiet=quiet)
     return 0
 
 

@@ -157,8 +157,8 @@ class Choices:
         default="mean",
         metadata=option(
             "Export",
-            "Slow noise that was not observed, for a consistent walk: at its upper limit, with the mean variance up to there"
-            " (1/sqrt(3) of the limit), or absent.",
+            "Terms that were not observed, for a consistent walk and a state space: at their upper limits, with the mean"
+            " variance up to there (1/sqrt(3) of the limit), or absent.",
             choices=get_args(Unobserved),
         ),
     )

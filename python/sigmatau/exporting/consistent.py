@@ -19,6 +19,7 @@ from sigmatau.navigation.reference_filter import (
     FilterModel,
     TrueNoise,
     find_consistent_walk,
+    find_third_state,
     judge_filter,
 )
 
@@ -69,13 +70,27 @@ def judge_pair(
     truths: Sequence[AssumedNoise], *, sensor: str, noise: float, walk: float, horizon: float, mean: bool
 ) -> PairConsistency:
     """What a filter with N = `noise` and K = `walk` states of its errors, for the worst of the axes or their mean square."""
+    assumed = FilterModel(noise=noise, walk=walk)
+    return _stated([truth.noise for truth in truths], assumed, sensor=sensor, horizon=horizon, mean=mean)
+
+
+def third_state(model: ChannelModel, *, sensor: str, horizon: float) -> FilterModel:
+    """A walk and a Gauss-Markov process for a filter that has room for a third state."""
+    noise = TrueNoise(terms=model.terms, gauss_markov=model.gauss_markov, resonance=model.resonance)
+    return find_third_state(noise, noise=model.terms["random_walk"], aiding=AIDING[sensor], horizon=horizon)
+
+
+def judge_third_state(model: ChannelModel, assumed: FilterModel, *, sensor: str, horizon: float) -> PairConsistency:
+    """What a filter with a third state states of its errors."""
+    truth = TrueNoise(terms=model.terms, gauss_markov=model.gauss_markov, resonance=model.resonance)
+    return _stated([truth], assumed, sensor=sensor, horizon=horizon, mean=False)
+
+
+def _stated(
+    truths: Sequence[TrueNoise], assumed: FilterModel, *, sensor: str, horizon: float, mean: bool
+) -> PairConsistency:
+    """What a filter states of its errors, up to ten times the horizon."""
     times = [share * horizon for share in _TIMES]
-    judged = judge_filter(
-        [truth.noise for truth in truths],
-        FilterModel(noise=noise, walk=walk),
-        aiding=AIDING[sensor],
-        times=times,
-        mean=mean,
-    )
+    judged = judge_filter(truths, assumed, aiding=AIDING[sensor], times=times, mean=mean)
     stated = tuple(StatedError(time=error.time, share=error.stated / error.real) for error in judged.coasting)
-    return PairConsistency(sensor=sensor, walk=walk, horizon=horizon, nees=judged.nees, stated=stated)
+    return PairConsistency(sensor=sensor, walk=assumed.walk, horizon=horizon, nees=judged.nees, stated=stated)

@@ -225,7 +225,7 @@ def find_unplaced(target: Target, choices: Choices, source: Source | None = None
     if not target.has_walk:
         unplaced += [
             Unplaced(choice=choice, why=f"{Hint(choice)} does not apply to {name}, which is not a filter with N and K")
-            for choice in ("consistent", "unobserved")
+            for choice in ("consistent", *([] if target.has_unobserved else ["unobserved"]))
             if getattr(choices, choice) != getattr(default, choice)
         ]
         if "consistent" in choices.walk.values():

@@ -563,6 +563,7 @@ class Target:
     has_rate_field: bool = False  # Whether the file has this rate in a field only: its densities do not depend on it
     has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
     has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
+    has_unobserved: bool = False  # Whether the file depends on `Choices.unobserved`, beside one with N and K
     has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
     has_horizon: bool = False  # Whether the file depends on ``horizon`` without ``walk="horizon"`` too
     unused: tuple[Unused, ...] = ()  # Choices beside these without a place, and why

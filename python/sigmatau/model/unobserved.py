@@ -5,22 +5,65 @@ A fit gives an upper limit L for such a term. The three policies:
 - ``"upper-limit"``: the coefficient is L, so that variances are too large in most cases;
 - ``"mean"``: the coefficient is L/√3, the root of the mean of its square if every value from 0 to L is as probable;
 - ``"absent"``: the term is 0, so that variances are too small if it exists.
+
+They are for terms that accumulate in the integral of the rate: quantization does not, and is absent.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, get_args
 
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS
 
 Unobserved = Literal["upper-limit", "mean", "absent"]
 
+_ACCUMULATING = tuple(term for term in TERMS if term != "quantization")
+_TEXTS = {
+    "upper-limit": "included at the upper limit",
+    "mean": "included with the mean variance, 1/sqrt(3) of the upper limit",
+    "absent": "absent",
+}
 _FACTORS = {"upper-limit": 1.0, "mean": 1 / math.sqrt(3), "absent": 0.0}  # of the limit
+
+
+def check_policy(policy: Unobserved) -> Unobserved:
+    """The policy; raises `OptionError` for an unknown one."""
+    if policy not in _FACTORS:
+        raise OptionError(
+            f"{{option}} must be {', '.join(map(repr, get_args(Unobserved)))}, not {policy!r}", option="unobserved"
+        )
+    return policy
+
+
+def find_unobserved(model: ChannelModel) -> tuple[str, ...]:
+    """The terms of a channel that have an upper limit only."""
+    return tuple(term for term in _ACCUMULATING if term in model.limits and term not in model.terms)
+
+
+def unobserved_text(terms: Sequence[str], policy: Unobserved) -> str:
+    """What was assumed of terms that were not observed, for a result or a file."""
+    labels = ", ".join(TERMS[term].label("signal") for term in terms)
+    return f"not observed: {labels}; {_TEXTS[policy]}"
+
+
+def unobserved_texts(model: NoiseModel, policy: Unobserved) -> tuple[str, ...]:
+    """What was assumed of terms that were not observed, a line for each channel that has any."""
+    lacking = {name: find_unobserved(channel) for name, channel in model.channels.items()}
+    return tuple(f"{name}: {unobserved_text(terms, policy)}" for name, terms in lacking.items() if terms)
+
+
+def include_in_all(model: NoiseModel, policy: Unobserved) -> NoiseModel:
+    """The model with the terms of each channel that have a limit only, as the policy assumes them."""
+    if policy == "absent":
+        return model
+    channels = {name: include_unobserved(channel, policy) for name, channel in model.channels.items()}
+    return NoiseModel(channels=channels, correlation=model.correlation)
 
 
 def include_unobserved(model: ChannelModel, policy: Unobserved) -> ChannelModel:
@@ -31,11 +74,8 @@ def include_unobserved(model: ChannelModel, policy: Unobserved) -> ChannelModel:
 
 def assume_terms(model: ChannelModel, policy: Unobserved) -> Mapping[str, float]:
     """Coefficients of a model with those that have a limit only; raises `OptionError` for an unknown policy. [SI]"""
-    if policy not in _FACTORS:
-        raise OptionError(
-            f"{{option}} must be {', '.join(map(repr, get_args(Unobserved)))}, not {policy!r}", option="unobserved"
-        )
-    assumed = {term: _FACTORS[policy] * limit for term, limit in model.limits.items() if term not in model.terms}
+    factor = _FACTORS[check_policy(policy)]
+    assumed = {term: factor * model.limits[term] for term in find_unobserved(model)}
     terms = {**model.terms, **assumed}
     # In the order of the terms, as in every other model.
     return {term: terms[term] for term in TERMS if terms.get(term)}

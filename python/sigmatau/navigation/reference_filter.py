@@ -218,9 +218,7 @@ def find_third_state(truth: TrueNoise, *, noise: float, aiding: Aiding, horizon:
 
     def model_of(parameters: Floats) -> FilterModel:
         walk, density, time = np.exp(parameters).tolist()
-        return FilterModel(
-            noise=noise, walk=walk, process=GaussMarkov(sigma=density * math.sqrt(time / 2), time=time)
-        )
+        return FilterModel(noise=noise, walk=walk, process=GaussMarkov(sigma=density * math.sqrt(time / 2), time=time))
 
     def errors(parameters: Floats) -> Floats:
         filter_ = _Filter.of(model_of(parameters), units)
@@ -235,7 +233,9 @@ def find_third_state(truth: TrueNoise, *, noise: float, aiding: Aiding, horizon:
     # A time of a few steps is white noise, and one of many horizons a walk.
     low = np.array([least, least, math.log(10 * aiding.interval)])
     high = np.array([guess[0] + 5, guess[1] + 5, math.log(10 * horizon)])
-    solved = least_squares(errors, np.clip(guess, low + 1e-6, high - 1e-6), bounds=(low, high), diff_step=1e-3, xtol=1e-4)
+    solved = least_squares(
+        errors, np.clip(guess, low + 1e-6, high - 1e-6), bounds=(low, high), diff_step=[1e-3] * 3, xtol=1e-4
+    )
     return model_of(solved.x)
 
 

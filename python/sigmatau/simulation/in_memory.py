@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.unobserved import Unobserved, unobserved_texts
 from sigmatau.record.record import Provenance, Record, make_stream, stream_name
 from sigmatau.record.sampling import RateSource
 from sigmatau.record.streams import CHUNK, InputKind, Stream
@@ -24,6 +25,7 @@ def simulate(
     rng: int | np.random.Generator,
     imperfections: Imperfections | None = None,
     flicker: Flicker = "exact",
+    unobserved: Unobserved = "absent",
 ) -> Record:
     """A record with the model's noise, by exact generators.
 
@@ -47,6 +49,9 @@ def simulate(
         Imperfections of a real log. Default: none.
     flicker : {"exact", "poles"}
         Generator of bias instability: exact, or the poles of `simulate_to`, which gives the same samples as that function.
+    unobserved : {"absent", "mean", "upper-limit"}
+        What the record has of terms that were not observed, of a model from a fit: nothing; the mean of their variance if
+        every coefficient up to the upper limit is as probable; or the limit. `Provenance.conversions` of the record says it.
 
     Returns
     -------
@@ -75,7 +80,15 @@ def simulate(
     Record of 1 stream
       gyro: gyro_x [rad/s], 60000 samples at 100 Hz (600 s)
     """
-    given = job(model, duration=duration, rate=rate, rng=rng, imperfections=imperfections, flicker=flicker)
+    given = job(
+        model,
+        duration=duration,
+        rate=rate,
+        rng=rng,
+        imperfections=imperfections,
+        flicker=flicker,
+        unobserved=unobserved,
+    )
     wrong = given.imperfections
     there = _rows_there(given)
     by_stream: dict[str, dict[str, Floats]] = {}
@@ -104,7 +117,11 @@ def simulate(
     ]
     return Record(
         streams=tuple(streams),
-        provenance=Provenance(format="simulation", rows=given.rows, conversions=(f"simulated with seed {given.seed}",)),
+        provenance=Provenance(
+            format="simulation",
+            rows=given.rows,
+            conversions=(f"simulated with seed {given.seed}", *unobserved_texts(model, unobserved)),
+        ),
     )
 
 

@@ -16,6 +16,7 @@ from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import real, sampling_rate
+from sigmatau.model.unobserved import Unobserved, check_policy, include_in_all
 from sigmatau.record.record import MIN_SAMPLES, QUANTITIES, stream_name
 from sigmatau.simulation.imperfections import Imperfections, rounded
 from sigmatau.statespace.state_space import state_space
@@ -75,12 +76,14 @@ def job(
     rng: int | np.random.Generator,
     imperfections: Imperfections | None,
     flicker: Flicker,
+    unobserved: Unobserved,
 ) -> Job:
     """Check the arguments of `sigmatau.simulate`; raises `OptionError`."""
     if not isinstance(model, NoiseModel):
         raise OptionError(
             f"{{option}} must be a NoiseModel, NoiseModel(channels={{…}}), not {model!r:.80}", option="model"
         )
+    model = include_in_all(model, check_policy(unobserved))
     if not (imperfections is None or isinstance(imperfections, Imperfections)):
         raise OptionError(
             f"{{option}} must be an Imperfections, Imperfections(lost=0.01), not {imperfections!r:.80}",

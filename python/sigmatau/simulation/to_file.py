@@ -14,6 +14,7 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.io.write import table_writer
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.model.unobserved import Unobserved, unobserved_texts
 from sigmatau.record.streams import CHUNK
 from sigmatau.record.thermometers import CELSIUS
 from sigmatau.results import Printed, duration_text, plain
@@ -39,6 +40,8 @@ class Simulated(Printed):
         Sampling rate. [Hz]
     seed : int
         Seed with which the same file is made again.
+    unobserved : tuple of str
+        What the file has of terms that were not observed, a line for each channel.
 
     See Also
     --------
@@ -51,10 +54,11 @@ class Simulated(Printed):
     lost: int
     rate: float
     seed: int
+    unobserved: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
-        return plain(self, "path channels samples lost_rows=lost sample_rate_hz=rate seed")
+        return plain(self, "path channels samples lost_rows=lost sample_rate_hz=rate seed unobserved")
 
     def __repr__(self) -> str:
         lost = f", {self.lost} rows lost" if self.lost else ""
@@ -73,6 +77,7 @@ def simulate_to(
     rng: int | np.random.Generator,
     imperfections: Imperfections | None = None,
     flicker: Flicker = "poles",
+    unobserved: Unobserved = "absent",
     chunk: int = CHUNK,
     progress: Callable[[float], None] | None = None,
 ) -> Simulated:
@@ -91,6 +96,8 @@ def simulate_to(
     flicker : {"poles", "exact"}
         Generator of bias instability: a bank of poles, whose Allan deviation is within 0.002 % of the exact one up to a
         third of the record; or exact, which keeps all samples of channels with bias instability in memory.
+    unobserved : {"absent", "mean", "upper-limit"}
+        As for `simulate`. `Simulated.unobserved` says what the file has.
     chunk : int
         Samples generated at a time. The file does not depend on it.
     progress : callable, optional
@@ -134,7 +141,15 @@ def simulate_to(
     """
     if isinstance(chunk, bool) or not isinstance(chunk, int | np.integer) or chunk < 1:
         raise OptionError(f"{{option}} must be a positive number of samples, not {chunk!r}", option="chunk")
-    given = job(model, duration=duration, rate=rate, rng=rng, imperfections=imperfections, flicker=flicker)
+    given = job(
+        model,
+        duration=duration,
+        rate=rate,
+        rng=rng,
+        imperfections=imperfections,
+        flicker=flicker,
+        unobserved=unobserved,
+    )
     warmth = given.imperfections.temperature
     columns = [("time", "s"), *((name, given.unit(name)) for name in model.channels)]
     if warmth is not None:
@@ -169,4 +184,5 @@ def simulate_to(
         lost=given.rows - kept,
         rate=rate,
         seed=given.seed,
+        unobserved=unobserved_texts(model, unobserved),
     )

@@ -30,6 +30,7 @@ from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass, Resonance, interval, real
+from sigmatau.model.unobserved import Unobserved, find_unobserved, include_unobserved, unobserved_text
 from sigmatau.results import Printed, plain
 from sigmatau.statespace.doubling import Steps
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
@@ -80,6 +81,10 @@ class StateSpace(Printed):
     alike_from : float or None
         A Gauss-Markov process of this or a longer correlation time explains the record of the model as well as its rate
         random walk. [s]
+    not_observed : tuple of str
+        Terms of the model that have an upper limit only.
+    unobserved : {"absent", "mean", "upper-limit"}
+        What the system has of them.
 
     See Also
     --------
@@ -100,6 +105,8 @@ class StateSpace(Printed):
     flicker_error: float = 0.0
     tau_max: float | None = None
     alike_from: float | None = None
+    not_observed: tuple[str, ...] = ()
+    unobserved: Unobserved = "absent"
 
     def __post_init__(self) -> None:
         freeze(self, "F", "G", "H", "Qd", "R", "P0", dtype=np.float64, copy=True)
@@ -173,7 +180,8 @@ class StateSpace(Printed):
         """The matrices as lists, with the names of the states."""
         return plain(
             self,
-            "F G H Qd R P0 states inputs dt_s=dt output unit flicker_error tau_max_s=tau_max alike_from_s=alike_from",
+            "F G H Qd R P0 states inputs dt_s=dt output unit flicker_error tau_max_s=tau_max alike_from_s=alike_from"
+            " not_observed unobserved",
         )
 
     def __repr__(self) -> str:
@@ -184,6 +192,8 @@ class StateSpace(Printed):
             )
         if self.alike_from is not None:
             lines.append(alike_text(self.alike_from))
+        if self.not_observed:
+            lines.append(unobserved_text(self.not_observed, self.unobserved))
         for name in ("F", "G", "H", "Qd", "R", "P0"):
             rows = np.array2string(getattr(self, name), precision=6, max_line_width=120).splitlines()
             lines.append(f"{name} = " + f"\n{' ' * (len(name) + 3)}".join(rows))
@@ -198,6 +208,7 @@ def state_space(
     tau_max: float | None = None,
     flicker_error: float = 0.01,
     turn_on: float = 0.0,
+    unobserved: Unobserved = "absent",
 ) -> StateSpace:
     """The noise of a channel as a linear system, for a filter of step `dt`.
 
@@ -217,6 +228,9 @@ def state_space(
     turn_on : float
         Standard deviation of the constant bias at the start, which the Allan variance does not show; a state unless 0.
         [unit of the rate]
+    unobserved : {"absent", "mean", "upper-limit"}
+        What the system has of terms that were not observed: nothing, so that it drifts too little if they exist; the mean of
+        their variance if every coefficient up to the upper limit is as probable; or the limit.
 
     Returns
     -------
@@ -251,6 +265,8 @@ def state_space(
     (('bias',), [[1e-06]])
     """
     check_channel_model(model, function="state_space")
+    not_observed = find_unobserved(model)
+    model = include_unobserved(model, unobserved)
     interval("dt", dt)
     if output not in ("rate", "increments", "integrated"):
         raise OptionError(f"{{option}} must be 'rate', 'increments' or 'integrated', not {output!r}", option="output")
@@ -300,6 +316,8 @@ def state_space(
         flicker_error=poles.error if poles else 0.0,
         tau_max=poles.tau_max if poles else None,
         alike_from=None if model.alike_from is None else model.alike_from.time,
+        not_observed=not_observed,
+        unobserved=unobserved,
     )
 
 

@@ -17,10 +17,14 @@ from numpy.typing import NDArray
 
 from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.choices import KINDS
+from sigmatau.exporting.consistent import HORIZON, judge_third_state, third_state
 from sigmatau.exporting.values import Numbers, Target, Unused, filter_step
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
+from sigmatau.model.unobserved import Unobserved, assume_terms, find_unobserved, unobserved_text
+from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
 from sigmatau.statespace.state_space import Output, StateSpace, state_space
 
@@ -84,8 +88,10 @@ def _json(value: object) -> str:
 def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
     """Content of each system: one per channel, or ``joint`` of all."""
     form = numbers.name("form", "channels")
-    if form not in ("channels", "joint"):
-        raise OptionError(f"{{option}} form={form!r}: want channels or joint", option="name")
+    if form not in ("channels", "joint", "third-state"):
+        raise OptionError(f"{{option}} form={form!r}: want channels, joint or third-state", option="name")
+    if form == "third-state":
+        return {name: _with_third_state(numbers, name) for name in numbers.model.channels}
     systems = _systems(numbers)
     if form == "channels":
         return {name: _plain(system) | _noted(numbers, [name]) for name, system in systems.items()}
@@ -98,30 +104,51 @@ def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
     notes = [f"{name}: {doubt}" for name, doubt in doubts.items() if doubt]
     alike = {name: numbers.model.channels[name].alike_from for name in channels}
     notes += [f"{name}: {alike_text(process.time)}" for name, process in alike.items() if process is not None]
+    for name in channels:
+        # Those that were chosen are in the system by the choice.
+        terms = set(_chosen_terms(numbers, name))
+        lacking = [term for term in find_unobserved(numbers.model.channels[name]) if term not in terms]
+        notes += [f"{name}: {unobserved_text(lacking, _policy(numbers))}"] if lacking else []
     return {"note": "; ".join(notes)} if notes else {}
 
 
 def _systems(numbers: Numbers) -> dict[str, StateSpace]:
-    choices = numbers.choices
-    rates = {name: numbers.source.rates[name] for name in numbers.model.channels if name in numbers.source.rates}
-    dt = filter_step(rates, choices)
+    return {name: _system_of(numbers, _chosen(numbers, name)) for name in numbers.model.channels}
+
+
+def _system_of(numbers: Numbers, model: ChannelModel) -> StateSpace:
+    """The system of a model, by the step and the output that were chosen."""
+    rates = {name: numbers.source.rates[name] for name in numbers.whole.channels if name in numbers.source.rates}
+    dt = filter_step(rates, numbers.choices)
     output = numbers.name("output", "rate")
     if output not in get_args(Output):
         raise OptionError(f"{{option}} output={output!r}: want rate, increments or integrated", option="name")
-    return {
-        name: state_space(_chosen(numbers, name), dt=dt, output=cast(Output, output), tau_max=choices.horizon)
-        for name in numbers.model.channels
-    }
+    return state_space(model, dt=dt, output=cast(Output, output), tau_max=numbers.choices.horizon)
 
 
 def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     """The model of a channel with the chosen coefficients and both factors."""
     model, choices = numbers.model.channels[name], numbers.choices
-    sensor = stream_name(name)
     terms: dict[str, float] = {}
-    for term, value in model.terms.items():
+    for term, value in assume_terms(model, _policy(numbers)).items():
         slow = term in ("bias_instability", "rate_random_walk", "rate_ramp")
         terms[term] = (choices.walk_factor if slow else choices.noise_factor) * value
+    terms |= _chosen_terms(numbers, name)
+    processes = tuple(replace(g, sigma=choices.walk_factor * g.sigma) for g in model.gauss_markov)
+    resonances = tuple(replace(r, sigma=choices.walk_factor * r.sigma) for r in model.resonance)
+    return replace(model, terms=terms, gauss_markov=processes, resonance=resonances)
+
+
+def _policy(numbers: Numbers) -> Unobserved:
+    """What the systems have of terms that were not observed."""
+    return "absent" if numbers.choices.strict else numbers.choices.unobserved
+
+
+def _chosen_terms(numbers: Numbers, name: str) -> dict[str, float]:
+    """The coefficients that were not observed and are chosen, with their factors."""
+    model, choices = numbers.model.channels[name], numbers.choices
+    sensor = stream_name(name)
+    terms: dict[str, float] = {}
     if sensor in choices.walk and "rate_random_walk" not in model:
         if choices.walk[sensor] == "horizon":
             raise OptionError(
@@ -133,9 +160,32 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
         terms["rate_random_walk"] = numbers.walk_of(name).value
     if sensor in choices.noise and "random_walk" not in model:
         terms["random_walk"] = numbers.noise_of(name).value
-    processes = tuple(replace(g, sigma=choices.walk_factor * g.sigma) for g in model.gauss_markov)
-    resonances = tuple(replace(r, sigma=choices.walk_factor * r.sigma) for r in model.resonance)
-    return replace(model, terms=terms, gauss_markov=processes, resonance=resonances)
+    return terms
+
+
+def _with_third_state(numbers: Numbers, name: str) -> dict[str, Any]:
+    """A system with a walk and one Gauss-Markov process, with which a filter states its errors right up to the horizon."""
+    sensor = stream_name(name)
+    if sensor not in KINDS:
+        raise OptionError(
+            f"{{option}} form=third-state: {name} is neither a gyro nor an accelerometer; form=channels has all its noise",
+            option="name",
+        )
+    model, horizon = _chosen(numbers, name), numbers.choices.horizon or HORIZON
+    if "random_walk" not in model.terms:
+        label = TERMS["random_walk"].label(model.quantity)
+        raise DataError(f"{name}: the model has no {label}, which form=third-state needs")
+    chosen = third_state(model, sensor=sensor, horizon=horizon)
+    judged = judge_third_state(model, chosen, sensor=sensor, horizon=horizon)
+    reduced = ChannelModel(
+        terms={"random_walk": chosen.noise, "rate_random_walk": chosen.walk},
+        gauss_markov=(chosen.process,) if chosen.process else (),
+        quantity=model.quantity,
+        unit=model.unit,
+    )
+    system = _system_of(numbers, reduced)
+    note = _noted(numbers, [name]).get("note", "")
+    return _plain(system) | {"note": "; ".join(filter(None, [f"{name}: {judged.text(3)}", note]))}
 
 
 def _unit_of_y(system: StateSpace) -> str:
@@ -237,7 +287,9 @@ def _is_without_slow_noise(numbers: Numbers) -> bool:
 
 
 def _is_without_flicker(numbers: Numbers) -> bool:
-    return not any("bias_instability" in model for model in numbers.model.channels.values())
+    if numbers.choices.names.get("form") == "third-state":
+        return False  # which is fitted up to the horizon
+    return not any("bias_instability" in _chosen(numbers, name).terms for name in numbers.model.channels)
 
 
 TARGET = Target(
@@ -249,6 +301,7 @@ TARGET = Target(
     needs_step=True,
     has_step=True,
     has_horizon=True,
+    has_unobserved=True,
     every_axis=True,
     unused=(
         Unused(choices=("walk_factor",), why="the model has no slow noise", when=_is_without_slow_noise),

@@ -216,6 +216,38 @@ class TestWalk:
         with pytest.raises(OptionError, match=r"^gyro_y, gyro_z: no rate random walk observed"):
             self.walk(self.model(observed="x"), walk={"gyro": "observed"})
 
+    def test_an_overconfident_walk_is_a_warning(self):
+        """The upper limit beside flicker noise; the consistent walk states its error right."""
+        flicker = ChannelModel(
+            terms={"random_walk": 1e-4, "bias_instability": 5e-5}, limits={"rate_random_walk": 1e-7}, level=0.9
+        )
+        model = NoiseModel(channels={"gyro_x": flicker, "accel": {"random_walk": 1e-3, "rate_random_walk": 1e-5}})
+        for walk, severity in (("upper-limit", "warning"), ("consistent", "info")):
+            choices = Choices(filter_rate=200.0, walk={"gyro": walk})
+            (finding,) = prepare(model, to="kalibr", choices=choices).findings
+            assert (finding.code, finding.severity, finding.details.sensor) == ("pair_consistency", severity, "gyro")
+            at_horizon = finding.details.stated[1]
+            assert at_horizon.time == 60.0
+            assert at_horizon.share < 0.5 if walk == "upper-limit" else at_horizon.share == pytest.approx(1, abs=1e-3)
+            assert finding.details.nees > 2
+
+    def test_the_bias_can_be_right_instead(self):
+        model = NoiseModel(channels={s: {"random_walk": 1e-4, "bias_instability": 5e-5} for s in ("gyro", "accel")})
+        findings = prepare(model, to="kalibr", choices=Choices(filter_rate=200.0, consistent="bias")).findings
+        assert [f.details.nees for f in findings] == pytest.approx([1, 1], abs=1e-3)
+        assert all(f.details.stated[1].share > 1.5 for f in findings)
+
+    def test_quantization_in_a_sample(self):
+        """By 20·√2 times N·√rate, with its channels; not where it is below twice of it."""
+        channels = {
+            f"gyro_{axis}": {"random_walk": 1e-4, "rate_random_walk": 1e-6, "quantization": ratio * 1e-4 / 400**0.5}
+            for axis, ratio in (("x", 20.0), ("y", 1.9))
+        }
+        model = NoiseModel(channels=channels | {"accel": {"random_walk": 1e-3, "rate_random_walk": 1e-5}})
+        (finding,) = prepare(model, to="kalibr", choices=Choices(filter_rate=200.0)).findings
+        assert (finding.code, finding.channels) == ("quantization_in_samples", ("gyro_x",))
+        assert finding.details.ratio == pytest.approx(20.0, rel=1e-12)
+
     def test_no_limit_is_known(self):
         with pytest.raises(OptionError, match=r"no upper limit .* for gyro_y"):
             self.walk(self.model(limits=(1e-6, None, 1e-6)), walk={"gyro": "upper-limit"})

@@ -18,7 +18,7 @@ from sigmatau.exporting.consistent import HORIZON, AssumedNoise, assume_noise, c
 from sigmatau.exporting.source import Source, common_rate, have_several_rates, sensor_rates
 from sigmatau.exporting.text import digits, measured, number
 from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten, PairConsistency, QuantizationInSamples
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Severity
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
@@ -163,7 +163,8 @@ class Numbers:
         judged = [self._judged(sensor, *pair) for pair in pairs]
         worst = max(judged, key=lambda pair: -pair.stated[1].share)
         if not worst.is_honest():
-            self.add_finding(Finding(severity="info", details=worst))
+            severity: Severity = "warning" if worst.is_overconfident() else "info"
+            self.add_finding(Finding(severity=severity, details=worst))
         every = f" (the worst of {len(judged)} axes)" if len(judged) > 1 else ""
         assumed = any(self._truth(name).assumed for name in names)
         text = worst.text()
@@ -189,9 +190,11 @@ class Numbers:
         rate = self.known_rate()
         ratios: dict[str, float] = {}
         for name in names:
-            terms = self.model.channels[name].terms
-            if rate is not None and "quantization" in terms and "random_walk" in terms:
-                ratios[name] = math.sqrt(2 * rate) * terms["quantization"] / terms["random_walk"]
+            model = self.model.channels[name]
+            terms = model.terms
+            noise = terms.get("random_walk", model.limits.get("random_walk"))  # with a limit the ratio is the least
+            if rate is not None and noise and "quantization" in terms:
+                ratios[name] = math.sqrt(2 * rate) * terms["quantization"] / noise
         dominated = {name: ratio for name, ratio in ratios.items() if ratio > _DOMINATED}
         if dominated:
             details = QuantizationInSamples(ratio=max(dominated.values()))

@@ -15,7 +15,7 @@ from sigmatau.results import duration_text, printable, seconds
 _MOST_KEYS = 3  # keys of a file that are named; the others are counted
 _LONGEST_KEY = 24  # characters
 _RIGHT = 1.05  # factor up to which a stated error or covariance is called right
-_HONEST_NEES = 1.25  # factor of a covariance about which nothing is to be done
+_HONEST = 1.25  # factor of an error or a covariance up to which nothing is to be done
 _QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
 
 
@@ -204,6 +204,10 @@ class PairConsistency(Details, code="pair_consistency"):
         ratios = (math.sqrt(self.nees), *(stated.share for stated in self.stated))
         return all(1 / _RIGHT <= ratio <= _RIGHT for ratio in ratios)
 
+    def is_overconfident(self) -> bool:
+        """Whether a filter states clearly less than its error at the horizon."""
+        return self.stated[-2].share < 1 / _HONEST
+
     def _bias_text(self) -> str:
         if 1 / _RIGHT <= self.nees <= _RIGHT:
             return "right"
@@ -211,7 +215,7 @@ class PairConsistency(Details, code="pair_consistency"):
         return f"{two_digits(times)} times too {size}"
 
     def words(self, finding: Finding) -> Words:
-        if 1 / _HONEST_NEES <= self.nees <= _HONEST_NEES:
+        if 1 / _HONEST <= self.nees <= _HONEST:
             return Words(self.text())
         return Words(
             self.text(),

@@ -191,5 +191,5 @@ def _with_exact_error(curve: DeviationCurve, at: NDArray[np.intp], slope: Slope)
     m = curve.m[at]
     expected = avar(nearest, 1.0, m=m, tau0=curve.tau0)
     covariance = avar_covariance({nearest: 1.0}, n=curve.n, m=m, tau0=curve.tau0) / np.outer(expected, expected)
-    gain = slope_gain(curve, at, np.ones(len(at)))
+    gain = slope_gain(curve.tau[at], curve.error[at], np.ones(len(at)))
     return replace(slope, error=math.sqrt(float(gain @ covariance @ gain)) / 2)

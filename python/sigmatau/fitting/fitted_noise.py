@@ -165,11 +165,21 @@ class FittedNoise:
         """For each observed term, the averaging times at which it makes half of the variance or more; its line can be
         read off there. None if other noise hides it everywhere. [s]
         """
-        observed = self.observed if self.quantified else {}
-        if not observed or self.tau_min is None:
+        return self._ranges(self.observed)
+
+    @property
+    def model_ranges(self) -> Mapping[str, tuple[float, float] | None]:
+        """The averaging times of `line_ranges`, and those of terms of the model that are not observed, as another model
+        explains the record as well, if there are any. [s]
+        """
+        spans = self._ranges(self.model)
+        return {name: span for name, span in spans.items() if span is not None or self.terms[name].observed}
+
+    def _ranges(self, terms: Mapping[str, float]) -> dict[str, tuple[float, float] | None]:
+        """The averaging times at which each term makes half of the variance or more; None if there are none."""
+        if not terms or not self.quantified or self.tau_min is None:
             return {}
-        spans = self._curve().line_ranges(list(observed.items()), self.tau_min)
-        return dict(zip(observed, spans, strict=True))
+        return dict(zip(terms, self._curve().line_ranges(list(terms.items()), self.tau_min), strict=True))
 
     @property
     def is_fitted(self) -> bool:

@@ -310,15 +310,16 @@ def read_off(
 def read_off_beside(
     curve: DeviationCurve, fitted: NoiseFit, given: Mapping[str, Span], *, force: bool = False
 ) -> ReadOff:
-    """Read off the observed terms of a fit where they are most of the variance, and other terms in given ranges.
+    """Read off the terms of a fitted model where they are most of the variance, and other terms in given ranges.
 
-    A fit without intervals, or one that does not fit, says nothing of the ranges; they are then found by the rules.
+    A term of the model has its line also if a process explains the record as well: the paper has the five terms only. A fit
+    without intervals, or one that does not fit, says nothing of the ranges; they are then found by the rules.
     """
     spans: Any = given
     if not fitted.quantified or fitted.is_misfit:
         return read_off(curve, **spans, force=force)
     lines, refused = {}, []
-    for name, span in fitted.line_ranges.items():
+    for name, span in fitted.model_ranges.items():
         why = _refuses(curve)
         at = np.empty(0, dtype=np.intp) if why or span is None else points_between(curve, span)
         if len(at):
@@ -358,7 +359,7 @@ def _laid(
     """
     values, hidden = lay(curve, ranges)
     held = {name: value for name, value in values.items() if name not in given}
-    by_hand, reasons = lay_by_hand(curve, given, held, force=force)
+    by_hand, reasons = lay_by_hand(curve, given, held, force=force) if given else ({}, {})
     lines = {name: _coefficient(curve, name, value, ranges[name], source) for name, value in held.items()}
     for name, line in by_hand.items():
         lines[name] = _coefficient(curve, name, line.value, given[name], "given", forced=line.forced)

@@ -149,14 +149,15 @@ def _free_slope(
     """Slope of half a log variance over log τ for a line with a share of the variance, and its standard error."""
     if len(at) < 2:
         return math.nan, math.inf
-    gain = slope_gain(curve, at, share)
-    variance = float(gain @ _covariance(curve, at) @ gain)
+    error = curve.error[at]
+    gain = slope_gain(curve.tau[at], error, share)
+    variance = float(gain @ _covariance(curve.tau[at], error) @ gain)
     return float(gain @ log_variance) / 2, math.sqrt(max(variance, 0.0)) / 2
 
 
-def slope_gain(curve: DeviationCurve, at: NDArray[np.intp], share: NDArray[np.float64]) -> NDArray[np.float64]:
+def slope_gain(tau: NDArray[np.float64], error: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
     """Factors on log variances whose sum is their slope over log τ, for a line with a share of the variance."""
-    x, weight = np.log(curve.tau[at]), curve.error[at] ** -2.0
+    x, weight = np.log(tau), error**-2.0
     design = np.stack([share, share * (x - x.mean())], axis=1)
     gain: NDArray[np.float64] = (np.linalg.pinv(design.T @ (weight[:, None] * design)) @ (design.T * weight))[1]
     return gain
@@ -167,15 +168,16 @@ def _exceeds_error(
 ) -> bool:
     """Whether the mean share of a line in its range is larger than the error of the mean log variance there."""
     line = avar(term, value, m=curve.m[at], tau0=curve.tau0)
-    weight = curve.error[at] ** -2.0
+    error = curve.error[at]
+    weight = error**-2.0
     weight /= weight.sum()
     share = float(weight @ (line / (line + sum_of_lines(curve, others, at))))
-    error = math.sqrt(float(weight @ _covariance(curve, at) @ weight))
-    return share > min(error, _WHOLE)
+    of_mean = math.sqrt(float(weight @ _covariance(curve.tau[at], error) @ weight))
+    return share > min(of_mean, _WHOLE)
 
 
-def _covariance(curve: DeviationCurve, at: NDArray[np.intp]) -> NDArray[np.float64]:
+def _covariance(tau: NDArray[np.float64], error: NDArray[np.float64]) -> NDArray[np.float64]:
     """Covariance of log variances by eq. (26)."""
-    delta, octave = 2 * curve.error[at], np.log2(curve.tau[at])
+    delta, octave = 2 * error, np.log2(tau)
     covariance: NDArray[np.float64] = np.outer(delta, delta) * _CORRELATION ** np.abs(octave[:, None] - octave)
     return covariance

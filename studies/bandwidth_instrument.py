@@ -9,26 +9,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import sigmatau as st
+from studies.runner import run
 
 Floats = NDArray[np.float64]
 
 SENSORS = 1000
-PART = 50
+PART = 25
 """Sensors of a cell."""
 
-SINGLE = 200
+SINGLE = 100
 """Single logs that are too slow, and single fast ones."""
 
 KINDS = ("one pole", "Butterworth", "two poles", "running mean", "FIR")
 RATES = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 SAMPLES = (3000, 9000)
 OVER_BANDWIDTH, OVER_RATE = 64.0, 16.0
+MEMORY = 4.0
+"""Of poles, over the inverse of the bandwidth: what is before has an amplitude of 1e-5."""
 STEPS = (1e-3, 1.0)
 """Of the values, over the standard deviation of their differences."""
 
@@ -73,15 +77,24 @@ class Sensor:
 
     def samples(self, rate: float, n: int, rng: np.random.Generator) -> Floats:
         """White noise behind the filter, sampled without an anti-alias filter, with slow noise and rounding; shape (n,)."""
-        from scipy.signal import lfilter, oaconvolve
+        from scipy.signal import lfilter
 
         over = math.ceil(max(OVER_RATE, OVER_BANDWIDTH * self.corner / rate))
         fast = rate * over
         num, den = self.taps(fast)
-        settle = max(len(num), round(8 * fast / self.corner)) if len(den) > 1 else len(num)
-        white = DENSITY * math.sqrt(fast) * rng.standard_normal(n * over + settle)
-        y = lfilter(num, den, white) if len(den) > 1 else oaconvolve(white, num, mode="valid")
-        return _rounded(y[-n * over :: over] + self._slow(rate, n, rng), rng)
+        # Of the noise before a sample only the part matters that the filter remembers.
+        memory = len(num) if len(den) == 1 else round(MEMORY * fast / self.corner)
+        sigma = DENSITY * math.sqrt(fast)
+        if over >= memory:
+            white = sigma * rng.standard_normal((n, memory))
+        elif len(den) == 1:
+            white = np.lib.stride_tricks.sliding_window_view(sigma * rng.standard_normal(n * over + memory), memory)
+            white = white[::over][:n]
+        else:
+            white = sigma * rng.standard_normal((1, n * over + memory))
+        y = white @ num if len(den) == 1 else lfilter(num, den, white)
+        y = y if y.ndim == 1 else y[:, -1] if len(y) == n else y[0, memory::over]
+        return _rounded(y + self._slow(rate, n, rng), rng)
 
     def _slow(self, rate: float, n: int, rng: np.random.Generator) -> Floats:
         """Flicker and a random walk that cross the white noise far below the bandwidth and half the rate."""
@@ -174,3 +187,134 @@ def judged(sensor: Sensor, records: Mapping[str, st.Record]) -> dict[str, Any]:
             "error": math.log(interval.value / value),
         }
     return row
+
+
+def main() -> None:
+    """Run the study and write docs/study/bandwidth-instrument.md."""
+    cells: dict[str, tuple[Any, tuple[Any, ...]]] = {}
+    for part in range(SINGLE // PART):
+        cells[f"slow log alone {part}"] = (single_logs, (False, PART))
+        cells[f"fast log alone {part}"] = (single_logs, (True, PART))
+    for part in range(SENSORS // PART):
+        kind = KINDS[part % len(KINDS)]
+        cells[f"{kind} {part}"] = (sensors, (kind, PART))
+    settings = repr((KINDS, RATES, SAMPLES, OVER_BANDWIDTH, OVER_RATE, MEMORY, STEPS, LEVEL, DENSITY))
+    results = run("bandwidth-instrument", cells, settings=settings)
+    several = [row for name, rows in results.items() if "alone" not in name for row in rows]
+    slow = [row for name, rows in results.items() if name.startswith("slow") for row in rows]
+    fast = [row for name, rows in results.items() if name.startswith("fast") for row in rows]
+    Path("docs/study/bandwidth-instrument.md").write_text(page(several, slow, fast), encoding="utf-8")
+
+
+def page(several: list[dict[str, Any]], slow: list[dict[str, Any]], fast: list[dict[str, Any]]) -> str:
+    """The page of the study."""
+    gates = Gates()
+    lines = [_HEAD.format(sensors=len(several), level=100 * LEVEL)]
+    lines.append(_row("all", several, gates))
+    lines += [_row(kind, [row for row in several if row["kind"] == kind]) for kind in KINDS]
+    lines += [_row(f"{logs} logs", [row for row in several if row["logs"] == logs]) for logs in range(2, 7)]
+    lines += ["", _OF_FORMS, ""]
+    lines += [
+        "| sensor | sensors | its form is the best or as likely | logs differ | refused | not explained |",
+        "|---|---|---|---|---|---|",
+    ]
+    for kind in KINDS:
+        rows = [row for row in several if row["kind"] == kind]
+        forms = sum(_is_named(row) for row in rows)
+        counts = [_count(rows, verdict) for verdict in ("logs differ", "refused", "not explained")]
+        lines.append(f"| {kind} | {len(rows)} | {_share(forms, len(rows))} | {' | '.join(map(str, counts))} |")
+    false = sum(_count(several, verdict) for verdict in ("logs differ", "refused"))
+    gates.at_most("consistent logs that are refused or said to differ", false, len(several), FALSE_ALARMS)
+    lines += ["", "## One log alone", "", _SINGLE, ""]
+    lines += [
+        "| rate | logs | bandwidth not shown | limit or interval contains the bandwidth | N |",
+        "|---|---|---|---|---|",
+    ]
+    for name, rows in (("a tenth to a third of the bandwidth", slow), ("4 to 20 times the bandwidth", fast)):
+        judged_rows = [row for row in rows if "bandwidth" in row]
+        inside = [
+            _share(sum(row[q]["inside"] for row in judged_rows), len(judged_rows)) for q in ("bandwidth", "random_walk")
+        ]
+        unknown = _count(rows, "rate too low")
+        lines.append(f"| {name} | {len(rows)} | {_share(unknown, len(rows))} | {inside[0]} | {inside[1]} |")
+    gates.at_most("slow logs alone with a bandwidth", len(slow) - _count(slow, "rate too low"), len(slow), FALSE_ALARMS)
+    return "\n".join([*lines, "", "## Gates", "", *gates.lines]) + "\n"
+
+
+FALSE_ALARMS = 0.01
+"""Share of consistent logs that may be refused, and of slow logs that may have a bandwidth: ten times the tests' level."""
+
+
+class Gates:
+    """Stated limits ± 3 standard errors, each a line of the page."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def near_level(self, what: str, inside: int, count: int) -> None:
+        """Coverage at the level."""
+        share, error = inside / count, math.sqrt(LEVEL * (1 - LEVEL) / count)
+        verdict = "held" if abs(share - LEVEL) <= 3 * error else "**missed**"
+        self.lines.append(f"- {what}: {100 * share:.1f} %, stated {100 * LEVEL:g} ± {300 * error:.1f} %: {verdict}")
+
+    def at_most(self, what: str, number: int, count: int, limit: float) -> None:
+        """A share below a limit."""
+        highest = limit + 3 * math.sqrt(limit * (1 - limit) / count)
+        verdict = "held" if number / count <= highest else "**missed**"
+        self.lines.append(f"- {what}: {number} of {count}, at most {100 * highest:.1f} %: {verdict}")
+
+
+def _row(name: str, rows: list[dict[str, Any]], gates: Gates | None = None) -> str:
+    """Coverage and width in a group of sensors; those refused have no interval."""
+    with_intervals = [row for row in rows if "bandwidth" in row]
+    cells = [f"| {name} | {len(rows)} | {_count(rows, 'rate too low')}"]
+    for quantity in ("bandwidth", "random_walk"):
+        inside = sum(row[quantity]["inside"] for row in with_intervals)
+        halves = [row[quantity]["half"] for row in with_intervals if row[quantity]["half"] is not None]
+        width = f"{100 * float(np.median(halves)):.1f} %" if halves else "-"
+        cells.append(f"{_share(inside, len(with_intervals))} | {width}")
+        if gates is not None:
+            gates.near_level(f"coverage of the {quantity.replace('_', ' ')}", inside, len(with_intervals))
+    return " | ".join(cells) + " |"
+
+
+def _count(rows: list[dict[str, Any]], verdict: str) -> int:
+    return sum(row["verdict"] == verdict for row in rows)
+
+
+def _share(number: int, count: int) -> str:
+    """A share with its standard error."""
+    share = number / max(count, 1)
+    return f"{100 * share:.1f} ± {100 * math.sqrt(share * (1 - share) / max(count, 1)):.1f} %"
+
+
+def _is_named(row: dict[str, Any]) -> bool:
+    """Whether the form of the sensor is among those of the result. Two poles of any damping hold Butterworth's."""
+    names = {"Butterworth": ("Butterworth, 2 poles", "two poles"), "FIR": ("FIR, Hamming taper", "FIR, Blackman taper")}
+    return any(shape in names.get(row["kind"], (row["kind"],)) for shape in row.get("shapes", ()))
+
+
+_HEAD = """# Bandwidth from several rates: coverage
+
+Made by `make study` (studies/bandwidth_instrument.py): `sigmatau.bandwidth` on {sensors} simulated sensors, with 2 to 6 logs
+each at 10 Hz to 2 kHz. A sensor is one pole, two Butterworth poles, two poles with a damping of 0.45 to 1.3, a running mean,
+or a FIR filter with a Hamming taper. Its bandwidth is 0.03 to 0.6 times the fastest rate. A log has 3000 to 9000 samples of
+white noise, made in the time domain at 64 times the bandwidth and at 16 times the rate or more, filtered, and every k-th
+sample taken; flicker and a random walk of its own, in front of the filter or behind it; and rounded values.
+
+Shares are those of intervals that contain the truth, ± a standard error, out of the sensors that were not refused;
+{level:g} % are stated. "Open": the logs do not show the bandwidth, and the interval is a lower limit. The widths are medians
+of half the interval over the value.
+
+| sensors | number | open | bandwidth inside | ± | N without aliasing inside | ± |
+|---|---|---|---|---|---|---|"""
+
+_OF_FORMS = """The form of the filter is a result too. With some thousand samples at rates near the bandwidth several forms
+are as likely, and the intervals contain all of them."""
+
+_SINGLE = """A log at a tenth to a third of the bandwidth is white: any bandwidth above a limit explains it. A log at
+four times the bandwidth or more shows its filter alone."""
+
+
+if __name__ == "__main__":
+    main()

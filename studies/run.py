@@ -5,6 +5,7 @@ from __future__ import annotations
 from studies import (
     adis16405,
     bandwidth,
+    bandwidth_instrument,
     coarse,
     consistent,
     coverage,
@@ -52,6 +53,7 @@ STUDIES = (
     gaps,
     joint,
     bandwidth,
+    bandwidth_instrument,
     round_trip,
     stability,
     selection,

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from studies.bandwidth_instrument import DENSITY, KINDS, Sensor, logs_of
+from studies.bandwidth_instrument import DENSITY, KINDS, LEVEL, Sensor, logs_of, sensors
 
 import sigmatau as st
 from known import seed_of
@@ -124,10 +124,44 @@ def test_gaps_and_lines_change_little():
     assert abs(math.log(spoiled.bandwidth.value / clean.bandwidth.value)) < width
 
 
+def test_a_strong_line_is_subtracted():
+    """A line of 20 standard deviations leaks into the whole spectrum."""
+    device, rng = sensor("strong line")
+    y = device.samples(500.0, 20000, rng)
+    clean = st.bandwidth(st.Record.from_arrays(rate=500, gyro_x=y))["gyro_x"]
+    hum = 20 * y.std() * np.sin(2 * np.pi * 50.03 * np.arange(len(y)) / 500 + 1)
+    spoiled = st.bandwidth(st.Record.from_arrays(rate=500, gyro_x=y + hum))["gyro_x"]
+    assert spoiled.shape == clean.shape
+    assert spoiled.bandwidth.value == pytest.approx(clean.bandwidth.value, rel=0.01)
+    assert spoiled.random_walk.value == pytest.approx(clean.random_walk.value, rel=0.01)
+
+
+def test_a_digital_filter_of_a_single_log():
+    from scipy.signal import butter, sosfilt
+
+    white = np.random.default_rng(seed_of("digital")).standard_normal(21_000)
+    y = sosfilt(butter(2, 40.0, fs=400, output="sos"), white)[1000:]
+    result = st.bandwidth(st.Record.from_arrays(rate=400, gyro_x=y))["gyro_x"]
+    assert result.shape == "digital Butterworth, 2 poles"
+    assert result.verdict == "adequate"
+    assert result.bandwidth.value == pytest.approx(40, rel=0.05)
+    assert result.random_walk.value == pytest.approx(1 / 20, rel=0.05)  # 1 / √(400 Hz)
+
+
+def test_coverage():
+    """A fast version of studies/bandwidth_instrument.py."""
+    rows = [row for kind in KINDS for row in sensors(seed_of(f"coverage of {kind}"), kind, 4)]
+    with_intervals = [row for row in rows if "bandwidth" in row]
+    assert len(with_intervals) >= len(rows) - 1
+    least = LEVEL - 3 * math.sqrt(LEVEL * (1 - LEVEL) / len(with_intervals))
+    for quantity in ("bandwidth", "random_walk"):
+        assert np.mean([row[quantity]["inside"] for row in with_intervals]) >= least
+
+
 def test_too_short_and_constant():
-    with pytest.raises(st.RecordTooShortError, match="at most 100 samples without gaps") as error:
+    with pytest.raises(st.RecordTooShortError, match="has 0 samples in runs of 256 without gaps") as error:
         st.bandwidth({"short.csv": st.Record.from_arrays(rate=100, gyro_x=noise("short", 100))})
-    assert (error.value.need, error.value.got) == (256, 100)
+    assert (error.value.need, error.value.got) == (1000, 0)
     with pytest.raises(st.DataError, match=r"flat\.csv: gyro_x never changes"):
         st.bandwidth({"flat.csv": st.Record.from_arrays(rate=100, gyro_x=np.ones(1000))})
 

@@ -73,8 +73,8 @@ def bandwidth(
     -----
     Slow noise of each log is in the model as 1/f and 1/f², rounding with step²/12, and white noise of the converter if the
     logs demand it. Filters with one to six poles, running means and tapered FIR filters are compared by their deviance, with
-    a price of 4 for a further number, and the intervals contain all that explain the logs as well. See
-    :doc:`/study/bandwidth-instrument` for the coverage.
+    a price of 4 for a further number; digital filters too, if all records have one rate. The intervals contain all that
+    explain the logs as well. See :doc:`/study/bandwidth-instrument` for the coverage.
 
     References
     ----------
@@ -190,6 +190,6 @@ def _contradiction_text(contradicts: Contradiction, count: int, channel: str) ->
     rest = "that of the other logs" if count > _PAIR else "that of the other log"
     return (
         f"{contradicts.name}: {channel} is of another sensor or configuration: its {what} {rest}"
-        f" (χ² = {contradicts.chi2:.3g}, {contradicts.freedom} degrees of freedom). Leave this log out, or record all logs"
+        f" (χ² = {contradicts.chi2:.0f}, {contradicts.freedom} degrees of freedom). Leave this log out, or record all logs"
         " with one configuration"
     )

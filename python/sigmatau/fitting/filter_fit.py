@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -24,7 +24,7 @@ PRICE = 4.0
 """Fall of the deviance that a further number of the model must gain. SAME as that of the filters of a single record."""
 
 _SLOW = 2  # powers of 1/f of slow noise
-_ROUNDS = 40  # of reweighting, at most
+_ROUNDS, _ROUNDS_OF_SEARCH = 40, 5  # of reweighting, at most
 _SETTLED = 1e-4  # fall of the deviance that ends them
 _STEPS = 25  # of the numbers of a filter
 _DIFFERENCE = 1e-3  # of ln of a number, for derivatives
@@ -33,9 +33,9 @@ _SINGULAR = 1e-8  # singular values over the largest that count as 0
 _NOTHING = 1e-150  # a length in place of 0
 _SMALLEST_ERROR, _LARGEST_ERROR = 1e-4, 0.5  # of ln of a number, that are believed of a curvature
 _HALVINGS = 6
-_CORNERS = 3.0  # tried in an octave
+_CORNERS = 2.0  # tried in an octave
 _LOWEST_CORNER, _HIGHEST_CORNER = 0.002, 64.0  # that are tried, over the lowest and the highest rate
-_SEARCHED = (("one pole", 1), ("Butterworth", 2), ("running mean", 1))  # with all corners; the others start at the best
+_SEARCHED = (("one pole", 1), ("running mean", 1))  # with all corners; the others start at the best
 _FIRST_STEPS = 4
 _HOPELESS = 100.0  # rise over the best at which a family is given up after a first look
 _MODES_OF_SEARCH = 30.0  # degrees of freedom of a bin: errors of 26 % bridge two corners of the search
@@ -125,6 +125,8 @@ class Logs:
         Density of the rounding of the values.
     places : tuple of slice
         Of the bins of each log.
+    rounds : int
+        Of reweighting, at most.
     """
 
     spectra: tuple[LogSpectrum, ...]
@@ -132,6 +134,7 @@ class Logs:
     modes: Floats = field(repr=False)
     rounding: Floats = field(repr=False)
     places: tuple[slice, ...] = field(repr=False)
+    rounds: int = _ROUNDS
 
     @classmethod
     def of(cls, spectra: Sequence[LogSpectrum]) -> Logs:
@@ -149,7 +152,8 @@ class Logs:
         """The same logs with few degrees of freedom a bin and more white noise, for a search: maxima are then wide."""
         more = np.concatenate([np.full(len(s.density), _NOISE_OF_SEARCH * np.median(s.density)) for s in self.spectra])
         modes = np.minimum(self.modes, _MODES_OF_SEARCH)
-        return replace(self, modes=modes, density=self.density + more, rounding=self.rounding + more)
+        density, rounding = self.density + more, self.rounding + more
+        return replace(self, modes=modes, density=density, rounding=rounding, rounds=_ROUNDS_OF_SEARCH)
 
     def columns(self, form: Form, numbers: Floats) -> Floats:
         """Densities of levels of 1, shape (n_bins, n_levels)."""
@@ -189,7 +193,7 @@ class Logs:
         table = self.columns(form, numbers)
         model = self.density if begin is None else begin
         best, levels = math.inf, np.zeros(table.shape[1])
-        for _ in range(_ROUNDS):
+        for _ in range(self.rounds):
             weight = np.sqrt(self.modes) / model
             levels, _ = nnls(table * weight[:, None], (self.density - self.rounding) * weight)
             model = np.maximum(table @ levels + self.rounding, 1e-9 * self.density)
@@ -278,17 +282,20 @@ def corner_limits(spectra: Sequence[LogSpectrum]) -> tuple[float, float]:
 
 def best_fits(logs: Logs) -> list[FilterFit]:
     """The fits of all families that are not hopeless, the best first."""
-    families = {(f.name, f.order): f for f in all_filters()}
+    rates = {log.rate for log in logs.spectra}
+    # A digital filter runs at the rate of the logs, if they have one.
+    families = {(f.name, f.order): f for f in all_filters(rates.pop() if len(rates) == 1 else None)}
     low, high = corner_limits(logs.spectra)
     corners = np.linspace(low, high, math.ceil((high - low) / math.log(2) * _CORNERS) + 1)
     rough = logs.weakened()
     starts = [_started(rough, families[key], corners) for key in _SEARCHED]
     tried = min(starts, key=lambda fit: fit.cost).numbers[0] + np.log(_TRIALS)
     starts += [_started(rough, family, tried) for key, family in families.items() if key not in _SEARCHED]
-    fits = _refined(logs, [_changed(logs, fit, fit.form) for fit in starts])
-    # Slow noise behind the filter, then white noise of the converter.
-    fits = _better(logs, fits, lambda form: replace(form, passes=False))
-    return _better(logs, fits, lambda form: replace(form, converter=True))
+    forms = [_changed(logs, fit, replace(fit.form, passes=passes)) for fit in starts for passes in (True, False)]
+    fits = _refined(logs, forms)
+    converted = _refined(logs, [_changed(logs, fit, replace(fit.form, converter=True)) for fit in fits])
+    # Noise of the converter is no explanation unless the logs demand it.
+    return sorted([*converted, *fits], key=_cost) if converted[0].cost < fits[0].cost else fits
 
 
 def _started(logs: Logs, family: SensorFilter, corners: Floats) -> FilterFit:
@@ -304,17 +311,16 @@ def _refined(logs: Logs, starts: Sequence[FilterFit]) -> list[FilterFit]:
     """Full fits of those that are not hopeless after a few steps, the best first."""
     rough = [logs.fit_numbers(start, steps=_FIRST_STEPS) for start in starts]
     least = min(fit.cost for fit in rough)
-    return sorted((logs.fit_numbers(fit) for fit in rough if fit.cost < least + _HOPELESS), key=lambda fit: fit.cost)
+    best: dict[SensorFilter, FilterFit] = {}  # of each family, with slow noise on one side
+    for fit in rough:
+        if fit.cost < least + _HOPELESS:
+            full = logs.fit_numbers(fit)
+            best[fit.filter] = min(full, best.get(fit.filter, full), key=_cost)
+    return sorted(best.values(), key=_cost)
 
 
-def _better(logs: Logs, fits: list[FilterFit], change: Callable[[Form], Form]) -> list[FilterFit]:
-    """All families in another form if that makes the best fit better; both forms if neither is worse than its price."""
-    changed = _refined(logs, [_changed(logs, fit, change(fit.form)) for fit in fits])
-    if changed[0].cost < fits[0].cost - PRICE:
-        return changed
-    if changed[0].cost > fits[0].cost + PRICE:
-        return fits
-    return sorted([*fits, *changed], key=lambda fit: fit.cost)
+def _cost(fit: FilterFit) -> float:
+    return fit.cost
 
 
 def _changed(logs: Logs, fit: FilterFit, form: Form) -> FilterFit:

@@ -14,10 +14,10 @@ from sigmatau.fitting.filter_fit import FilterFit, Logs, best_fits, corner_limit
 from sigmatau.fitting.sensor_filters import SensorFilter, all_filters
 from sigmatau.frozen import frozen
 
-_DIRECTIONS = 16  # about the best of two numbers, in which the edge is searched
+_DIRECTIONS = 12  # about the best of two numbers, in which the edge is searched
 _INSIDE_OF_TWO = (0.4, 0.75)  # of the way to the edge
 _INSIDE = (0.2, 0.4, 0.6, 0.8)
-_BISECTIONS = 7  # of the way to the edge: 1 % of it
+_BISECTIONS = 6  # of the way to the edge: 2 % of it
 _WIDER = 2.0  # factor of a way that does not reach the edge
 _WIDENINGS = 14
 _NOTHING = 1e-12  # ratio of N² of a log without white noise
@@ -68,7 +68,7 @@ def _region(logs: Logs, best: FilterFit, most: float) -> list[Explanation]:
         """None beyond the edge."""
         fit = logs.fit_levels(best.form, numbers, begin=best.fit.model)
         room = most - fit.deviance - best.form.price
-        if room < 0 or not fit.levels[0] > 0:
+        if room < 0 or not fit.error < fit.levels[0]:
             return None
         return Explanation(
             filter=best.filter,
@@ -150,7 +150,7 @@ class Contradiction:
 
 def contradiction(logs: Logs, best: FilterFit, significant: float) -> Contradiction | None:
     """The log that contradicts the others the most; None of a single log, or if the p-value is not below `significant`."""
-    count, freedom = len(logs.spectra), 1 + best.filter.count
+    count, freedom = len(logs.spectra), 1 + best.filter.count + best.form.converter
     if count == 1:
         return None
     falls = []

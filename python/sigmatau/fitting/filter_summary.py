@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,9 +24,9 @@ from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
 _RESPONSE_FROM, _RESPONSE_TO, _RESPONSES = 0.03, 10.0, 61  # frequencies of the response, over the bandwidth
-_RATE_FROM, _RATE_TO, _RATES = 0.25, 100.0, 41  # rates of the aliasing, over the bandwidth
+_RATE_FROM, _RATE_TO, _RATES = 0.25, 100.0, 27  # rates of the aliasing, over the bandwidth
 _FASTEST = 1024.0  # rate over the noise-equivalent bandwidth, above which nothing is aliased
-_RATE_STEP = 1.05  # of the search from there
+_RATE_STEP = 1.1  # of the search from there
 _BISECTIONS = 12
 
 Quantity = Callable[[SensorFilter, Floats], float]
@@ -99,7 +101,7 @@ def summary(
     """
     stream = sources[0].stream
     channel = stream.channels[0]
-    if not region:
+    if not (region and best.fit.error < best.fit.levels[0]):
         raise DataError(f"{channel}: the logs have no white noise of the sensor. Record at a higher rate, or longer")
     is_open = judgement.verdict == "rate too low"
 
@@ -162,7 +164,10 @@ def summary(
 def _in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> Interval:
     """N of the samples of one log, with what is aliased, behind the fitted filter."""
     log = logs.spectra[k]
-    fit = Logs.of([log]).fit_levels(best.form, best.numbers)
+    # In a single log noise of the converter may look as that of the sensor: it has the level of the joint fit.
+    converter = float(best.fit.levels[-1]) / log.rate if best.form.converter else 0.0
+    alone = Logs.of([replace(log, quantization=log.quantization + converter)])
+    fit = alone.fit_levels(replace(best.form, converter=False), best.numbers)
     level = float(fit.levels[0])
     value = math.sqrt(level) * best.filter.aliasing(log.rate, best.numbers)
     if not level > 0:
@@ -182,6 +187,13 @@ def _goodness(logs: Logs, best: FilterFit, k: int) -> float:
 
 def _rate_needed(family: SensorFilter, numbers: Floats, tolerance: float) -> float:
     """The lowest rate from which on N is too large by less than the tolerance. [Hz]"""
+    return math.exp(numbers[0]) * _relative_rate_needed(family, tuple(numbers[1:].tolist()), tolerance)
+
+
+@functools.lru_cache(maxsize=1024)
+def _relative_rate_needed(family: SensorFilter, form: tuple[float, ...], tolerance: float) -> float:
+    """The needed rate over the bandwidth, from the numbers behind the first."""
+    numbers = np.array([0.0, *form])
     high = _FASTEST * family.equivalent(numbers)
     # From above, because the images of a running mean vanish at some low rates.
     while family.aliasing(low := high / _RATE_STEP, numbers) < 1 + tolerance:

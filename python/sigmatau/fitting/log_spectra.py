@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from sigmatau.arrays import Bools, Floats, median, run_edges
 from sigmatau.errors import DataError, RecordTooShortError
 from sigmatau.frozen import frozen
 
-MIN_SAMPLES = 256
-"""Fewest samples of a run without gaps; fewer have no octave of bins beside slow noise."""
+MIN_RUN, MIN_SAMPLES = 256, 1000
+"""Fewest samples of a run without gaps, and of all runs; fewer have no white band beside slow noise."""
 
 NODES = 5
 """Frequencies in a bin at which a model is averaged."""
@@ -29,6 +30,11 @@ _WEAKEST = 1e-3  # density over that of the peak: below, noise of the converter 
 _FEWEST_MODES = 16  # of a bin that has a median, and of one that can be the peak
 _LINE = 30.0  # power of a mode over the mean of its bin; noise has it in 4 of 10⁸
 _SIDE = 8  # modes on either side of a line that go with it
+_LEAKAGE = 0.02  # share of the noise that a line may leak into a mode farther away
+_STRONG = 1e4  # power of a line over that of the noise around it from which on it is subtracted before the transform
+_MOST_LINES, _LOWEST_PEAK, _AROUND = 12, 8, 200  # that are subtracted; first frequency, and frequencies around a line
+_GOLDEN, _GOLDEN_STEPS = 0.6180339887498949, 30  # section of an interval, and sections to 1e-6 of a frequency step
+_NOTHING = 1e-300  # a density in place of 0
 _MOST_RUNS = 64  # without gaps that are used, the longest ones
 _MEDIAN_OF_MODE = 0.45493642  # of χ² with one degree of freedom
 _FOR_STEP = 4096  # samples in which the step of the values is searched
@@ -76,16 +82,19 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
     Raises
     ------
     RecordTooShortError
-        If no run without gaps has `MIN_SAMPLES`, or the white band has no bins.
+        If there are fewer than `MIN_SAMPLES` in runs of `MIN_RUN` without gaps.
+    DataError
+        If the channel never changes.
     """
-    runs = [y[start:stop] for start, stop in run_edges(np.isfinite(y)) if stop - start >= MIN_SAMPLES]
+    runs = [y[start:stop] for start, stop in run_edges(np.isfinite(y)) if stop - start >= MIN_RUN]
     runs = sorted(runs, key=len, reverse=True)[:_MOST_RUNS]
-    if not runs:
-        longest = max((stop - start for start, stop in run_edges(np.isfinite(y))), default=0)
+    usable = sum(map(len, runs))
+    if usable < MIN_SAMPLES:
         raise RecordTooShortError(
-            f"{name}: {channel} has at most {longest} samples without gaps. Record at least {MIN_SAMPLES}, better 30 000",
+            f"{name}: {channel} has {usable} samples in runs of {MIN_RUN} without gaps."
+            f" Record at least {MIN_SAMPLES}, better 30 000",
             need=MIN_SAMPLES,
-            got=int(longest),
+            got=usable,
         )
     lowest = max(_LOWEST_MODE * rate / (2 * len(runs[0])), rate / 2 ** (1 + _OCTAVES_OF_PEAK + _OCTAVES_BELOW))
     octaves = math.log2(0.5 * rate / lowest)
@@ -108,7 +117,7 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
     return LogSpectrum(
         name=name,
         rate=rate,
-        duration=sum(map(len, runs)) / rate,
+        duration=usable / rate,
         nodes=nodes[used],
         density=density[used],
         modes=modes[used],
@@ -120,19 +129,17 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
 def _binned(y: Floats, rate: float, edges: Floats) -> tuple[Floats, Floats, int]:
     """Sum of the densities of the modes in each bin, their number, and how many belong to lines."""
     n = len(y)
-    modes = _cosine_modes(y - y.mean()) ** 2 * (2 / (n * rate))
+    modes = _cosine_modes(_without_strong_lines(y - y.mean())) ** 2 * (2 / (n * rate))
     # Mode k has the frequency k·rate/(2n). The last edge is half the rate, which no mode has.
     places = np.minimum(np.ceil(edges * (2 * n / rate) - 0.5).astype(np.int64), n)
     places = np.maximum(places, _LOWEST_MODE)
-    sums, counts, lines = np.zeros(len(edges) - 1), np.zeros(len(edges) - 1), 0
-    for k, (start, stop) in enumerate(itertools.pairwise(places.tolist())):
-        of_bin = modes[start:stop]
-        if len(of_bin) >= _FEWEST_MODES:
-            white = _without_lines(of_bin)
-            lines += len(of_bin) - int(np.count_nonzero(white))
-            of_bin = of_bin[white]
+    pairs = list(itertools.pairwise(places.tolist()))
+    noise = _without_lines(modes, pairs)
+    sums, counts = np.zeros(len(pairs)), np.zeros(len(pairs))
+    for k, (start, stop) in enumerate(pairs):
+        of_bin = modes[start:stop][noise[start:stop]]
         sums[k], counts[k] = of_bin.sum(), len(of_bin)
-    return sums, counts, lines
+    return sums, counts, int(np.count_nonzero(~noise))
 
 
 def _cosine_modes(y: Floats) -> Floats:
@@ -148,13 +155,39 @@ def _cosine_modes(y: Floats) -> Floats:
     return modes
 
 
-def _without_lines(powers: Floats) -> Bools:
-    """The modes of a bin that are noise; all of them if lines take half."""
-    strong = powers > _LINE * median(powers) / _MEDIAN_OF_MODE
-    if not strong.any():
-        return np.ones(len(powers), dtype=bool)
-    wide = np.convolve(strong, np.ones(2 * _SIDE + 1), mode="same")[: len(powers)] > 0
-    return ~wide if np.count_nonzero(wide) <= len(powers) // 2 else ~strong
+def _without_strong_lines(y: Floats) -> Floats:
+    """The samples without sinusoids that leak into the whole spectrum, each fitted with its frequency."""
+    n = len(y)
+    t = np.arange(n) - 0.5 * (n - 1)
+    window = 1 + np.cos(2 * np.pi * t / n)
+    for _ in range(_MOST_LINES):
+        spectrum = np.abs(np.fft.rfft(y * window)) ** 2
+        k = _LOWEST_PEAK + int(np.argmax(spectrum[_LOWEST_PEAK:]))
+        around = spectrum[max(k - _AROUND, _LOWEST_PEAK) : k + _AROUND]
+        if not spectrum[k] > _STRONG * median(around):
+            break
+        low, high = (k - 1) / n, (k + 1) / n
+        for _ in range(_GOLDEN_STEPS):
+            a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+            powers = [abs(np.dot(y * window, np.exp(-2j * np.pi * x * t))) for x in (a, b)]
+            low, high = (a, high) if powers[0] < powers[1] else (low, b)
+        phase = np.pi * (low + high) * t
+        waves = np.column_stack([np.cos(phase), np.sin(phase)])
+        y = y - waves @ np.linalg.lstsq(waves, y, rcond=None)[0]
+    return y
+
+
+def _without_lines(modes: Floats, pairs: Sequence[tuple[int, int]]) -> Bools:
+    """The modes that are noise: without lines, and without what they leak, which falls as the square of the distance."""
+    noise = np.ones(len(modes), dtype=bool)
+    for start, stop in pairs:
+        if stop - start < _FEWEST_MODES:
+            continue
+        mean = median(modes[start:stop]) / _MEDIAN_OF_MODE
+        for k in (np.flatnonzero(modes[start:stop] > _LINE * mean) + start).tolist():
+            side = _SIDE + math.ceil(math.sqrt(float(modes[k]) / max(_LEAKAGE * mean, _NOTHING)) / math.pi)
+            noise[max(k - side, 0) : k + side + 1] = False
+    return noise
 
 
 def _white_band(f: Floats, density: Floats, modes: Floats, rate: float) -> Bools:

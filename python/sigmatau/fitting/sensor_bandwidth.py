@@ -232,8 +232,8 @@ class SensorBandwidth(Printed):
         texts = []
         if self.verdict == "rate too low":
             texts.append(
-                f"{self.channel}: these logs do not show the bandwidth, as their noise is white up to half the rate."
-                f" Record at {self.record_at:.3g} Hz or more"
+                f"{self.channel}: these logs do not show the bandwidth, as no filter is visible below half the rate."
+                f" Record at {float(f'{self.record_at:.3g}'):g} Hz or more"
             )
         if self.verdict == "logs differ":
             texts.append(
@@ -254,7 +254,9 @@ class SensorBandwidth(Printed):
         label = TERMS["random_walk"].label(self.quantity)
         name = f"{self.channel}   filter: {self.shape}"
         if self.alternatives:
-            name += f"; as likely: {', '.join(self.alternatives)}"
+            name += f"; as likely: {'; '.join(self.alternatives)}"
+        if self.verdict == "rate too low":
+            name = f"{self.channel}   filter: not shown by these logs"
         rows = [
             ("bandwidth, -3 dB", self.bandwidth, 1.0, "Hz"),
             ("noise-equivalent bandwidth", self.equivalent, 1.0, "Hz"),

@@ -29,6 +29,7 @@ _SHARPNESS = (
 _TAPS = 256  # of the impulse response of a FIR filter in its table
 _PADDED = 16384  # samples of the transform of a table: 64 frequencies for the inverse of the duration
 _BEYOND = 3.0  # inverse durations above the cutoff up to which a FIR filter lets anything pass
+_HIGHEST_DIGITAL = 0.49  # corner of a digital filter over its clock
 _LOWEST = 1e-12  # |H|², at its zeros
 
 
@@ -70,8 +71,8 @@ class SensorFilter:
     @property
     def text(self) -> str:
         """The family with its order."""
-        if self.name == "Butterworth":
-            return f"Butterworth, {self.order} poles"
+        if self.name.endswith("Butterworth"):
+            return f"{self.name}, {self.order} pole{'s' if self.order > 1 else ''}"
         return f"{self.order} running means in series" if self.name == "running mean" and self.order > 1 else self.name
 
     def aliasing(self, rate: float, numbers: Floats) -> float:
@@ -79,11 +80,13 @@ class SensorFilter:
         return math.sqrt(float(self.folded(np.zeros(1), rate, numbers)[0]))
 
 
-def all_filters() -> tuple[SensorFilter, ...]:
-    """The families that are compared, those with fewer numbers first."""
+@functools.cache
+def all_filters(clock: float | None = None) -> tuple[SensorFilter, ...]:
+    """The families that are compared, those with fewer numbers first; digital filters too, if their clock is stated. [Hz]"""
     butterworth = [_of_poles("one pole" if n == 1 else "Butterworth", n) for n in (1, 2, 3, 4, 6)]
     means = [_of_means(stages) for stages in (1, 2, 3)]
-    return (*butterworth, *means, _two_poles(), *(_of_taper(name) for name in _TAPERS))
+    digital = [] if clock is None else [_digital(order, clock) for order in (1, 2, 3, 4)]
+    return (*butterworth, *means, *digital, _two_poles(), *(_of_taper(name) for name in _TAPERS))
 
 
 def _of_poles(name: str, order: int) -> SensorFilter:
@@ -102,6 +105,24 @@ def _of_poles(name: str, order: int) -> SensorFilter:
         return math.exp(numbers[0]) * (math.pi / (2 * order)) / math.sin(math.pi / (2 * order))
 
     return SensorFilter(name=name, order=order, power=power, folded=folded, equivalent=equivalent)
+
+
+def _digital(order: int, clock: float) -> SensorFilter:
+    """A Butterworth filter by the bilinear transform, of samples at a rate."""
+
+    def power(f: Floats, numbers: Floats) -> Floats:
+        corner = min(math.exp(numbers[0]), _HIGHEST_DIGITAL * clock)
+        ratio = np.tan(np.pi * np.minimum(f / clock, 0.5)) / math.tan(math.pi * corner / clock)
+        return np.asarray(np.where(f < clock / 2, np.maximum(1 / (1 + ratio ** (2 * order)), _LOWEST), 0.0))
+
+    def folded(f: Floats, rate: float, numbers: Floats) -> Floats:
+        return _images(f, rate, lambda at: power(at, numbers), math.ceil(0.5 * clock / rate))
+
+    def equivalent(numbers: Floats) -> float:
+        f = (np.arange(_TAPS * 16) + 0.5) / (_TAPS * 32) * clock
+        return float(power(f, numbers).mean()) * clock / 2
+
+    return SensorFilter(name="digital Butterworth", order=order, power=power, folded=folded, equivalent=equivalent)
 
 
 def _two_poles() -> SensorFilter:

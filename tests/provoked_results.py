@@ -167,6 +167,9 @@ PROVOKED = {
         st.DataError: (lambda: st.lot_report(lot(), "missing/lot.json"),),
         ImportError: (lambda: without("typst", lambda: st.lot_report(lot(), "lot.pdf")),),
     },
+    "show_in": {
+        st.OptionError: (lambda: st.show_in("furlongs").__enter__(), lambda: st.show_in("deg/h:one-sided").__enter__())
+    },
     "plot_overlay": {
         st.OptionError: (
             lambda: st.plot_overlay({}),

@@ -41,6 +41,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "dynamic_allan",
             "Accumulator",
             "plot_overlay",
+            "show_in",
         ),
     ),
     (

@@ -34,6 +34,7 @@ from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from .model.psd_avar import AvarFromPsd, avar_from_psd
 from .navigation.predict import predict
+from .noise.shown import show_in
 from .plot.overlay import plot_overlay
 from .quality.check import check
 from .quality.inspection import inspect
@@ -125,6 +126,7 @@ __all__ = [
     "read",
     "read_off",
     "report",
+    "show_in",
     "simulate",
     "simulate_to",
     "state_space",

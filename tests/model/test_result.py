@@ -8,6 +8,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import Analysis, DataError, NoiseModel, Record, analyze, simulate
+from sigmatau.digits import round_to_error
 from sigmatau.fitting.noise_fit import Fits
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
@@ -52,10 +53,8 @@ class TestAdequate:
         for term, (low, high) in channel.intervals.items():
             (line,) = (row for row in text.splitlines() if row.startswith(f"{term} = "))
             unit, factor = display_units(term, "angular_rate", "rad/s")[0]
-            shown = [float(x) for x in line.split("[")[1].split("]")[0].split(",")]
-            # Half the interval has two digits.
-            assert shown == pytest.approx([low / factor, high / factor], abs=0.026 * (high - low) / factor)
-            assert line.endswith(f"] {unit}, 95 % interval")
+            number = round_to_error(channel.terms[term] / factor, low / factor, high / factor).text
+            assert line.endswith(f"# {number} {unit}, 95 % interval")
         assert "errors of random_walk, rate_random_walk go together" in text
         back = NoiseModel.read(tmp_path / "m.toml").channels["gyro_x"]
         assert dict(back) == dict(channel)

@@ -10,6 +10,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
+from contextvars import copy_context
 from typing import TYPE_CHECKING
 
 from sigmatau.hints import as_options, speaking
@@ -74,7 +75,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     try:
         with _termination(), settled():
-            result = app(
+            result = copy_context().run(  # units that are shown end with the command
+                app,
                 [*words[1:], "--help"] if words[:1] == ["help"] else repeat_options(app, words),
                 exit_on_error=False,
                 print_error=False,

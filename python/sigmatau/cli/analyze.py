@@ -18,7 +18,7 @@ from sigmatau.analysis import Analysis, FailedAnalysis, analyze
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
-from sigmatau.cli.declared import Flag, InMain, InMethod, InOutput, MayBeMinus, Quiet, Texts, Verbose
+from sigmatau.cli.declared import Flag, InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts, Verbose
 from sigmatau.cli.earlier import curves_beside, expect, is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
@@ -47,8 +47,10 @@ from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import check_shown
 from sigmatau.quality.clocks import clocks
-from sigmatau.record.record import Record, stream_name
+from sigmatau.record.record import Record, kinds_of, stream_name
 from sigmatau.reporting.report import ENDINGS
 from sigmatau.reporting.report import report as write_report
 
@@ -76,6 +78,7 @@ def analyze_command(
     joint_axes: Annotated[bool, Flag, InMethod] = False,
     common: Annotated[str | None, InMethod] = None,
     jobs: Annotated[int | None, InOutput] = None,
+    show: Show = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> int:
@@ -116,6 +119,9 @@ def analyze_command(
         terms differ from run to run, and their value is the mean over runs.
     jobs
         Number of logs to analyse in parallel (default 1).
+    show
+        Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
+        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI.
     verbose
         Print all coefficients and findings, not only the main ones.
     quiet
@@ -124,6 +130,7 @@ def analyze_command(
     if not logs:
         raise OptionError("name a log, several logs, or a folder of logs", option="log")
     logs = matched(logs)
+    set_shown(show)
     chosen: dict[str, Any] = {
         **(settings or Settings()).arguments(),
         "stability": stability is not None,
@@ -168,7 +175,7 @@ def analyze_command(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
             option="export",
         )
-    return _many(logs, reading, chosen, outputs, overlay=overlay, jobs=jobs, verbose=verbose, quiet=quiet)
+    return _many(logs, reading, chosen, outputs, overlay=overlay, jobs=jobs, show=show, verbose=verbose, quiet=quiet)
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:
@@ -229,6 +236,7 @@ def _one(
     expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
     with _failures_written(log, outputs.json, outputs.notes):
         record = read_log(log, reading, quiet=quiet)
+        check_shown(kinds_of(record))
         exports.check_record(record)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
         if outputs.json is not None or outputs.report is not None:
@@ -328,6 +336,7 @@ def _many(
     *,
     overlay: Path | None,
     jobs: int | None,
+    show: str | None,
     verbose: bool,
     quiet: bool,
 ) -> int:
@@ -361,7 +370,7 @@ def _many(
         expect(*pictures, *reports, csv=None if outputs.csv is None else outputs.csv / f"{name}.csv")
     work = partial(
         _in_a_process, names=names, readings=readings, settings=settings,
-        outputs=outputs,
+        outputs=outputs, show=show,
     )  # fmt: skip
     outcomes: dict[Path, batch.Outcome] = {}
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
@@ -395,9 +404,17 @@ def _curves(log: Path, analysis: Analysis) -> Curves:
 
 
 def _in_a_process(
-    log: Path, *, names: dict[Path, str], readings: Mapping[Path, Reading], settings: dict[str, Any], outputs: Outputs
+    log: Path,
+    *,
+    names: dict[Path, str],
+    readings: Mapping[Path, Reading],
+    settings: dict[str, Any],
+    outputs: Outputs,
+    show: str | None,
 ) -> Analysis:
+    set_shown(show)  # for the rows of the table too, which this process prints
     record = read_log(log, readings[log], quiet=True)
+    check_shown(kinds_of(record))
     analysis = analyze(record, **settings)
 
     def within(folder: Path | None, ending: str) -> Path | None:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from sigmatau.cli.declared import Show
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
@@ -28,6 +29,8 @@ from sigmatau.io.atomic import atomic
 from sigmatau.lots.comparison import RunComparison, compare_runs
 from sigmatau.lots.comparison_text import overview, tables, unused_lines
 from sigmatau.lots.options import CompareOptions
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import check_shown
 from sigmatau.results import csv_text
 
 _MOST_UNUSED = 10  # results that are named on the screen
@@ -47,6 +50,7 @@ def compare_command(
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
     temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     datasheet: Annotated[str | None, Parameter(show=False)] = None,
+    show: Show = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
     """Compare runs of a unit: repeatability, spread between runs with its interval, outlying runs.
@@ -76,9 +80,13 @@ def compare_command(
         With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     temperature
         With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
+    show
+        Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
+        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI.
     quiet
         Print only errors on standard error.
     """
+    set_shown(show)
     if datasheet is not None:
         raise OptionError(
             f"--datasheet is an option of sigmatau lot now: sigmatau lot RESULTS --spec {datasheet}", option="datasheet"
@@ -110,6 +118,7 @@ def compare_command(
             if store is None
             else _of_store(store, unit or [], temperature, options)
         )
+    check_shown({label.channel: (label.quantity, label.rate_unit) for label in comparison.table.labels})
     if csv is not None:
         with atomic(csv) as temporary:
             temporary.write_text(csv_text(comparison.columns()), encoding="utf-8")

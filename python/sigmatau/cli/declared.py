@@ -31,6 +31,7 @@ Texts: Parameter = Parameter(negative=())
 MayBeMinus: Parameter = Parameter(allow_leading_hyphen=True)
 
 Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"]), Flag, InOutput]
+Show = Annotated[str | None, InOutput]
 Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"]), Flag, InMain]
 
 

@@ -30,7 +30,8 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
 from sigmatau.lots.joint import AnalysedRun, JointAnalysis, analysed_run, fit_analysed
-from sigmatau.record.record import Record
+from sigmatau.noise.terms import check_shown
+from sigmatau.record.record import Record, kinds_of
 from sigmatau.record.streams import Stream
 
 if TYPE_CHECKING:
@@ -140,6 +141,7 @@ def _analysed(
             code = 1  # of an error
             try:
                 record = read_log(log, readings[log], quiet=True)
+                check_shown(kinds_of(record))
                 exports.check_record(record)
                 _check_same_sensor(record, names[log], firsts, over)
                 analysis = analyze(record, **settings)

@@ -15,6 +15,7 @@ from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, FailedAnalysis, analyze
 from sigmatau.cli import batch
+from sigmatau.cli.declared import Show
 from sigmatau.cli.earlier import expect as expect_files
 from sigmatau.cli.earlier import is_result
 from sigmatau.cli.options import (
@@ -38,6 +39,8 @@ from sigmatau.lots.lot import Examined, check_choices, examine, judge_lot
 from sigmatau.lots.lot_result import Lot
 from sigmatau.lots.lot_screen import screen
 from sigmatau.lots.lot_unit import without_result
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import check_shown
 from sigmatau.reporting.lot_report import LOT_ENDINGS, lot_report
 from sigmatau.results import printable
 
@@ -64,6 +67,7 @@ def lot_command(
     store: str | None = None,
     serial: Annotated[list[str] | None, Parameter(negative=())] = None,
     temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    show: Show = None,
     json: Annotated[bool, Parameter(negative=())] = False,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
@@ -113,6 +117,9 @@ def lot_command(
         With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     temperature
         With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
+    show
+        Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
+        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI.
     json
         Print the lot as JSON.
     verbose
@@ -120,6 +127,7 @@ def lot_command(
     quiet
         Print only errors on standard error.
     """
+    set_shown(show)
     if store is not None and units:
         raise OptionError("give logs or results, or --store, not both", option="store")
     if serial and store is None:
@@ -172,6 +180,8 @@ def lot_command(
         accept=accepted,
         **options,
     )
+    if lot.bands:
+        check_shown({one.channel: (one.quantity, one.unit) for one in lot.bands})
     for path in outputs:
         with working(f"writing {path}", quiet=quiet):
             lot_report(lot, path, command=command_line())

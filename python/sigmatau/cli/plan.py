@@ -14,6 +14,7 @@ from cyclopts import Parameter
 from sigmatau.analysis.inputs import is_result, require_model
 from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
+from sigmatau.cli.declared import Show
 from sigmatau.cli.options import say, working
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.fitted_noise import QUANTIFIED
@@ -23,8 +24,9 @@ from sigmatau.fitting.to_model import has_model
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import has_unit_of, value_in_si
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.shown import set_shown
 from sigmatau.noise.synonyms import unknown_term
-from sigmatau.noise.terms import TERMS, coefficient_unit
+from sigmatau.noise.terms import TERMS, check_shown, coefficient_unit
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,7 @@ def plan_command(
     value: str | None = None,
     rate: float | None = None,
     channels: Annotated[list[str] | None, Parameter(negative=())] = None,
+    show: Show = None,
     json: Annotated[bool, Parameter(negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -71,6 +74,9 @@ def plan_command(
         Sampling rate in Hz. Default: the rate of the record, if the source is a result.
     channels
         Channels to plan for. Default: all channels that have other noise terms and the unit of the value.
+    show
+        Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
+        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI.
     json
         Print JSON instead of text.
     quiet
@@ -79,7 +85,9 @@ def plan_command(
     if term not in TERMS:
         raise OptionError(f"--term: {unknown_term(term)}", option="term")
     check_model(source)
+    set_shown(show)
     found = _channels(source)
+    check_shown({name: (one.quantity, one.rate_unit) for name, one in found.items()})
     unknown = sorted(set(channels or ()) - set(found))
     if unknown:
         raise OptionError(f"--channels {unknown[0]}: {source} has {', '.join(found)}", option="channels")

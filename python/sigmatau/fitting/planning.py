@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.gls import Components, Gls
-from sigmatau.digits import two_digits
+from sigmatau.digits import significant, two_digits
 from sigmatau.errors import OptionError
 from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, coefficient, half_octaves, power_of_interval
 from sigmatau.model.channel import ChannelModel
@@ -109,7 +109,7 @@ class Plan(Printed):
             if self.half is None or self.most is None:
                 lines.append(f"{head} no value, however large")
             else:
-                half, most = two_digits(self.half / factor), two_digits(self.most / factor)
+                half, most = (significant(size / factor, 2, zeros=True) for size in (self.half, self.most))
                 lines.append(f"{head} {half} {text} (50 % probability) or {most} {text} (90 %)")
         if self.value is not None:
             head = f"  {self.value / factor:.4g} {text} needs a record"

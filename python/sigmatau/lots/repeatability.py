@@ -239,9 +239,9 @@ def random_effects(
     >>> import sigmatau as st
     >>> days = [0.973, 0.960, 0.919, 0.947, 0.958, 0.959, 0.945]
     >>> st.random_effects(days, [0.00066] * 7)
-    7 runs: mean 0.951 [0.936, 0.967]
+    7 runs: mean 0.951 ± 0.016
       standard deviation   1.8 %
-      between runs         1.8 % [1.2, 4 %]
+      between runs         1.81 [1.16, 3.98] %
       next run             within ±4.7 %
       homogeneity          p < 0.0001
       varies between runs

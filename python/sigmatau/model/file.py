@@ -28,7 +28,7 @@ from dataclasses import fields
 from typing import Any
 
 from sigmatau import units
-from sigmatau.digits import round_to_error
+from sigmatau.digits import round_to_error, significant
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import PROCESSES, ChannelModel, alike_text
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
@@ -183,7 +183,7 @@ def _limit(channel: ChannelModel, term: str) -> str:
     unit, factor = display_units(term, channel.quantity, channel.unit)[0]
     limit = channel.limits[term]
     in_si = f"{limit:.2g} {channel.unit_of(term)}"
-    return f"{limit / factor:.2g} {unit} = {in_si}, {_percent(channel.level)} limit"
+    return f"{significant(limit / factor, 2, zeros=True)} {unit} = {in_si}, {_percent(channel.level)} limit"
 
 
 def _percent(level: float) -> str:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau._native.arguments import whole_sizes
 from sigmatau.frozen import frozen
+from sigmatau.noise.shown import SHOWN, asked_unit, check_units, unit_examples
 from sigmatau.units import find
 
 BIAS_LEVEL = math.sqrt(2 * math.log(2) / math.pi)
@@ -187,11 +188,44 @@ def coefficient_units(quantity: str, unit: str) -> dict[str, str]:
 
 
 def display_units(term: str, quantity: str, unit: str) -> tuple[tuple[str, float], ...]:
-    """Usual units of a coefficient: ``(text, one such unit in SI)``, the most common first."""
+    """Usual units of a coefficient: ``(text, one such unit in SI)``, the most common first; or that of `show_in`."""
+    if SHOWN.get() and (asked := asked_unit(*_asked_for(term, quantity, unit))) is not None:
+        return (asked,)
     if quantity in _DISPLAY_UNITS:
         units = (find(symbol) for symbol in _DISPLAY_UNITS[quantity][term])
         return tuple((u.text, u.factor) for u in units)
-    return ((coefficient_unit(term, quantity, unit).replace("sqrt(s)", "√s"), 1.0),)
+    return ((coefficient_unit(term, quantity, unit).replace("sqrt(s)", "√s").replace("*", "·"), 1.0),)
+
+
+def asked_rate_unit(quantity: str, unit: str) -> tuple[str, float] | None:
+    """The unit of `show_in` for rates and their deviations, and its size in SI; None without one, and of an angle."""
+    if quantity in _SI_UNITS and unit != _SI_UNITS[quantity]["bias_instability"]:
+        return None
+    return asked_unit(*_asked_for("bias_instability", quantity, unit))
+
+
+def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | None]:
+    """What `asked_unit` needs of a coefficient: its SI unit, the unit of the channel, and what follows that of a signal."""
+    return coefficient_unit(term, quantity, unit), unit, None if quantity in _SI_UNITS else _TIMES[term]
+
+
+def check_shown(channels: Mapping[str, tuple[str, str]]) -> None:
+    """Refuse a unit of `show_in` that fits no coefficient of some channels.
+
+    Parameters
+    ----------
+    channels : mapping of str to (str, str)
+        Quantity and unit by channel.
+
+    Raises
+    ------
+    OptionError
+        Names the unit, and units that fit.
+    """
+    check_units(
+        {name: [_asked_for(term, quantity, unit) for term in TERMS] for name, (quantity, unit) in channels.items()},
+        {name: unit_examples(quantity, unit) for name, (quantity, unit) in channels.items()},
+    )
 
 
 def avar(

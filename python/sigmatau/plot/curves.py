@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._version import __version__
-from sigmatau.noise.terms import TERMS, avar
+from sigmatau.noise.terms import TERMS, asked_rate_unit, avar
 from sigmatau.plot.style import figure_of, legend, new_figure, panels_of, small
 from sigmatau.units import find, if_known
 
@@ -369,6 +369,9 @@ def _told_apart(tau: NDArray[np.float64]) -> NDArray[np.intp]:
 
 def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[float, str]:
     """Factor from the unit that a curve is drawn in to its own, and how that unit is written."""
+    asked = None if unit else asked_rate_unit(curve.quantity, curve.unit)
+    if asked is not None:
+        return asked[1], asked[0]
     # In the field's units as long as it is a rate.
     wanted = unit or (_PLOT_UNITS.get(curve.quantity) if curve.unit in ("rad/s", "m/s^2") else None)
     if wanted in (None, curve.unit):

@@ -406,6 +406,11 @@ def make_stream(
     )
 
 
+def kinds_of(record: Record) -> dict[str, tuple[str, str]]:
+    """Quantity and unit of each channel of a record."""
+    return {channel: (stream.quantity, stream.unit) for stream in record.streams for channel in stream.channels}
+
+
 def conversion(channel: str, unit: Mapping[str, str], kind: InputKind) -> tuple[str, str, float]:
     """Quantity of a channel, unit of its rates, and the factor from the unit given for it or for its stream.
 

@@ -21,7 +21,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.stability import dynamic_allan
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise import terms
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import TERMS, asked_rate_unit
 from sigmatau.plot.stability import chance_limits
 from sigmatau.quality.facts import in_threads
 from sigmatau.record.mask import ChannelMask
@@ -67,12 +67,13 @@ def charts_of(analysis: Analysis, record: Record | None, used: Record | None) ->
     for channel, kind in kinds.items():
         name = stream_name(channel)
         if name not in sensors:
-            units = [find(unit) for unit in UNITS.get(kind.quantity, ())]
+            units = [(one.text, one.factor) for one in map(find, UNITS.get(kind.quantity, ()))] or [(kind.unit, 1.0)]
+            asked = asked_rate_unit(kind.quantity, kind.unit)
+            units = units if asked is None else [asked, *(one for one in units if one[0] != asked[0])]
             sensors[name] = {
                 "name": name,
                 "title": TITLES.get(kind.quantity, name),
-                "units": [{"text": one.text, "factor": one.factor} for one in units]
-                or [{"text": kind.unit, "factor": 1.0}],
+                "units": [{"text": text, "factor": factor} for text, factor in units],
                 "channels": [],
             }
         sensors[name]["channels"].append(channel)

@@ -1,0 +1,268 @@
+"""Units in which printed and drawn values are shown, where a user wants others than those of the field."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from sigmatau.errors import OptionError
+from sigmatau.frozen import frozen
+from sigmatau.units import if_known
+
+_PREFIXES = {"": 1.0, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "h": 1e2, "k": 1e3, "M": 1e6, "G": 1e9}
+
+# Units of other sensors: the SI unit of the same kind, and one such unit in SI.
+_SIGNAL_UNITS = {
+    "T": ("T", 1.0),
+    "Pa": ("Pa", 1.0),
+    "bar": ("Pa", 1e5),
+    "V": ("V", 1.0),
+    "A": ("A", 1.0),
+    "W": ("W", 1.0),
+    "ohm": ("ohm", 1.0),
+    "K": ("K", 1.0),
+    "degC": ("K", 1.0),  # of differences
+    "°C": ("K", 1.0),
+}
+
+# What follows the unit of a signal in that of a coefficient, by its spellings: the form in seconds, and its factor.
+_ROOT_HOUR = math.sqrt(3600)
+_TAILS = {
+    "": ("", 1.0),
+    "*s": ("*s", 1.0),
+    "*sqrt(s)": ("*sqrt(s)", 1.0),
+    "/sqrt(Hz)": ("*sqrt(s)", 1.0),
+    "/sqrt(s)": ("/sqrt(s)", 1.0),
+    "/sqrt(h)": ("/sqrt(s)", 1 / _ROOT_HOUR),
+    "/s": ("/s", 1.0),
+    "/h": ("/s", 1 / 3600),
+    "/d": ("/s", 1 / 86400),
+}
+_SIDES = re.compile(r"[:\s]\s*(one|two)[- ]sided$")
+_ROOT = re.compile(r"(?:√|\b(?:rt|root|sqrt)[ -]?)\(?(Hz|hz|s|h)\)?")
+_KINDS = (  # SI units of coefficients of inertial sensors
+    *("rad", "rad/sqrt(s)", "rad/s", "rad/s/sqrt(s)", "rad/s^2"),
+    *("m/s", "m/s/sqrt(s)", "m/s^2", "m/s^2/sqrt(s)", "m/s^3"),
+)
+_EXAMPLES = {"angular_rate": "deg/h, mdps/rtHz, deg/sqrt(h)", "acceleration": "ug, ug/rtHz, m/s/sqrt(h)"}
+
+
+@frozen
+class ShownUnit:
+    """A unit in which values are shown.
+
+    Attributes
+    ----------
+    spelled : str
+        As it was given.
+    text : str
+        As it is printed; of a density with its sides.
+    si : str
+        SI unit of the same kind: that of a coefficient of an inertial sensor, or of another signal.
+    factor : float
+        One unit in SI.
+    tail : str or None
+        Of another signal, what follows its unit: ``"*sqrt(s)"`` of a random walk. None of an inertial sensor.
+    """
+
+    spelled: str
+    text: str
+    si: str
+    factor: float
+    tail: str | None = None
+
+
+SHOWN: ContextVar[tuple[ShownUnit, ...]] = ContextVar("SHOWN", default=())
+"""The units that are asked for."""
+
+
+@contextmanager
+def show_in(units: str | Sequence[str]) -> Iterator[None]:
+    """Print and draw values in some units, within a ``with`` block.
+
+    It holds for printed results, reports, figures and the words of findings; numbers of JSON, CSV and of attributes stay
+    in SI. A unit is that of one coefficient, and bias instability is in that of curves. The unit of another signal alone,
+    such as ``"nT"``, is for all its coefficients. A unit that fits no channel changes nothing.
+
+    Parameters
+    ----------
+    units : str or sequence of str
+        ``"deg/h,mdps/rtHz,ug/rtHz"``. A density (per √Hz) is two-sided, that of the random walk N, unless ``:one-sided``
+        follows, √2·N. Signals in T, Pa, bar, V, A, W, ohm, K and °C have the prefixes p, n, u, m, h, k, M and G.
+
+    Returns
+    -------
+    context manager
+        It ends the use of the units.
+
+    Raises
+    ------
+    OptionError
+        For a unit that is not that of a coefficient.
+
+    See Also
+    --------
+    Analysis.plot : draws curves in a unit.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> fitted = st.fit_channel(st.simulate(model, duration=600, rate=10, rng=1), "gyro_x")
+    >>> with st.show_in("mdps/rtHz"):
+    ...     fitted.texts("random_walk")[0][2]
+    'mdeg/s/√Hz, two-sided'
+    """
+    token = SHOWN.set(parse_units(units))
+    try:
+        yield
+    finally:
+        SHOWN.reset(token)
+
+
+def set_shown(units: str | None) -> None:
+    """Show values in some units from now on in this context, None in those of the field."""
+    SHOWN.set(() if units is None else parse_units(units))
+
+
+def parse_units(units: str | Sequence[str]) -> tuple[ShownUnit, ...]:
+    """Units as they are typed, with commas between them.
+
+    Raises
+    ------
+    OptionError
+        For a unit that is not that of a coefficient.
+    """
+    spelled = units.split(",") if isinstance(units, str) else list(units)
+    return tuple(_parse(text.strip()) for text in spelled)
+
+
+def asked_unit(si: str, rate_unit: str, tail: str | None) -> tuple[str, float] | None:
+    """The unit in which a coefficient is to be shown, and its size in the unit of the result; None if it is the usual one.
+
+    Parameters
+    ----------
+    si : str
+        SI unit of the coefficient of an inertial sensor.
+    rate_unit : str
+        Unit of the channel.
+    tail : str or None
+        What follows the unit of another signal in that of the coefficient: ``"*sqrt(s)"``. None of an inertial sensor.
+    """
+    found = next(iter(_fitting(si, rate_unit, tail)), None)
+    if found is None:
+        return None
+    if tail is None:
+        return found.text, found.factor
+    text = found.text if found.tail or not tail else found.text + _pretty(tail)
+    return text, found.factor / _signal_unit(rate_unit)[1]
+
+
+def check_units(channels: Mapping[str, Sequence[tuple[str, str, str | None]]], examples: Mapping[str, str]) -> None:
+    """Refuse a unit that fits no channel, and two units for one coefficient.
+
+    Parameters
+    ----------
+    channels : mapping of str to sequence
+        The arguments of `asked_unit` for each coefficient of each channel.
+    examples : mapping of str to str
+        Units that fit, by channel.
+
+    Raises
+    ------
+    OptionError
+        Names the unit, and units that fit.
+    """
+    if not SHOWN.get():
+        return
+    used: set[str] = set()
+    for name, coefficients in channels.items():
+        for si, rate_unit, tail in coefficients:
+            fitting = _fitting(si, rate_unit, tail)
+            rivals = [unit.spelled for unit in fitting if unit.tail == fitting[0].tail]
+            if len(rivals) > 1:
+                raise OptionError(
+                    f"{' and '.join(rivals)} are units of the same coefficient of {name}. Give one of them",
+                    option="show",
+                )
+            used.update(unit.spelled for unit in fitting)
+    for unit in SHOWN.get():
+        if unit.spelled not in used:
+            names, fitting_units = ", ".join(list(channels)[:6]), "; ".join(dict.fromkeys(examples.values()))
+            raise OptionError(
+                f"{unit.spelled!r} fits none of the channels {names}. Units that fit: {fitting_units}", option="show"
+            )
+
+
+def unit_examples(quantity: str, unit: str) -> str:
+    """Units in which coefficients of a channel can be shown: ``"deg/h, mdps/rtHz"``."""
+    if quantity in _EXAMPLES:
+        return _EXAMPLES[quantity]
+    base, factor = _signal_unit(unit)
+    return f"m{base}, u{base}/rtHz" if factor else f"none, because the unit {unit!r} has no prefixes"
+
+
+def _fitting(si: str, rate_unit: str, tail: str | None) -> list[ShownUnit]:
+    """The units that fit a coefficient, see `asked_unit`; those of this coefficient alone first."""
+    if tail is None or not SHOWN.get():
+        return [unit for unit in SHOWN.get() if unit.tail is None and unit.si == si]
+    base, factor = _signal_unit(rate_unit)
+    if not factor:
+        return []
+    units = [unit for unit in SHOWN.get() if unit.si == base and unit.tail in (tail, "")]
+    return sorted(units, key=lambda unit: unit.tail != tail)
+
+
+def _parse(spelled: str) -> ShownUnit:
+    side = _SIDES.search(spelled)
+    bare = _SIDES.sub("", spelled).strip()
+    unit = if_known(bare)
+    if unit is not None and unit.si in _KINDS:
+        is_density = "sqrt(Hz)" in unit.symbol
+        text, si, factor, tail = unit.text, unit.si, unit.factor, None
+    else:
+        plain = (
+            _ROOT.sub(lambda match: f"sqrt({match[1].replace('hz', 'Hz')})", bare).replace("·", "*").replace(" ", "")
+        )
+        at = min((k for k in (plain.find("*"), plain.find("/")) if k >= 0), default=len(plain))
+        name, ending = plain[:at], plain[at:]
+        si, factor = _signal_unit(name)
+        if not factor or ending not in _TAILS:
+            raise OptionError(
+                f"{spelled!r} is not a unit of a coefficient. Give units such as deg/h, mdps/rtHz, ug, ug/rtHz, nT, nT/rtHz,"
+                " hPa, uV or mK",
+                option="show",
+            )
+        is_density = ending == "/sqrt(Hz)"
+        tail, size = _TAILS[ending]
+        text, factor = _printed(name) + _pretty(ending), factor * size
+    if side and not is_density:
+        raise OptionError(
+            f"{spelled!r}: only a density is one- or two-sided. Leave the side out, or give a unit per √Hz such as"
+            " mdps/rtHz:one-sided",
+            option="show",
+        )
+    if is_density:
+        which = side[1] if side else "two"
+        text, factor = f"{text}, {which}-sided", factor / (math.sqrt(2) if which == "one" else 1.0)
+    return ShownUnit(spelled=spelled, text=text, si=si, factor=factor, tail=tail)
+
+
+def _signal_unit(name: str) -> tuple[str, float]:
+    """SI unit and size of a unit of a signal, ``("T", 1e-9)`` of ``"nT"``; size 0 of one that has no prefixes."""
+    name = name.strip().replace("µ", "u").replace("μ", "u")
+    for base, (si, factor) in _SIGNAL_UNITS.items():
+        if name.endswith(base) and name.removesuffix(base) in _PREFIXES:
+            return si, factor * _PREFIXES[name.removesuffix(base)]
+    return name, 0.0
+
+
+def _printed(name: str) -> str:
+    return "µ" + name[1:] if name.startswith("u") else name
+
+
+def _pretty(tail: str) -> str:
+    return re.sub(r"sqrt\((\w+)\)", r"√\1", tail).replace("*", "·")

@@ -54,6 +54,15 @@ def test_a_crossing_is_no_term():
     assert repr(slope).endswith("that of no term")
 
 
+def test_short_records_exclude_no_true_term():
+    """Each term is tested with the error of a curve of that term: that of quantization noise is ten times smaller."""
+    missed = 0
+    for k in range(RECORDS):
+        curve = curve_of("random_walk", known.seed_of(f"slope short {k}"), n=600)
+        missed += "random_walk" not in st.fit_slope(curve, tau_min=64, tau_max=256).terms
+    assert missed / RECORDS <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / RECORDS)
+
+
 def test_is_the_slope_of_the_read_off():
     """One mechanism: the slope by which a line in a given range is refused."""
     curve = curve_of("rate_random_walk", known.seed_of("slope refused"))

@@ -91,6 +91,8 @@ def test_from_an_analyser_to_a_filter(tmp_path):
         (st.OptionError, "`dof` must be positive", {"dof": 0}),
         (st.OptionError, "`dof` must be a number, or one for each", {"dof": [1, 2]}),
         (st.OptionError, "`sided`", {"sided": "2"}),
+        (st.OptionError, "`unit` must be SI, rad/s, not deg/s", {"unit": "deg/s"}),
+        (st.OptionError, "samples have densities up to 5 Hz", {"tau0": 0.1}),
         (st.OptionError, "`level`", {"level": 95}),
         (st.OptionError, "`terms`", {"terms": ["ramp"]}),
     ],

@@ -232,6 +232,9 @@ F, S = [1.0, 2.0, 3.0], [1.0, 1.0, 1.0]
         ),
         (st.OptionError, r"`tau` of 0.01 s is outside the band", (F, S, 0.01)),
         (st.OptionError, "`tau` must be positive", (F, S, [-1])),
+        (st.OptionError, "`tau` must be positive numbers of seconds, not 'x'", (F, S, "x")),
+        (st.DataError, "must return numbers", ((0, 1), lambda f: "x", 1.0)),
+        (st.DataError, "two ends of the band", ((1, "a"), lambda f: f, 1.0)),
         (st.OptionError, "`tau` is required", ((0, 1), lambda f: 1 + 0 * f, None)),
     ],
 )

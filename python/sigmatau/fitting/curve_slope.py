@@ -37,11 +37,11 @@ class CurveSlope(Printed):
     value : float
         Slope of log σ over log τ. [1]
     error : float
-        Its standard error: exact for a curve of the noise term with the nearest slope; by eq. (26) if clusters do not
-        overlap. [1]
+        Its standard error: the exact one for a curve of the terms in `terms`, the largest of them; by eq. (26) for a ramp
+        and if clusters do not overlap. [1]
     terms : tuple of str
         Terms whose line may be laid there: their slope differs from `value` by at most the tolerance of the rule of
-        `sigmatau.read_off` and two errors.
+        `sigmatau.read_off` and two errors of a curve of this term.
 
     See Also
     --------
@@ -138,7 +138,7 @@ def fit_slope(curve: DeviationCurve, *, tau_min: float, tau_max: float) -> Curve
     Notes
     -----
     A straight line through log σ over log τ with the weights 1/δ², δ by eq. (26) of [1]_: the slope by which `read_off`
-    refuses a line. Its error is that of the exact covariance of Allan variances for the noise term with the nearest slope
+    refuses a line. Its error for a curve of each noise term is that of the exact covariance of Allan variances
     (`sigmatau.noise.uncertainty.avar_covariance`). A curve that bends in the stretch has a slope between those of its
     terms. Bias instability and a rate random walk of samples are higher in the first ten samples (44 % and 22 % at one):
     begin the stretch after them.
@@ -170,7 +170,11 @@ def fit_slope(curve: DeviationCurve, *, tau_min: float, tau_max: float) -> Curve
             f" {curve.tau[at[0]]:g} s; a slope needs two",
             option="tau_min",
         )
-    slope = _with_exact_error(curve, at, slope_of_curve(curve, at))
+    slope = slope_of_curve(curve, at)
+    errors = _exact_errors(curve, at) if curve.overlap == "full" else {}
+    by_term = {term: replace(slope, error=errors.get(term, slope.error)) for term in TERMS}
+    terms = tuple(term for term, tested in by_term.items() if not tested.differs(term))
+    nearest = min(TERMS, key=lambda term: abs(TERMS[term].slope - slope.value))
     return CurveSlope(
         channel=curve.channel,
         quantity=curve.quantity,
@@ -178,18 +182,18 @@ def fit_slope(curve: DeviationCurve, *, tau_min: float, tau_max: float) -> Curve
         tau_max=float(curve.tau[at[-1]]),
         points=len(at),
         value=slope.value,
-        error=slope.error,
-        terms=tuple(term for term in TERMS if not math.isnan(slope.value) and not slope.differs(term)),
+        error=max(by_term[term].error for term in terms or (nearest,)),
+        terms=terms,
     )
 
 
-def _with_exact_error(curve: DeviationCurve, at: NDArray[np.intp], slope: Slope) -> Slope:
-    """A slope with the error that it has for the noise term with the nearest slope."""
-    if curve.overlap != "full":
-        return slope
-    nearest = min(LINEAR, key=lambda term: abs(TERMS[term].slope - slope.value))
+def _exact_errors(curve: DeviationCurve, at: NDArray[np.intp]) -> dict[str, float]:
+    """Standard error of the slope for a curve of each noise term."""
     m = curve.m[at]
-    expected = avar(nearest, 1.0, m=m, tau0=curve.tau0)
-    covariance = avar_covariance({nearest: 1.0}, n=curve.n, m=m, tau0=curve.tau0) / np.outer(expected, expected)
     gain = slope_gain(curve.tau[at], curve.error[at], np.ones(len(at)))
-    return replace(slope, error=math.sqrt(float(gain @ covariance @ gain)) / 2)
+    errors = {}
+    for term in LINEAR:
+        expected = avar(term, 1.0, m=m, tau0=curve.tau0)
+        covariance = avar_covariance({term: 1.0}, n=curve.n, m=m, tau0=curve.tau0) / np.outer(expected, expected)
+        errors[term] = math.sqrt(float(gain @ covariance @ gain)) / 2
+    return errors

@@ -18,9 +18,10 @@ from sigmatau.fitting.components import LINEAR
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.density_sources import check_density, rising_frequencies
-from sigmatau.model.psd_avar import Sided
+from sigmatau.model.psd_avar import Sided, check_nyquist
 from sigmatau.noise.terms import TERMS, display_units, psd
 from sigmatau.results import Printed, lines_text, plain
+from sigmatau.units import find
 
 Floats = NDArray[np.float64]
 
@@ -140,7 +141,8 @@ def fit_psd(
         For a density that is not positive or not finite, for frequencies that do not rise, fewer than ten of them, or if no
         term is observed.
     OptionError
-        For degrees of freedom that are not positive, another `sided`, an unknown term, a level outside 0.5 … 0.999.
+        For degrees of freedom that are not positive, another `sided`, a unit that is not SI, frequencies above 1/(2·tau0),
+        an unknown term, a level outside 0.5 … 0.999.
 
     See Also
     --------
@@ -174,6 +176,7 @@ def fit_psd(
     if sided not in ("one", "two"):
         raise OptionError(f"{{option}} must be 'one' or 'two', not {sided!r}", option="sided")
     check_level(level)
+    _check_unit(unit)
     f = rising_frequencies(frequency)
     measured = np.asarray(density)
     if measured.shape != f.shape or measured.dtype.kind not in "fiu":
@@ -184,6 +187,7 @@ def fit_psd(
     if len(f) < _LEAST or not (measured > 0).all():
         raise DataError(f"`density` must have {_LEAST} or more values above 0; it has {np.count_nonzero(measured > 0)}")
     weights = _freedom(dof, f)
+    check_nyquist(float(f[-1]), tau0)
     names = [name for name in LINEAR if name in wanted_terms(terms) and (tau0 is not None or name != "quantization")]
     shapes = np.array([psd(name, 1.0, f, tau0=tau0) for name in names])
     fitted = _Likelihood(measured * (0.5 if sided == "one" else 1.0), weights, shapes)
@@ -205,6 +209,19 @@ def fit_psd(
     )
     p = fitted.p_value(values @ shapes[observed], len(observed))
     return PsdFit(model=model, p=p, f_min=float(f[0]), f_max=float(f[-1]), level=level)
+
+
+def _check_unit(unit: str) -> None:
+    """Raise `OptionError` for a unit of a rate that is not SI."""
+    try:
+        given = find(unit)
+    except ValueError:  # the unit of another signal
+        return
+    if given.factor != 1.0:
+        raise OptionError(
+            f"{{option}} must be SI, {given.si}, not {unit}: multiply the density by {given.factor**2:.6g}",
+            option="unit",
+        )
 
 
 def _freedom(dof: ArrayLike, f: Floats) -> Floats:
@@ -241,14 +258,18 @@ class _Likelihood:
         The densities S are weighted by dof/S² in least squares, and again with the new S, until the likelihood is
         stationary.
         """
-        theta = _non_negative(self.shapes, self.measured - held, np.sqrt(self.dof) / self.measured)
-        if not (theta @ self.shapes + held > 0).all():
-            theta = np.array([float(np.median(self.measured / shape)) for shape in self.shapes]) / max(
-                len(self.shapes), 1
-            )
+        starts = [_non_negative(self.shapes, self.measured - held, np.sqrt(self.dof) / self.measured)]
+        medians = np.array([float(np.median(self.measured / shape)) for shape in self.shapes])
+        starts += [medians / len(medians), *np.diag(medians)]
+        return min((self._climbed(start, held) for start in starts), key=lambda end: end.value)
+
+    def _climbed(self, theta: Floats, held: Floats | float) -> _Maximum:
+        """The stationary likelihood that a start leads to."""
         value = self._value(theta @ self.shapes + held)
         for _ in range(_STEPS):
             total = theta @ self.shapes + held
+            if not (total > 0).all():
+                return _Maximum(theta, value)
             step = _non_negative(self.shapes, self.measured - held, np.sqrt(self.dof) / total) - theta
             before = value
             for _ in range(_HALVINGS):

@@ -53,8 +53,8 @@ class FunctionDensity:
     """A density that is a function of the frequency."""
 
     def __init__(self, frequency: ArrayLike, density: Density, factor: float) -> None:
-        band = np.asarray(frequency, dtype=np.float64)
-        if band.shape != (2,) or not 0 <= band[0] < band[1]:
+        band = np.asarray(frequency)
+        if band.shape != (2,) or band.dtype.kind not in "fiu" or not 0 <= band[0] < band[1]:
             raise DataError(
                 f"`frequency` must be the two ends of the band of the function, e.g. (0, inf), not {frequency!r}"
             )
@@ -69,6 +69,8 @@ class FunctionDensity:
     def values(self, f: Floats) -> NDArray[Any]:
         """Two-sided density or matrix, checked."""
         values = np.asarray(self.function(f))
+        if values.dtype.kind not in "fiuc":
+            raise DataError(f"`density` must return numbers, not {values.dtype}")
         if self.channels and values.shape != (len(f), self.channels, self.channels):
             raise DataError(
                 f"`density` returned the shape {values.shape} for {len(f)} frequencies; want a matrix for each"

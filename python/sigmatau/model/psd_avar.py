@@ -13,6 +13,7 @@ from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.model.density_pieces import Between, Pieces
 from sigmatau.model.density_sources import FunctionDensity, SampledDensity, of_channels
+from sigmatau.model.processes import real
 from sigmatau.model.transform import Density
 from sigmatau.results import Printed, plain
 
@@ -227,7 +228,8 @@ def avar_from_psd(
     else:
         source = SampledDensity(frequency, density, factor, between or "power law")
     _check_slopes(slope_below, slope_above, tau0)
-    _check_nyquist(source.f_max, tau0, callable(density))
+    if not callable(density):
+        check_nyquist(source.f_max, tau0)
     f_max = source.f_max if tau0 is None else min(source.f_max, 0.5 / tau0)
     times = _times(tau, source.f_min, f_max, tau0)
     avar = source.avar(times, f_max, tau0)
@@ -257,20 +259,21 @@ def _elements(bounds: Floats, dimensions: int) -> Floats:
 
 
 def _check_slopes(slope_below: float, slope_above: float, tau0: float | None) -> None:
-    if not (math.isfinite(slope_below) and slope_below > -3):
+    if not (math.isfinite(real(slope_below)) and slope_below > -3):
         raise OptionError(
             f"{{option}} must be above -3, not {slope_below!r}: the Allan variance of a steeper density is infinite",
             option="slope_below",
         )
-    if not math.isfinite(slope_above) or (slope_above >= 1 and tau0 is None):
+    if not math.isfinite(real(slope_above)) or (slope_above >= 1 and tau0 is None):
         raise OptionError(
             f"{{option}} must be below 1, not {slope_above!r}: eq. (11) is infinite; of samples give `tau0`",
             option="slope_above",
         )
 
 
-def _check_nyquist(f_max: float, tau0: float | None, function: bool) -> None:  # noqa: FBT001
-    if tau0 is not None and not function and f_max > 0.5 / tau0 * (1 + 1e-6):
+def check_nyquist(f_max: float, tau0: float | None) -> None:
+    """Raise `OptionError` for frequencies that samples at this interval do not have."""
+    if tau0 is not None and f_max > 0.5 / tau0 * (1 + 1e-6):
         raise OptionError(
             f"{{option}} of {tau0:g} s: samples have densities up to {0.5 / tau0:g} Hz, but `frequency` goes to"
             f" {f_max:g} Hz",
@@ -289,7 +292,10 @@ def _times(tau: ArrayLike | None, f_min: float, f_max: float, tau0: float | None
         count = max(math.floor(_PER_OCTAVE * math.log2(longest / shortest) + 1e-9), 0) + 1
         times = shortest * 2 ** (np.arange(count) / _PER_OCTAVE)
         return times if tau0 is None else np.unique(np.round(times / tau0)) * tau0
-    times = np.atleast_1d(np.asarray(tau, dtype=np.float64))
+    times = np.atleast_1d(np.asarray(tau))
+    if times.dtype.kind not in "fiu":
+        raise OptionError(f"{{option}} must be positive numbers of seconds, not {tau!r}", option="tau")
+    times = times.astype(np.float64)
     if times.ndim != 1 or not len(times) or not (np.isfinite(times) & (times > 0)).all():
         raise OptionError("{option} must be positive numbers of seconds", option="tau")
     if tau0 is not None and (np.abs(np.round(times / tau0) * tau0 - times) > 1e-6 * tau0).any():

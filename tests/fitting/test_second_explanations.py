@@ -53,10 +53,33 @@ def test_flicker_noise_is_observed():
 
 
 def test_rate_random_walk_is_observed():
-    """Without processes in its place, 98 % were; where a process of finite time is better, it is not."""
+    """It gives way to a process that is better beyond chance: 92 to 98 % are observed, of 98 % without processes."""
     walks = [fit["rate_random_walk"] for fit in fits("walk", terms={"random_walk": N, "rate_random_walk": 5e-6})]
-    assert sum(walk.observed for walk in walks) >= COUNT - most(0.12)
+    assert sum(walk.observed for walk in walks) >= COUNT - most(0.07)
     assert sum((walk.low or 0.0) <= 5e-6 <= (walk.high or walk.upper_limit) for walk in walks) >= COUNT - most(0.06)
+
+
+def test_both_slow_terms_are_observed():
+    """Without other explanations 100 and 93 % of them were."""
+    terms = {"random_walk": N, "bias_instability": 5e-5, "rate_random_walk": 5e-6}
+    several = list(fits("both", terms=terms))
+    assert sum(fit["bias_instability"].observed for fit in several) >= COUNT - most(0.05)
+    assert sum(fit["rate_random_walk"].observed for fit in several) >= COUNT - most(0.23)
+
+
+def test_a_process_that_is_a_little_better_is_named():
+    """The rate random walk stays observed, with a lower end nearer to 0; the process is in the model and in the curve."""
+    stays = 0
+    for fit in fits("named", terms={"random_walk": N, "rate_random_walk": 5e-6}):
+        walk = fit["rate_random_walk"]
+        others = [second for second in fit.second if "rate_random_walk" not in second.terms]
+        if not (walk.observed and others):
+            continue
+        stays += 1
+        assert 0.0 < walk.low < walk.value
+        low, high = adev_interval(fit.to_model(), m=[9000], tau0=0.1)
+        assert all(low <= math.sqrt(other.avar(m=[9000], tau0=0.1)[0]) <= high for other in fit.to_model().alternatives)
+    assert stays
 
 
 @pytest.mark.parametrize("time", [1000, 2000])
@@ -76,11 +99,14 @@ def test_a_warm_up_is_no_rate_random_walk(time):
 
 
 @pytest.mark.parametrize(
-    ("term", "value", "sigma", "time"),
-    [("bias_instability", 5e-5, 3.6e-5, 20.0), ("rate_random_walk", 5e-6, 5e-5, 100.0)],
+    ("term", "value", "sigma", "time", "limit"),
+    [("bias_instability", 5e-5, 3.6e-5, 20.0, 0.12), ("rate_random_walk", 5e-6, 5e-5, 100.0, 0.22)],
 )
-def test_interval_holds_a_term_beside_a_weak_process(term, value, sigma, time):
-    """Joined only with processes that gain 6, the intervals held B in 71 and K in 73 % of the records; now 88 and 89."""
+def test_interval_holds_a_term_beside_a_weak_process(term, value, sigma, time, limit):
+    """Joined only with processes that gain 6, the intervals held B in 71 and K in 53 % of the records; now 88 and 78.
+
+    A rate random walk that gives way to any process holds the truth in 83 %, and is then observed in 78 % where it is alone.
+    """
     missed = 0
     noise = {"terms": {"random_walk": N, term: value}, "gauss_markov": (GaussMarkov(sigma=sigma, time=time),)}
     for fit in fits(f"weak process of {time:g}", **noise):
@@ -89,7 +115,7 @@ def test_interval_holds_a_term_beside_a_weak_process(term, value, sigma, time):
         missed += not (quantity.low or 0.0) <= value <= high
         # A rate random walk that a process opens to 0 has the process named.
         assert term != "rate_random_walk" or quantity.observed or not quantity.value or fit.second
-    assert missed <= most(0.12)
+    assert missed <= most(limit)
 
 
 def power_law(exponent, flicker):

@@ -276,7 +276,7 @@ class FewDegreesOfFreedom(Details, code="few_degrees_of_freedom"):
 
 @frozen
 class SecondExplanation(Details, code="second_explanation"):
-    """Another model explains the record as well as the fit; the intervals hold both.
+    """Another model explains the record as well as the fit; the curve and predictions hold both.
 
     Attributes
     ----------
@@ -313,7 +313,7 @@ class SecondExplanation(Details, code="second_explanation"):
             other = f"a bias instability with the density f^-{self.other_exponent:.2f}"
         if self.other_filter is not None:
             other += f" behind a filter of {two_digits(self.other_filter)} Hz"
-        return Words(f"{fitted}, or {other}", "A longer record tells them apart; the intervals hold both")
+        return Words(f"{fitted}, or {other}", "A longer record tells them apart; curve and predictions hold both")
 
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
         parts = []

@@ -32,42 +32,109 @@ const AGAIN: f64 = 0.05;
 /// Rise of the deviance, beside the term, up to which a process may still be better together with it.
 const WITHIN: f64 = 8.0;
 
-/// A fit that explains a record as well as another one does, and the time constant of the warm-up in it. [s]
+/// Threshold from which a rate random walk is sure, and by which another explanation has to be better than a sure one, over the
+/// threshold of an interval: one-sided, for three kinds (process, warm-up, exponent) together (Bonferroni), χ² of 2·5 %/3.
+const OF_THREE_KINDS: f64 = 1.18;
+
+/// By how much more than others a warm-up has to be better, the best of seven time constants: it is so in 1.7 % of 168 records of
+/// N + B + K.
+const OF_SEVERAL_TIMES: f64 = 1.4;
+
+/// A fit that explains a record as well as another one does, the time constant of the warm-up in it [s], and the terms that may
+/// be absent because of it.
 pub(crate) struct Alike {
     pub fit: Fit,
     pub warm_up: Option<f64>,
+    pub opens: Vec<Part>,
+}
+
+/// A rate random walk that other explanations compete with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Walk {
+    /// Rise of the deviance without it.
+    loss: f64,
+    at: Thresholds,
+}
+
+impl Walk {
+    /// Whether the walk may be absent because another explanation lowers the deviance by `fall`. A walk that is not sure gives way
+    /// to all that explains the record as well, a sure one to what is better by `needed`.
+    pub(crate) fn gives_way(self, fall: f64, needed: f64) -> bool {
+        fall >= if self.loss > self.sure() { needed } else { -self.at.interval }
+    }
+
+    fn sure(self) -> f64 {
+        OF_THREE_KINDS * self.at.interval
+    }
+
+    /// By how much a process has to be better than the walk, which is its limit for long correlation times: by chance it is so at a
+    /// one-sided threshold. Of a sensor with a process a second one is no surprise.
+    pub(crate) fn needed_of_process(self, fit: &Fit) -> f64 {
+        let is_present =
+            |(part, &theta): (&Part, &f64)| matches!(part, Part::GaussMarkov { .. }) && theta > 0.0;
+        if fit.model.parts.iter().zip(&fit.model.theta).any(is_present) { 0.0 } else { self.sure() }
+    }
 }
 
 /// The fits with a process or a warm-up in the place of observed terms that explain the record as well.
-pub(crate) fn alike(fit: &Fit, bins: &Bins, at: Thresholds, drifts: bool) -> Vec<Alike> {
-    let observed = |&part: &Part| {
-        let present = fit.model.index(part).filter(|&j| fit.model.theta[j] > 0.0);
-        present.is_some_and(|j| fit.loss_of(j, bins).0 > at.observed)
-    };
-    let explains = |replaced: &[Part]| {
-        let found = best(fit, bins, replaced)?;
-        let more = NUMBER * (NUMBERS_OF_PROCESS - replaced.len() as f64);
-        // A slow process is always like a rate random walk: it is named by `process_like_walk`, and counts here if it is better.
-        let rise = if *replaced == [Part::RateRandomWalk] { 0.0 } else { at.interval };
-        (found.deviance + more <= fit.deviance + rise).then_some(Alike { fit: found, warm_up: None })
+pub(crate) fn alike(fit: &Fit, bins: &Bins, walk: Option<Walk>, at: Thresholds, drifts: bool) -> Vec<Alike> {
+    let observed = |&part: &Part| match part {
+        Part::RateRandomWalk => walk.is_some(),
+        _ => loss_of_term(fit, bins, part).is_some_and(|loss| loss > at.observed),
     };
     let sets = REPLACED.into_iter().filter(|set| set.iter().all(observed));
-    let mut found: Vec<Alike> = sets.filter_map(explains).collect();
-    if drifts && observed(&Part::RateRandomWalk) {
-        found.extend(with_warm_up_for_walk(fit, bins));
+    let mut found: Vec<Alike> = sets.filter_map(|set| with_process(fit, bins, set, walk, at)).collect();
+    if let Some(walk) = walk.filter(|_| drifts) {
+        found.extend(with_warm_up_for_walk(fit, bins, walk));
     }
-    let free = with_free_exponent(fit, bins, at);
-    found.extend(free.map(|fit| Alike { fit, warm_up: None }));
+    found.extend(with_free_exponent(fit, bins, walk, at));
     found
 }
 
+/// The rate random walk of a fit, if it is observed.
+pub(crate) fn observed_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<Walk> {
+    let loss = loss_of_term(fit, bins, Part::RateRandomWalk)?;
+    (loss > at.observed).then_some(Walk { loss, at })
+}
+
+fn loss_of_term(fit: &Fit, bins: &Bins, term: Part) -> Option<f64> {
+    let present = fit.model.index(term).filter(|&j| fit.model.theta[j] > 0.0)?;
+    Some(fit.loss_of(present, bins).0)
+}
+
+/// The fit with a process in the place of observed terms, if it explains the record as well.
+fn with_process(
+    fit: &Fit,
+    bins: &Bins,
+    replaced: &[Part],
+    walk: Option<Walk>,
+    at: Thresholds,
+) -> Option<Alike> {
+    let found = best(fit, bins, replaced)?;
+    let fall = fit.deviance - found.deviance;
+    let price = NUMBER * (NUMBERS_OF_PROCESS - replaced.len() as f64);
+    // Beside a rate random walk slow noise of any kind resembles the bias instability.
+    let rise = if walk.is_some() && replaced.len() == 1 { NUMBER } else { at.interval };
+    let may_open = |part: &Part| match (part, walk) {
+        (Part::RateRandomWalk, Some(walk)) => walk.gives_way(fall, walk.needed_of_process(fit)),
+        _ => fall + rise >= price,
+    };
+    let opens: Vec<Part> = replaced.iter().copied().filter(may_open).collect();
+    // A slow process is always like a rate random walk: it is named by `process_like_walk`, and here if it is better.
+    let is_alike = !opens.is_empty() || fall >= price;
+    is_alike.then_some(Alike { fit: found, warm_up: None, opens })
+}
+
 /// The fit with a warm-up in the place of the rate random walk, if it is better.
-fn with_warm_up_for_walk(fit: &Fit, bins: &Bins) -> Option<Alike> {
+fn with_warm_up_for_walk(fit: &Fit, bins: &Bins, walk: Walk) -> Option<Alike> {
     let (loss, bare) = fit.loss_of(fit.model.index(Part::RateRandomWalk)?, bins);
     let (gain, time, found) = with_warm_up(&bare, bins)?;
     let restricted = fit.restricted - bare.restricted; // `gain` is of the likelihoods that are not restricted
     let price = NUMBER * (NUMBERS_OF_WARM_UP - 1.0);
-    (gain >= loss + restricted + price).then_some(Alike { fit: found, warm_up: Some(time) })
+    let fall = gain - loss - restricted;
+    let opens = walk.gives_way(fall, walk.sure() + OF_SEVERAL_TIMES);
+    let terms = if opens { vec![Part::RateRandomWalk] } else { Vec::new() };
+    (opens || fall >= price).then_some(Alike { fit: found, warm_up: Some(time), opens: terms })
 }
 
 /// The best fit without `replaced` and with a process.

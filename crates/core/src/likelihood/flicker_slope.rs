@@ -1,6 +1,7 @@
 //! Bias instability whose exponent is not 1, in the place of what a model with the exponent 1 needs beside it.
 
 use crate::likelihood::bins::Bins;
+use crate::likelihood::exchange::{Alike, Walk};
 use crate::likelihood::expected::Part;
 use crate::likelihood::intervals::{squares, without};
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
@@ -25,7 +26,12 @@ const SHARE: f64 = 0.5;
 /// The best fit with a free exponent that explains the record as well: in the place of the bias instability and of processes,
 /// beside the rate random walk or in its place too. One that replaces fewer numbers than it has must be better by the
 /// threshold of an interval, one that replaces as many may not be worse, and one that replaces more may be worse by that.
-pub(crate) fn with_free_exponent(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<Fit> {
+pub(crate) fn with_free_exponent(
+    fit: &Fit,
+    bins: &Bins,
+    observed: Option<Walk>,
+    at: Thresholds,
+) -> Option<Alike> {
     let fit = &without(fit, bins, vec![Part::BiasInstability, Part::RateRandomWalk], at);
     let pivot = pivot(fit, bins)?;
     let is_process = |part: Part| matches!(part, Part::GaussMarkov { .. });
@@ -37,7 +43,7 @@ pub(crate) fn with_free_exponent(fit: &Fit, bins: &Bins, at: Thresholds) -> Opti
     if !(walk || is_present(&is_process) || is_present(&|part| part == Part::BiasInstability)) {
         return None;
     }
-    let mut best: Option<(f64, Fit)> = None;
+    let mut best: Option<(f64, Alike)> = None;
     for replaces_walk in [false, true] {
         if replaces_walk && !walk {
             continue;
@@ -57,11 +63,13 @@ pub(crate) fn with_free_exponent(fit: &Fit, bins: &Bins, at: Thresholds) -> Opti
         let price = tried.deviance + NUMBER * numbers(&tried.model);
         let is_flicker = flicker(&tried).is_some_and(|(exponent, ..)| exponent < STEEPEST);
         let is_alike = tried.deviance <= fit.deviance + rise;
-        if is_flicker && is_alike && best.as_ref().is_none_or(|(least, _)| price < *least) {
-            best = Some((price, tried));
+        let opens = observed.is_some_and(|walk| walk.gives_way(fit.deviance + rise - tried.deviance, 0.0));
+        if is_flicker && (is_alike || opens) && best.as_ref().is_none_or(|(least, _)| price < *least) {
+            let opens = if opens { vec![Part::RateRandomWalk] } else { Vec::new() };
+            best = Some((price, Alike { fit: tried, warm_up: None, opens }));
         }
     }
-    best.map(|(_, fit)| fit)
+    best.map(|(_, alike)| alike)
 }
 
 /// Exponent, pivot and B² of a bias instability with a free exponent that is not 0.
@@ -72,10 +80,11 @@ fn flicker(fit: &Fit) -> Option<(f64, f64, f64)> {
     })
 }
 
-/// Numbers of a model whose parts are present.
+/// Numbers of the slow parts of a model that are present: the others are the same, and which of them are 0 says nothing of these.
 fn numbers(model: &Model) -> f64 {
     let of = |(part, &theta): (&Part, &f64)| match part {
         _ if theta <= 0.0 => 0.0,
+        Part::Quantization | Part::RandomWalk => 0.0,
         Part::GaussMarkov { .. } | Part::Flicker { .. } => 2.0,
         Part::Resonance { .. } => 3.0,
         _ => 1.0,

@@ -45,6 +45,11 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The standard error that the lower part of the interval stands for.
+    pub(crate) fn error_below(self, at: Thresholds) -> f64 {
+        (self.value - self.low) / at.interval.sqrt()
+    }
+
     /// The same interval with another value, extended to it.
     pub(crate) fn around(self, value: f64) -> Self {
         Self { value, low: self.low.min(value), high: self.high.max(value), ..self }

@@ -27,7 +27,7 @@ def test_intervals_and_limits_cover():
         fit = st.fit_psd(F, measured(DENSITY, f"psd fit {k}"), dof=DOF, sided="two")
         small += fit.p < 0.05
         for name, value in TRUTH.items():
-            low, high = fit.model.intervals.get(name, (0.0, fit.model.limits.get(name)))
+            low, high = fit.model.intervals.get(name, (0.0, fit.model.limits.get(name, math.inf)))
             covered[name] += low <= value <= high
     for name, count in covered.items():
         assert count / SETS >= 0.95 - 3 * math.sqrt(0.95 * 0.05 / SETS), name
@@ -50,6 +50,8 @@ def test_a_density_of_no_term_is_told():
     )
     assert not fit.is_adequate
     assert "do not describe" in repr(fit)
+    assert "[" not in repr(fit)
+    assert (fit.model.adequate, dict(fit.model.intervals), dict(fit.model.limits)) == (False, {}, {})
 
 
 def test_one_sided_and_the_exact_density():

@@ -42,7 +42,8 @@ class PsdFit(Printed):
     Attributes
     ----------
     model : ChannelModel
-        The observed terms, with their intervals, and limits of the others: for `state_space`, `predict` and the exports.
+        The observed terms, with their intervals, and limits of the others: for `state_space`, `predict` and the exports. It
+        has no intervals and no limits if the terms do not describe the density.
     p : float
         P-value of the goodness of fit: probability of a larger misfit if the model is right.
     f_min, f_max : float
@@ -85,13 +86,13 @@ class PsdFit(Printed):
     def __repr__(self) -> str:
         lines = [f"density from {self.f_min:.4g} to {self.f_max:.4g} Hz, p = {self.p:.2g}"]
         if not self.is_adequate:
-            lines.append("  the terms do not describe this density: the intervals do not hold")
+            lines.append("  the terms do not describe this density: no interval holds")
         for name in LINEAR:
             unit, factor = display_units(name, self.model.quantity, self.model.unit)[0]
             label = TERMS[name].label(self.model.quantity)
             if name in self.model:
-                low, high = (end / factor for end in self.model.intervals[name])
-                lines.append(f"  {label:24} {round_to_error(self.model[name] / factor, low, high).with_unit(unit)}")
+                ends = (end / factor for end in self.model.intervals.get(name, ()))
+                lines.append(f"  {label:24} {round_to_error(self.model[name] / factor, *ends).with_unit(unit)}")
             elif name in self.model.limits:
                 lines.append(f"  {label:24} {limit_text(self.model.limits[name] / factor)} {unit}: not observed")
         return lines_text(lines)
@@ -199,15 +200,19 @@ def fit_psd(
         raise DataError("no noise term is observed in the density; it may have too few degrees of freedom")
     values = _Likelihood(fitted.measured, weights, shapes[observed]).maximum().theta
     present = [names[k] for k in observed]
+    p = fitted.p_value(values @ shapes[observed], len(observed))
+    adequate = p >= _MISFIT
+    intervals = {name: (math.sqrt(ends[name][0]), math.sqrt(ends[name][1])) for name in present}
+    limits = {name: math.sqrt(ends[name][1]) for name in names if name not in present}
     model = ChannelModel(
         terms={name: math.sqrt(value) for name, value in zip(present, values, strict=True)},
         quantity=_QUANTITIES.get(unit, "signal"),
         unit=unit,
-        intervals={name: (math.sqrt(ends[name][0]), math.sqrt(ends[name][1])) for name in present},
-        limits={name: math.sqrt(ends[name][1]) for name in names if name not in present},
+        intervals=intervals if adequate else {},
+        limits=limits if adequate else {},
         level=level,
+        adequate=adequate,
     )
-    p = fitted.p_value(values @ shapes[observed], len(observed))
     return PsdFit(model=model, p=p, f_min=float(f[0]), f_max=float(f[-1]), level=level)
 
 

@@ -67,7 +67,7 @@ def round_to_error(
     ----------
     value : float
     low, high : float, optional
-        Ends of the interval. Without them and without `error` the value has three digits.
+        Ends of the interval. Without them and without `error` the value has three digits, zeros kept.
     error : float, optional
         Half width of a symmetric interval, in place of `low` and `high`.
     sign : str
@@ -93,7 +93,7 @@ def round_to_error(
     if error is not None:
         low, high = value - error, value + error
     if low is None or high is None or not math.isfinite(value):
-        return Rounded(value=significant(value, sign=sign))
+        return Rounded(value=significant(value, sign=sign, zeros=math.isfinite(value)))
     sides = [value - low, high - value] if error is None else [error, error]
     finite = [abs(side) for side in sides if math.isfinite(side) and side]
     if not finite:
@@ -102,11 +102,10 @@ def round_to_error(
     smaller, larger = (min(finite), max(finite)) if min(sides) >= 0 else ((high - low) / 2,) * 2
     is_even = 0 < max(sides) <= _UNEVEN * (1 + 1e-9) * min(sides)
     half = larger if is_even else max(smaller, _SMALLEST_SHARE * larger)
-    largest = max(abs(number) for number in (value, low, high, half) if math.isfinite(number))
-    power = math.floor(math.log10(largest))
-    place = max(
-        int(f"{half:.1e}".partition("e")[2]) - 1, power - _PRECISION + 1
-    )  # of the last digit, as a power of ten
+    largest = max(abs(number) for number in (value, low, high) if math.isfinite(number))
+    lowest = math.floor(math.log10(max(largest, half))) - _PRECISION + 1
+    place = max(int(f"{half:.1e}".partition("e")[2]) - 1, lowest)  # of the last digit, as a power of ten
+    power = math.floor(math.log10(max(abs(value), half)))
     unit = power if power < _SMALLEST_EXPONENT or (power > _LARGEST_EXPONENT and place > 0) else 0
     texts = [_at_place(number, place, unit, sign=sign, is_positive=low >= 0) for number in (value, low, high)]
     error_text = _at_place(half, place, unit)

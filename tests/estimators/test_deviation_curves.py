@@ -10,6 +10,7 @@ import pytest
 import known
 from sigmatau import NoiseModel, Record, deviation, simulate
 from sigmatau.cli import main
+from sigmatau.digits import round_to_error
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.deviation_kinds import KINDS, bias, degrees_of_freedom
 from sigmatau.units import to_si
@@ -241,9 +242,8 @@ class TestCommandLine:
         assert main([*arguments, "--json", "-"]) == 0
         channels = json.loads(capsys.readouterr().out)["channels"]
         for name, line, unit in (("gyro_x", lines[1], "deg/h"), ("accel_z", lines[3], "ug")):
-            shown = [float(text.strip("[],")) for text in line.split()[2:5]]
-            expected = [channels[name][key][0] / to_si(1.0, unit) for key in ("deviation", "low", "high")]
-            assert shown == pytest.approx(expected, rel=1e-4)
+            value, low, high = (channels[name][key][0] / to_si(1.0, unit) for key in ("deviation", "low", "high"))
+            assert line.split()[2:5] == " ".join(round_to_error(value, low, high).cells).split()
 
     def test_intervals_json_and_figure(self, log, tmp_path, capsys):
         import json

@@ -23,6 +23,7 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.reading import Reading, read_log
+from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.model.file import value_in_si
@@ -175,7 +176,7 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
         lines[-1] += f"  {'S over the model, 95 % interval':>32}"
     for f, s, a, b in zip(bands.frequency, bands.density, low, high, strict=True):
         root, begin, end = (math.sqrt(x) / factor for x in (s, a, b))
-        interval = f"{root:.4g} [{begin:.4g}, {end:.4g}]"
+        interval = " ".join(round_to_error(root, begin, end).cells)
         # Leakage of steep spectra biases these densities, see `Spectrum.trusted`.
         mark = " " if f >= spectrum.trusted else "~"
         line = f" {mark}{f:10.4g}  {s:30.4g}  {interval:>42}  {math.sqrt(2 * s) / one_factor:30.4g}"

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau.arrays import freeze
+from sigmatau.digits import round_to_error
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes, coefficients_of
 from sigmatau.frozen import frozen
@@ -247,7 +248,7 @@ class DeviationCurve(Tabular):
         left_out = len(columns) - _PRINTED_ROWS
         if left_out > 0:
             columns = np.delete(columns, np.s_[_PRINTED_ROWS // 2 : -_PRINTED_ROWS // 2], axis=0)
-        rows = [f"  {t:12.6g} s  {s:.6g}  [{a:.6g}, {b:.6g}]" for t, s, a, b in columns]
+        rows = [f"  {tau:12.6g} s  {'  '.join(round_to_error(*value).cells)}" for tau, *value in columns.tolist()]
         if left_out > 0:
             rows.insert(_PRINTED_ROWS // 2, f"  {'…':>12}    {left_out} more")
         return "\n".join([head, f"  [ ]: {self.interval_text}", *rows])

@@ -173,7 +173,9 @@ def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping
         texts = [f"{terms} terms" for terms in curve.n_terms]
         if noise is not None:
             low, high = (ends / factor for ends in curve.interval(noise=noise))
-            texts = [f"[{a:.5g}, {b:.5g}]" for a, b in zip(low, high, strict=True)]
+            cells = [round_to_error(*ends).cells for ends in zip(curve.deviation / factor, low, high, strict=True)]
+            rows = [(tau, value) for (tau, _), (value, _) in zip(rows, cells, strict=True)]
+            texts = [interval for _, interval in cells]
         lines += [f"  {tau:>12}  {value:<11}  {text}" for (tau, value), text in zip(rows, texts, strict=True)]
     if noise is not None:
         shown = noise if isinstance(noise, str) else ", ".join(noise)

@@ -6,6 +6,7 @@ import math
 import textwrap
 from collections.abc import Sequence
 
+from sigmatau.digits import significant
 from sigmatau.hints import Hint, worded
 from sigmatau.lots.lot_findings import difference
 from sigmatau.lots.lot_remark import STATES
@@ -134,10 +135,10 @@ def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
             (
                 f"{row.sensor} {_abbreviated(row)}",
                 str(row.units),
-                f"{row.median:.3g}",
+                significant(row.median, zeros=True),
                 percent(row.spread) if row.units > 1 else "–",
-                f"{row.low:.3g}",
-                f"{row.high:.3g}",
+                significant(row.low, zeros=True),
+                significant(row.high, zeros=True),
                 " or ".join(f"{limit:.3g}" for limit in row.limits) or "–",
                 row.unit,
                 str(len({name for name, _ in row.outliers})) if row.outliers else "",

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 
 from sigmatau._version import __version__
 from sigmatau.datasheets.claims import Claim
+from sigmatau.digits import significant
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Settings
 from sigmatau.lots.lot_words import listed, percent, what_text, what_unit
 from sigmatau.record.record import stream_name
@@ -90,7 +91,7 @@ def unit_values(one: JudgedUnit, columns: Sequence[Column]) -> list[str]:
             if stream_name(channel) == sensor and (coefficient := part.coefficients.get(what)) is not None
             if coefficient.value is not None
         ]
-        cells.append(f"{max(values) / factor:.3g}" if values else "")
+        cells.append(significant(max(values) / factor, zeros=True) if values else "")
     return cells
 
 
@@ -122,10 +123,10 @@ def distribution_rows(lot: Lot) -> list[list[str]]:
                 printable(one.channel),
                 what_text(one.what, quantity),
                 f"{len(one.units)}" + (f" of {len(one.units) + one.below}" if one.below else ""),
-                f"{one.median / factor:.3g}",
+                significant(one.median / factor, zeros=True),
                 percent(one.spread),
-                f"{one.low / factor:.3g}",
-                f"{one.high / factor:.3g}",
+                significant(one.low / factor, zeros=True),
+                significant(one.high / factor, zeros=True),
                 limits,
                 text,
                 "–" if one.drift is None else f"{100 * one.drift:+.2g}",

@@ -14,7 +14,7 @@ class Markup(str):
     __slots__ = ()
 
 
-_EXPONENT = re.compile(r"(?<=[a-zA-Z)])\^(\{[^}]{1,5}\}|-?\d)")
+_EXPONENT = re.compile(r"(?<=[a-zA-Z)])\^(\{[^}]{1,5}\}|[-−]?\d(?:\.\d+)?)")
 _VOID = ("meta", "link", "br", "hr", "input")
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import freeze, runs
+from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.results import ByChannel, Printed, plain
@@ -325,7 +326,7 @@ class Spectrum(Printed):
         octaves = self.binned(per_octave=1)
         low, high = octaves.interval()
         rows = zip(octaves.frequency, octaves.density, low, high, strict=True)
-        return "\n".join([head, *(f"  {f:10.4g} Hz  {p:.4g}  [{a:.4g}, {b:.4g}]" for f, p, a, b in rows)])
+        return "\n".join([head, *(f"  {f:10.4g} Hz  {'  '.join(round_to_error(*value).cells)}" for f, *value in rows)])
 
 
 class Spectra(ByChannel[Spectrum]):

@@ -16,13 +16,14 @@ import numpy as np
 
 from sigmatau._native.distributions import digamma
 from sigmatau.arrays import Floats
-from sigmatau.fitting.log_spectra import LogSpectrum
+from sigmatau.fitting.log_spectra import NODES, LogSpectrum
 from sigmatau.fitting.sensor_filters import SensorFilter, all_filters
 from sigmatau.frozen import frozen
 
 PRICE = 4.0
 """Fall of the deviance that a further number of the model must gain. SAME as that of the filters of a single record."""
 
+_MEAN = np.full(NODES, 1 / NODES)  # of a model in a bin
 _SLOW = 2  # powers of 1/f of slow noise
 _ROUNDS, _ROUNDS_OF_SEARCH = 40, 5  # of reweighting, at most
 _SETTLED = 1e-4  # fall of the deviance that ends them
@@ -52,14 +53,11 @@ class LinearFit:
     deviance : float
     levels : ndarray, shape (n_levels,)
         N², then 1/f and 1/f² of each log, then the converter if it has a column; none negative.
-    error : float
-        Standard error of N², with the numbers as they are.
     model : ndarray, shape (n_bins,)
     """
 
     deviance: float
     levels: Floats
-    error: float
     model: Floats
 
 
@@ -150,9 +148,9 @@ class Logs:
 
     def weakened(self) -> Logs:
         """The same logs with few degrees of freedom a bin and more white noise, for a search: maxima are then wide."""
-        more = np.concatenate([np.full(len(s.density), _NOISE_OF_SEARCH * np.median(s.density)) for s in self.spectra])
+        added = np.concatenate([np.full(len(s.density), _NOISE_OF_SEARCH * np.median(s.density)) for s in self.spectra])
         modes = np.minimum(self.modes, _MODES_OF_SEARCH)
-        density, rounding = self.density + more, self.rounding + more
+        density, rounding = self.density + added, self.rounding + added
         return replace(self, modes=modes, density=density, rounding=rounding, rounds=_ROUNDS_OF_SEARCH)
 
     def columns(self, form: Form, numbers: Floats) -> Floats:
@@ -161,11 +159,11 @@ class Logs:
         table = np.zeros((len(self.density), 1 + _SLOW * count + form.converter))
         for k, (log, place) in enumerate(zip(self.spectra, self.places, strict=True)):
             f = log.nodes.ravel()
-            table[place, 0] = family.folded(f, log.rate, numbers).reshape(log.nodes.shape).mean(axis=1)
-            passed = family.power(f, numbers).reshape(log.nodes.shape) if form.passes else 1.0
-            ratio = log.nodes[0, 0] / log.nodes
-            table[place, 1 + _SLOW * k] = (passed * ratio).mean(axis=1)
-            table[place, 2 + _SLOW * k] = (passed * ratio * ratio).mean(axis=1)
+            table[place, 0] = family.folded(f, log.rate, numbers).reshape(log.nodes.shape) @ _MEAN
+            slow = log.nodes[0, 0] / log.nodes
+            passed = slow * family.power(f, numbers).reshape(log.nodes.shape) if form.passes else slow
+            table[place, 1 + _SLOW * k] = passed @ _MEAN
+            table[place, 2 + _SLOW * k] = (passed * slow) @ _MEAN
             if form.converter:
                 table[place, -1] = 1 / log.rate
         return table
@@ -201,12 +199,17 @@ class Logs:
             if abs(best - reached) < _SETTLED:
                 break
             best = reached
-        return LinearFit(
-            deviance=self.deviance(model),
-            levels=levels,
-            error=_error_of_first(table[:, levels > 0] * (np.sqrt(self.modes / 2) / model)[:, None], levels),
-            model=model,
-        )
+        return LinearFit(deviance=self.deviance(model), levels=levels, model=model)
+
+    def error_of_density(self, form: Form, numbers: Floats, fit: LinearFit) -> float:
+        """Standard error of N², with the numbers as they are; infinite if it is 0."""
+        if not fit.levels[0] > 0:
+            return math.inf
+        weight = np.sqrt(self.modes / 2) / fit.model
+        design = self.columns(form, numbers)[:, fit.levels > 0] * weight[:, None]
+        size = np.sqrt((design**2).sum(axis=0))
+        inverse = np.linalg.pinv((design / size).T @ (design / size), hermitian=True)
+        return math.sqrt(max(float(inverse[0, 0]), 0.0)) / float(size[0])
 
     def fit_numbers(self, start: FilterFit, *, steps: int = _STEPS) -> FilterFit:
         """The best numbers of a form from a start, by scoring of numbers and levels together."""
@@ -257,15 +260,6 @@ class Logs:
         return np.asarray(vectors * lengths)
 
 
-def _error_of_first(design: Floats, levels: Floats) -> float:
-    """Standard error of the first level; infinite if it is 0."""
-    if not levels[0] > 0:
-        return math.inf
-    size = np.sqrt((design**2).sum(axis=0))
-    inverse = np.linalg.pinv((design / size).T @ (design / size), hermitian=True)
-    return math.sqrt(max(float(inverse[0, 0]), 0.0)) / float(size[0])
-
-
 def limited(family: SensorFilter, numbers: Floats, spectra: Sequence[LogSpectrum]) -> Floats:
     """Numbers within the limits of corners and of the family."""
     low, high = corner_limits(spectra)
@@ -310,13 +304,8 @@ def _started(logs: Logs, family: SensorFilter, corners: Floats) -> FilterFit:
 def _refined(logs: Logs, starts: Sequence[FilterFit]) -> list[FilterFit]:
     """Full fits of those that are not hopeless after a few steps, the best first."""
     rough = [logs.fit_numbers(start, steps=_FIRST_STEPS) for start in starts]
-    least = min(fit.cost for fit in rough)
-    best: dict[SensorFilter, FilterFit] = {}  # of each family, with slow noise on one side
-    for fit in rough:
-        if fit.cost < least + _HOPELESS:
-            full = logs.fit_numbers(fit)
-            best[fit.filter] = min(full, best.get(fit.filter, full), key=_cost)
-    return sorted(best.values(), key=_cost)
+    lowest = min(fit.cost for fit in rough)
+    return sorted((logs.fit_numbers(fit) for fit in rough if fit.cost < lowest + _HOPELESS), key=_cost)
 
 
 def _cost(fit: FilterFit) -> float:

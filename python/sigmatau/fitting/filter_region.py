@@ -45,14 +45,13 @@ class Explanation:
 
 
 def explanations(logs: Logs, fits: Sequence[FilterFit], rise: float) -> list[Explanation]:
-    """Filters whose cost is at most `rise` above the least, the best first: the edge of the region of each family, and
-    points inside it.
+    """Filters of all forms whose cost is at most `rise` above the least, the best first: of each form the edge of the region
+    whose cost is at most `rise` above that of its best, and points inside it.
     """
-    most = fits[0].cost + rise
     region: list[Explanation] = []
     for fit in fits:
-        if fit.cost <= most:
-            region += _region(logs, fit, most)
+        if fit.cost <= fits[0].cost + rise:
+            region += _region(logs, fit, fit.cost + rise)
     return region
 
 
@@ -63,23 +62,26 @@ def is_white(logs: Logs, fits: Sequence[FilterFit], rise: float) -> bool:
     return logs.fit_levels(form, highest).deviance + form.price <= fits[0].cost + rise
 
 
-def _region(logs: Logs, best: FilterFit, most: float) -> list[Explanation]:
+def _region(logs: Logs, best: FilterFit, highest: float) -> list[Explanation]:
     def explanation(numbers: Floats) -> Explanation | None:
         """None beyond the edge."""
         fit = logs.fit_levels(best.form, numbers, begin=best.fit.model)
-        room = most - fit.deviance - best.form.price
-        if room < 0 or not fit.error < fit.levels[0]:
+        room = highest - fit.deviance - best.form.price
+        if room < 0:
+            return None
+        error = logs.error_of_density(best.form, numbers, fit)
+        if not error < fit.levels[0]:
             return None
         return Explanation(
             filter=best.filter,
             numbers=numbers,
             density=float(fit.levels[0]),
-            spread=math.sqrt(room) * fit.error / float(fit.levels[0]),
+            spread=math.sqrt(room) * error / float(fit.levels[0]),
         )
 
     centre = explanation(best.numbers)
     region = [] if centre is None else [centre]
-    room = max(most - best.cost, 0.0)
+    room = max(highest - best.cost, 0.0)
     inside = _INSIDE if len(best.numbers) == 1 else _INSIDE_OF_TWO
     for direction in _directions(logs, best):
 

@@ -28,6 +28,7 @@ _RATE_FROM, _RATE_TO, _RATES = 0.25, 100.0, 27  # rates of the aliasing, over th
 _FASTEST = 1024.0  # rate over the noise-equivalent bandwidth, above which nothing is aliased
 _RATE_STEP = 1.1  # of the search from there
 _BISECTIONS = 12
+_WIDEST = 20.0  # half the width of ln N that is stated
 
 Quantity = Callable[[SensorFilter, Floats], float]
 
@@ -101,7 +102,7 @@ def summary(
     """
     stream = sources[0].stream
     channel = stream.channels[0]
-    if not (region and best.fit.error < best.fit.levels[0]):
+    if not region or best.fit.levels[0] == 0:
         raise DataError(f"{channel}: the logs have no white noise of the sensor. Record at a higher rate, or longer")
     is_open = judgement.verdict == "rate too low"
 
@@ -167,12 +168,14 @@ def _in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> I
     # In a single log noise of the converter may look as that of the sensor: it has the level of the joint fit.
     converter = float(best.fit.levels[-1]) / log.rate if best.form.converter else 0.0
     alone = Logs.of([replace(log, quantization=log.quantization + converter)])
-    fit = alone.fit_levels(replace(best.form, converter=False), best.numbers)
+    form = replace(best.form, converter=False)
+    fit = alone.fit_levels(form, best.numbers)
     level = float(fit.levels[0])
     value = math.sqrt(level) * best.filter.aliasing(log.rate, best.numbers)
     if not level > 0:
         return Interval(value=value, low=None, high=None, unit=unit)
-    spread = math.exp(0.5 * deviate * fit.error / level)
+    error = alone.error_of_density(form, best.numbers, fit)
+    spread = math.exp(min(0.5 * deviate * error / level, _WIDEST))
     return Interval(value=value, low=value / spread, high=value * spread, unit=unit)
 
 

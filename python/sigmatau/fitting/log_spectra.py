@@ -31,8 +31,12 @@ _FEWEST_MODES = 16  # of a bin that has a median, and of one that can be the pea
 _LINE = 30.0  # power of a mode over the mean of its bin; noise has it in 4 of 10⁸
 _SIDE = 8  # modes on either side of a line that go with it
 _LEAKAGE = 0.02  # share of the noise that a line may leak into a mode farther away
-_STRONG = 1e4  # power of a line over that of the noise around it from which on it is subtracted before the transform
-_MOST_LINES, _LOWEST_PEAK, _AROUND = 12, 8, 200  # that are subtracted; first frequency, and frequencies around a line
+_STRONG = 1e4  # power of a line over that of the noise beside it from which on it is subtracted before the transform
+_MOST_LINES, _LOWEST_PEAK, _NEIGHBOURS = (
+    12,
+    8,
+    200,
+)  # that are subtracted; first frequency, and frequencies on either side
 _GOLDEN, _GOLDEN_STEPS = 0.6180339887498949, 30  # section of an interval, and sections to 1e-6 of a frequency step
 _NOTHING = 1e-300  # a density in place of 0
 _MOST_RUNS = 64  # without gaps that are used, the longest ones
@@ -163,8 +167,8 @@ def _without_strong_lines(y: Floats) -> Floats:
     for _ in range(_MOST_LINES):
         spectrum = np.abs(np.fft.rfft(y * window)) ** 2
         k = _LOWEST_PEAK + int(np.argmax(spectrum[_LOWEST_PEAK:]))
-        around = spectrum[max(k - _AROUND, _LOWEST_PEAK) : k + _AROUND]
-        if not spectrum[k] > _STRONG * median(around):
+        neighbours = spectrum[max(k - _NEIGHBOURS, _LOWEST_PEAK) : k + _NEIGHBOURS]
+        if not spectrum[k] > _STRONG * median(neighbours):
             break
         low, high = (k - 1) / n, (k + 1) / n
         for _ in range(_GOLDEN_STEPS):

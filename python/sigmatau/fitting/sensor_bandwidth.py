@@ -167,8 +167,8 @@ class SensorBandwidth(Printed):
     >>> import sigmatau as st
     >>> white = np.random.default_rng(1).standard_normal(20_000)
     >>> record = st.Record.from_arrays(rate=100, gyro_x=(white[3:] + white[2:-1] + white[1:-2] + white[:-3]) / 4)
-    >>> found = st.bandwidth(record)["gyro_x"]
-    >>> found.shape, found.bandwidth.low < 11.07 < found.bandwidth.high  # 0.443 / (4 · 10 ms)
+    >>> result = st.bandwidth(record)["gyro_x"]
+    >>> result.shape, result.bandwidth.low < 11.07 < result.bandwidth.high  # 0.443 / (4 · 10 ms)
     ('running mean', True)
     """
 
@@ -206,8 +206,8 @@ class SensorBandwidth(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, for JSON."""
         names = "channel quantity unit shape order alternatives bandwidth equivalent random_walk rate_needed tolerance"
-        more = "verdict differing repeated level p_value record_at_hz=record_at logs response aliasing"
-        return plain(self, names, more, sided="two")
+        judged = "verdict differing repeated level p_value record_at_hz=record_at logs response aliasing"
+        return plain(self, names, judged, sided="two")
 
     def plot(self, ax: Panels = None, *, unit: str | None = None) -> Figure:
         """Draw Fig. 12 of the paper: Allan deviations at all rates, and N against the sampling rate.
@@ -269,23 +269,23 @@ class SensorBandwidth(Printed):
             lines.append(f"  {'the paper: 3 to 5 times the bandwidth':38} {low} to {high} Hz")
         lines.append(f"  {'log':20} {'rate [Hz]':>9} {f'random walk in it [{text}]':>28} {'added by aliasing':>18}")
         for log in self.logs:
-            in_log = " ".join(_texts(log.random_walk, factor))
+            in_log = _text(log.random_walk, factor)
             lines.append(f"  {log.name[-20:]:20} {log.rate:>9.4g} {in_log:>28} {_excess_text(log.aliasing):>18}")
         return lines_text([*lines, *wrapped(f"  {text}" for text in self.statements())])
 
 
 def _row(name: str, interval: Interval, factor: float, unit: str) -> str:
-    return f"  {name:38} {' '.join(_texts(interval, factor))} {unit}"
+    return f"  {name:38} {_text(interval, factor)} {unit}"
 
 
-def _texts(interval: Interval, factor: float) -> tuple[str, ...]:
+def _text(interval: Interval, factor: float) -> str:
     """Value and interval; a limit alone if the interval is open."""
     low, high = (None if x is None else x / factor for x in (interval.low, interval.high))
     if low is not None and high is not None:
-        return round_to_error(interval.value / factor, low, high).cells
+        return round_to_error(interval.value / factor, low, high).text
     if low is not None:
-        return (f"above {two_digits(low)}",)
-    return (f"below {two_digits(high)}",) if high is not None else ("not known",)
+        return f"above {two_digits(low)}"
+    return f"below {two_digits(high)}" if high is not None else "not known"
 
 
 def _excess_text(factor: Interval) -> str:

@@ -34,6 +34,7 @@ from studies import (
     round_trip,
     selection,
     stability,
+    tune,
 )
 
 STUDIES = (
@@ -64,6 +65,7 @@ STUDIES = (
     disturbed,
     prediction,
     consistent,
+    tune,
     adis16405,
     real_records,
     repeatability,

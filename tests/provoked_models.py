@@ -32,6 +32,13 @@ from sigmatau.noise import terms
 from sigmatau.simulation.imperfections import Outage, Temperature, WarmUp
 from sigmatau.units import to_si
 
+
+def innovations(n=200, **changed):
+    """White innovations with their variance."""
+    arrays_ = {"time": np.arange(float(n)), "innovation": np.sin(np.arange(n) ** 2), "variance": np.ones(n)} | changed
+    return st.Innovations(**arrays_)
+
+
 PROVOKED = {
     "NoiseModel.from_result": {
         st.DataError: (lambda: st.NoiseModel.from_result(st.analyze(record(), method="read-off")),)
@@ -150,6 +157,36 @@ PROVOKED = {
             lambda: planned(duration=1.0),
         )
     },
+    "Innovations": {
+        st.DataError: (lambda: innovations(variance=np.zeros(200)), lambda: innovations(time=np.zeros(200))),
+        st.RecordTooShortError: (lambda: innovations(n=99),),
+    },
+    "BiasFilter": {
+        st.OptionError: (lambda: st.BiasFilter(noise=0.0, walk=1.0), lambda: st.BiasFilter(noise=1.0, walk=NAN))
+    },
+    "BiasFilter.matrices": {
+        st.OptionError: (
+            lambda: st.BiasFilter(noise=1.0, walk=1.0).matrices(interval=1.0, stated=1.0),
+            lambda: st.BiasFilter(noise=1.0, walk=1.0, deviation=1.0).matrices(interval=1.0, stated=1.0),
+        )
+    },
+    "FilterMatrices": {
+        st.OptionError: (
+            lambda: st.FilterMatrices(F=[[1.0, 0.0]], H=[1.0], Q={"q": [[1.0]]}, R=1.0),
+            lambda: st.FilterMatrices(F=[[1.0]], H=[1.0], Q={"q": [[1.0]]}, R=0.0),
+        )
+    },
+    "tune": {
+        st.OptionError: (
+            lambda: st.tune(1.0),
+            lambda: st.tune(innovations(), filters="mine"),
+            lambda: st.tune(innovations(), skip=-1.0),
+            lambda: st.tune(innovations(), level=95),
+        ),
+        st.DataError: (lambda: st.tune(innovations(variance=np.full(200, -1.0))),),
+        st.RecordTooShortError: (lambda: st.tune(innovations(), skip=150.0),),
+    },
+    "Tunings.plot": {st.OptionError: (lambda: st.tune(innovations()).plot("gyro_q"),)},
     "predict": {
         st.OptionError: (
             lambda: predicted(ONE),

@@ -89,7 +89,18 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Filters and prediction",
         "Kalman matrices, ARIMA processes, and the error growth of unaided navigation.",
-        ("state_space", "arma", "verify", "predict"),
+        (
+            "state_space",
+            "arma",
+            "verify",
+            "predict",
+            "tune",
+            "Innovations",
+            "BiasFilter",
+            "FilterMatrices",
+            "Tunings",
+            "Tuning",
+        ),
     ),
     ("Export", "Files of other programs, in their units.", ("export", "Choices")),
     (

@@ -10,6 +10,10 @@ from .estimators.deviation import Deviation, Deviations, deviation
 from .estimators.stability import dynamic_allan
 from .exporting.choices import Choices
 from .exporting.export import export
+from .exporting.tuning.filters import BiasFilter, FilterMatrices
+from .exporting.tuning.innovations import Innovations
+from .exporting.tuning.result import Tuning, Tunings
+from .exporting.tuning.tune import tune
 from .findings.finding import Finding
 from .fitting.bandwidth import bandwidth
 from .fitting.channel import fit_channel
@@ -59,6 +63,7 @@ __all__ = [
     "Analysis",
     "AvarFromPsd",
     "Bandwidths",
+    "BiasFilter",
     "ChannelModel",
     "Choices",
     "CrossSpectrum",
@@ -69,9 +74,11 @@ __all__ = [
     "Deviation",
     "DeviationCurve",
     "Deviations",
+    "FilterMatrices",
     "Finding",
     "GaussMarkov",
     "Imperfections",
+    "Innovations",
     "JointChannel",
     "JointFit",
     "Lot",
@@ -93,6 +100,8 @@ __all__ = [
     "Spectrum",
     "Store",
     "Stream",
+    "Tuning",
+    "Tunings",
     "Verdict",
     "__version__",
     "allan",
@@ -131,6 +140,7 @@ __all__ = [
     "simulate_to",
     "state_space",
     "transfer",
+    "tune",
     "verify",
     "write",
 ]

@@ -56,6 +56,13 @@ sigmatau bandwidth 50Hz.csv 500Hz.csv --plot fig12.png
 sigmatau bandwidth fast.csv --json bandwidth.json
 sigmatau bandwidth slow.txt fast.txt --rate 50,500 --channels gyro=1:3 --unit gyro=deg/s""",
     ),
+    "tune": (
+        "Find which noise of a filter is wrong, and by which factor, from its innovations.",
+        """\
+sigmatau tune innovations.csv
+sigmatau tune innovations.csv --noise gyro="0.35 deg/sqrt(h)" --walk gyro="120 deg/h/sqrt(h)" --plot white.png
+sigmatau tune run.csv --columns gyro_x=r0:s0,gyro_y=r1:s1 --model imu.toml --json tune.json""",
+    ),
     "simulate": (
         "Simulate a sensor at rest from its noise model, and write the log.",
         """\

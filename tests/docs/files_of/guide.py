@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from filter_runs import write_innovations
 from logs_of_pages import AXES, analysed, block_of, copied, filtered, mems_log, noise, table, timed, typed
 
 from sigmatau.cli import main
@@ -54,6 +55,8 @@ def make(folder: Path) -> None:
     for name, rate in (("slow.txt", 50.0), ("fast.txt", 500.0)):
         record = filtered(name, rate, AXES[:3])
         np.savetxt(folder / name, np.column_stack([record.streams[0].column(axis) for axis in AXES[:3]]))
+    write_innovations(folder / "innovations.csv", {"x": ("nu_gyro_x", "S_gyro_x")}, walk=1e-5, duration=120.0)
+    write_innovations(folder / "run.csv", {"x": ("r0", "s0"), "y": ("r1", "s1")}, walk=1e-5, duration=120.0)
     # A program that prints samples, in place of the one of the reader
     logger = folder / "logger"
     logger.write_text("#!/bin/sh\nawk 'BEGIN { srand(1); for (k = 0; k < 2200; k++) print rand(), rand(), rand() }'\n")

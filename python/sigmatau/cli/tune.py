@@ -1,0 +1,187 @@
+"""``sigmatau tune``: which noise of a filter is wrong, and by which factor, from its innovations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+from sigmatau._version import __version__
+from sigmatau.analysis.inputs import read_source
+from sigmatau.cli.datasheet import check_model
+from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Texts
+from sigmatau.cli.options import (
+    check_outputs,
+    check_style,
+    drawing,
+    key_values,
+    say,
+    working,
+    write_figure,
+    write_result,
+)
+from sigmatau.errors import OptionError
+from sigmatau.exporting.choices import KINDS, Choices
+from sigmatau.exporting.tuning.filters import BiasFilter
+from sigmatau.exporting.tuning.innovations import Innovations
+from sigmatau.exporting.tuning.result import Tunings
+from sigmatau.exporting.tuning.table import read_innovations
+from sigmatau.exporting.tuning.tune import tune
+from sigmatau.exporting.values import Numbers
+from sigmatau.model.file import has_unit_of, value_in_si
+from sigmatau.quality.selection.time_text import seconds_of
+from sigmatau.record.record import stream_name
+
+_UNITS = {"noise": ("rad/sqrt(s)", "m/s/sqrt(s)"), "walk": ("rad/s/sqrt(s)", "m/s^2/sqrt(s)")}
+_EXAMPLES = {"noise": 'gyro="0.3 deg/sqrt(h)"', "walk": 'gyro="20 deg/h/sqrt(h)"'}
+
+
+def tune_command(
+    innovations: Path,
+    /,
+    *,
+    noise: Annotated[list[str] | None, Texts, InMain] = None,
+    walk: Annotated[list[str] | None, Texts, InMain] = None,
+    model: Annotated[Path | None, InMain] = None,
+    columns: Annotated[list[str] | None, Texts, InMethod] = None,
+    time: Annotated[str | None, InMethod] = None,
+    skip: Annotated[str | None, InMethod] = None,
+    plot: Annotated[Path | None, InMain] = None,
+    style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
+    json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    quiet: Quiet = False,
+) -> int:
+    """Find which noise of a filter is wrong, and by which factor, from its innovations.
+
+    The filter estimates an attitude with the bias of a gyro, or a velocity with the bias of an accelerometer. Its
+    measurement noise R follows from N, K and the stated variance S. Other filters: sigmatau.tune in Python, with matrices.
+
+    Parameters
+    ----------
+    innovations
+        Table with a header: time, innovation and its stated variance S = H·P·Hᵀ + R, in SI or with units in the header.
+        Several channels are pairs of columns with the same ending: nu_gyro_x,S_gyro_x.
+    noise
+        N of the filter by sensor or channel, with its unit: gyro="0.3 deg/sqrt(h)". Default: unknown; then only the NIS and
+        the whiteness are judged.
+    walk
+        K of the filter: gyro="20 deg/h/sqrt(h)". Required with --noise.
+    model
+        Model file (.toml), JSON of analyze, or YAML of Kalibr or imu_utils, instead of --noise and --walk: N and K as
+        export writes them for a filter.
+    columns
+        Columns of innovation and variance by channel, by name or number: gyro_x=nu:S. Default: recognised by their names.
+    time
+        Column of the time, by name or number. Default: recognised by its name.
+    skip
+        Time at the beginning in which the filter converges, which is left out: 30s. Default: none.
+    plot
+        Draw the Allan deviation of the normalised innovations: .png, .svg or .pdf.
+    style
+        Style of figures: screen, or paper, for the width of a column or a page of a paper.
+    json
+        Write the result as JSON, in SI; - writes it to standard output instead of the table.
+    quiet
+        Print only errors on standard error.
+    """
+    check_style(style, plot)
+    check_outputs(innovations, plot, json)
+    data = read_innovations(innovations, columns=key_values(columns or [], "columns", "gyro_x=nu:S") or None, time=time)
+    filters = _filters(data, noise or [], walk or [], model)
+    after = 0.0 if skip is None else seconds_of(skip, option="skip")
+    with working("comparing noises", quiet=quiet):
+        result = tune(data, filters=filters, skip=after)
+    if plot is not None:
+        with drawing(plot, style, quiet=quiet):
+            write_figure(result.plot(), plot)
+    write_result(repr(result), {"sigmatau": __version__, "channels": result.to_dict()}, json)
+    if model is not None:
+        for line in _exports(result, model):
+            say(line, quiet=quiet)
+    return 0
+
+
+def _filters(
+    data: Mapping[str, Innovations], noise: Sequence[str], walk: Sequence[str], model: Path | None
+) -> dict[str, BiasFilter] | None:
+    """The filter of each channel; None if nothing is stated."""
+    if model is not None:
+        if noise or walk:
+            raise OptionError("--model has N and K. Give either it, or --noise and --walk", option="model")
+        return _filters_of_model(data, model)
+    if not noise and not walk:
+        return None
+    stated = {
+        option: _values(data, key_values(texts, option, _EXAMPLES[option]), option)
+        for option, texts in (("noise", noise), ("walk", walk))
+    }
+    filters = {}
+    for channel in data:
+        absent = [option for option, values in stated.items() if channel not in values]
+        if len(absent) == 2:
+            continue
+        if absent:
+            raise OptionError(
+                f"--{absent[0]}: N and K of the filter of {channel} are both needed. Add --{absent[0]}"
+                f" {_EXAMPLES[absent[0]].replace('gyro', channel)}",
+                option=absent[0],
+            )
+        filters[channel] = BiasFilter(noise=stated["noise"][channel], walk=stated["walk"][channel])
+    return filters
+
+
+def _values(data: Mapping[str, Innovations], texts: Mapping[str, str], option: str) -> dict[str, float]:
+    """Values in SI by channel; the name of a sensor stands for all its channels."""
+    values: dict[str, float] = {}
+    for key, text in texts.items():
+        named = [channel for channel in data if key in (channel, stream_name(channel))]
+        if not named and key in KINDS:
+            named = [channel for channel in data if len(data) == 1 and stream_name(channel) not in KINDS]
+        if not named:
+            raise OptionError(f"--{option} {key}: the innovations are of {', '.join(data)}", option=option)
+        gyro, accel = _UNITS[option]
+        value = value_in_si(text, accel if has_unit_of(text, accel) else gyro, f"--{option} {key}")
+        for channel in named:
+            if channel not in values or key == channel:
+                values[channel] = value
+    return values
+
+
+def _filters_of_model(data: Mapping[str, Innovations], model: Path) -> dict[str, BiasFilter]:
+    """N and K as an export writes them for a filter."""
+    check_model(model)
+    numbers = Numbers(read_source(model), Choices(), pair=True)
+    sensors = [sensor for sensor in KINDS if numbers.has(sensor)]
+    filters = {}
+    for channel in data:
+        sensor = stream_name(channel)
+        if sensor not in KINDS and len(sensors) == 1:
+            (sensor,) = sensors
+        if sensor not in sensors:
+            kinds = " and ".join(KINDS[each] for each in sensors) or "no inertial sensor"
+            raise OptionError(
+                f"--model: {model} has {kinds}, and {channel} is not a channel of them."
+                " Name it, --columns gyro_x=INNOVATION:S",
+                option="model",
+            )
+        pair = BiasFilter(noise=numbers.noise(sensor).value, walk=numbers.walk(sensor).value)
+        if numbers.missing:
+            raise OptionError(f"--model: {next(iter(numbers.missing.values()))}", option="model")
+        filters[channel] = pair
+    return filters
+
+
+def _exports(result: Tunings, model: Path) -> list[str]:
+    """Commands that write files with the factors, by sensor: those of the largest channel."""
+    lines = []
+    for option, name in (("noise-factor", "white"), ("walk-factor", "slow")):
+        causes = [
+            factor.value
+            for judged in result.values()
+            if judged.verdict == "wrong"
+            for factor in judged.causes
+            if factor.noise == name
+        ]
+        if causes:
+            lines.append(f"--{option} {max(causes):.3g}")
+    return [f"a file with these factors: sigmatau export {model} --to TARGET {' '.join(lines)}"] if lines else []

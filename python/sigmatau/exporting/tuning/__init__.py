@@ -1,0 +1,1 @@
+"""Which noise of a filter is wrong, and by which factor, from its innovations."""

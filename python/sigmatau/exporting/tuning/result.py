@@ -1,0 +1,312 @@
+"""Result of `sigmatau.tune`: whether innovations are as stated, which noise of the filter is wrong, and by which factor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from sigmatau.arrays import Bools, Floats, freeze
+from sigmatau.digits import round_to_error, two_digits
+from sigmatau.errors import OptionError
+from sigmatau.exporting.tuning.filters import MEASUREMENT, SLOW, WHITE
+from sigmatau.frozen import frozen
+from sigmatau.results import ByChannel, Printed, duration_text, lines_text, plain, seconds, wrapped
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Verdict = Literal["consistent", "wrong", "ambiguous", "not explained", "inconsistent"]
+
+_NAMES = {MEASUREMENT: "measurement noise", WHITE: "white process noise", SLOW: "slow process noise"}
+_LETTERS = {MEASUREMENT: "√R", WHITE: "N", SLOW: "K"}
+_VAGUE = 3.0  # ratio of an end of an interval to its value, from which the run does not show the noise
+
+
+@frozen
+class NoiseFactor(Printed):
+    """Factor on the standard deviation of a noise of a filter.
+
+    Attributes
+    ----------
+    noise : str
+        ``"measurement"``, ``"white"``, ``"slow"``, or the name of a matrix Q.
+    value : float
+        Factor to multiply the standard deviation with; that of its variance is the square. [1]
+    low : float
+        Lower end of its interval; 0 if the innovations do not show this noise. [1]
+    high : float or None
+        Upper end; None if it is not bounded. [1]
+    assumed : float or None
+        What the filter assumes: √R, N or K; None for a matrix. [SI]
+    """
+
+    noise: str
+    value: float
+    low: float
+    high: float | None
+    assumed: float | None = None
+
+    @property
+    def direction(self) -> Literal["too small", "too large"]:
+        """In which direction the noise of the filter is wrong, if it is."""
+        return "too small" if self.value > 1 else "too large"
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the innovations show this noise: both ends are within a factor of 3."""
+        return self.high is not None and self.high < _VAGUE * self.value and self.value < _VAGUE * self.low
+
+    @property
+    def has_error(self) -> bool:
+        """Whether the interval is without 1."""
+        return self.low > 1 or (self.high is not None and self.high < 1)
+
+    @property
+    def text(self) -> str:
+        """Factor and interval."""
+        if self.high is None:
+            return f"above {two_digits(self.low)}" if self.low else "not shown"
+        if not self.low:
+            return f"below {two_digits(self.high)}"
+        return round_to_error(self.value, self.low, self.high).text
+
+    @property
+    def name(self) -> str:
+        """Its name in a sentence, with its letter."""
+        return f"{_NAMES[self.noise]} {_LETTERS[self.noise]}" if self.noise in _NAMES else f"noise {self.noise!r}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return plain(self, "noise value low high assumed")
+
+
+@frozen(eq=False)
+class Whiteness(Printed):
+    """Allan deviation of the normalised innovations over that of white noise with variance 1, 1/√m.
+
+    Attributes
+    ----------
+    m : ndarray, shape (n_tau,)
+        Innovations that are averaged. [1]
+    tau : ndarray, shape (n_tau,)
+        Averaging time. [s]
+    ratio, low, high : ndarray, shape (n_tau,)
+        1 in a consistent filter; its interval by the χ² of white noise. [1]
+    """
+
+    m: Floats
+    tau: Floats
+    ratio: Floats
+    low: Floats
+    high: Floats
+
+    def __post_init__(self) -> None:
+        freeze(self, "m", "tau", "ratio", "low", "high")
+
+    @property
+    def is_outside(self) -> Bools:
+        """Where the interval is without 1."""
+        return np.asarray((self.low > 1) | (self.high < 1))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain columns."""
+        return plain(self, "m tau_s=tau ratio low high")
+
+
+@frozen(eq=False)
+class Tuning(Printed):
+    """Judgement of one channel of innovations.
+
+    Attributes
+    ----------
+    channel : str
+    n : int
+        Innovations.
+    interval : float
+        Median time between two. [s]
+    nis, nis_low, nis_high : float
+        Mean of the squared normalised innovations, the NIS, with its interval, which counts their correlation. 1 in a
+        consistent filter. [1]
+    whiteness : Whiteness
+    factors : tuple of NoiseFactor
+        Factors on each noise of the filter; empty without a filter.
+    causes : tuple of NoiseFactor
+        Those that are wrong; with the verdict ``"ambiguous"`` those of which one is wrong.
+    verdict : {"consistent", "wrong", "ambiguous", "not explained", "inconsistent"}
+        Nothing found; `causes` are wrong; one of `causes` is; no factors explain the innovations; not as stated, and no
+        filter is known.
+    p_value : float
+        Of the innovations if the filter is right. [1]
+    p_misfit : float or None
+        Of the innovations with the best factors. [1]
+    level : float
+        Confidence level of the intervals. [1]
+
+    See Also
+    --------
+    tune : makes it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> nu = 2 * np.random.default_rng(2).standard_normal(500)
+    >>> data = st.Innovations(time=np.arange(500) / 5, innovation=nu, variance=np.ones(500))
+    >>> judged = st.tune(data)["innovation"]
+    >>> judged.verdict, round(judged.nis, 1)
+    ('inconsistent', 4.1)
+    """
+
+    channel: str
+    n: int
+    interval: float
+    nis: float
+    nis_low: float
+    nis_high: float
+    whiteness: Whiteness
+    factors: tuple[NoiseFactor, ...]
+    causes: tuple[NoiseFactor, ...]
+    verdict: Verdict
+    p_value: float
+    p_misfit: float | None
+    level: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, for JSON."""
+        names = "channel n interval_s=interval nis nis_low nis_high verdict p_value p_misfit level"
+        return plain(self, names, "causes factors whiteness")
+
+    def plot(self, ax: Axes | None = None) -> Figure:
+        """Draw the Allan deviation of the normalised innovations, with that of white noise.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
+        """
+        from sigmatau.plot.tuning import draw_whiteness
+
+        return draw_whiteness({self.channel: self}, ax=ax)
+
+    def statements(self) -> tuple[str, ...]:
+        """What is wrong, in which direction, and what to do, in sentences."""
+        hidden = [factor.name for factor in self.factors if not factor.is_shown and factor not in self.causes]
+        remarks = [f"The run does not show the {' and the '.join(hidden)}: its factor is uncertain"] * bool(hidden)
+        if self.verdict == "consistent":
+            return ("Nothing is wrong: the innovations are as the filter states", *remarks)
+        if self.verdict == "wrong":
+            return (*(_cause(factor) for factor in self.causes), *remarks)
+        if self.verdict == "ambiguous":
+            names = " or ".join(f"the {factor.name} {factor.direction}" for factor in self.causes)
+            return (f"The filter is wrong, and the run does not tell the cause: {names}. Use a longer run",)
+        if self.verdict == "not explained":
+            return (
+                f"No factors on the noises explain the innovations (p = {self.p_misfit:.2g})."
+                " Check the delay and the scale of the sensors, and the model of the filter",
+            )
+        return (self._place(), "Give N and K of the filter: with them, the noise that is wrong is found")
+
+    def _place(self) -> str:
+        """Where the innovations are not as stated, without a filter."""
+        curve = self.whiteness
+        places = [(k, "larger") for k in np.flatnonzero(curve.low > 1)] + [
+            (k, "smaller") for k in np.flatnonzero(curve.high < 1)
+        ]
+        if not places:
+            return "The innovations are not as the filter states"
+        texts = []
+        for word in ("larger", "smaller"):
+            times = [float(curve.tau[k]) for k, side in places if side == word]
+            if times:
+                texts.append(
+                    f"{word} than stated at averaging times from {seconds(min(times))} to {seconds(max(times))} s"
+                )
+        return f"The innovations are {' and '.join(texts)}"
+
+    def __repr__(self) -> str:
+        nis = round_to_error(self.nis, self.nis_low, self.nis_high).text
+        span = duration_text(self.n * self.interval)
+        lines = [
+            f"{self.channel}   {self.n} innovations, one every {seconds(self.interval)} s, {span}",
+            f"  NIS {nis}, in a consistent filter 1",
+        ]
+        if self.factors:
+            lines.append(
+                f"  {'noise of the filter':24} {'assumed, SI':>12}   factor on it, {100 * self.level:g} % interval"
+            )
+        for factor in self.factors:
+            assumed = "" if factor.assumed is None else f"{factor.assumed:.3g}"
+            mark = "  wrong" if factor in self.causes and self.verdict == "wrong" else ""
+            name = factor.name if factor.noise in _NAMES else factor.noise
+            lines.append(f"  {name:24} {assumed:>12}   {factor.text}{mark}")
+        lines.append("  averaging time   deviation of the innovations over the stated one")
+        curve = self.whiteness
+        for k in range(len(curve.tau)):
+            ratio = round_to_error(float(curve.ratio[k]), float(curve.low[k]), float(curve.high[k])).text
+            lines.append(f"  {seconds(float(curve.tau[k])):>12} s   {ratio}{'  not 1' if curve.is_outside[k] else ''}")
+        return lines_text([*lines, *wrapped(f"  {text}." for text in self.statements())])
+
+
+def _cause(factor: NoiseFactor) -> str:
+    text = f"The {factor.name} is {factor.direction}: multiply it by {factor.text}"
+    if factor.assumed is None:
+        return text
+    return f"{text}, to {factor.assumed * factor.value:.3g} in SI"
+
+
+class Tunings(ByChannel[Tuning]):
+    """Results of `sigmatau.tune` by channel.
+
+    See Also
+    --------
+    tune : makes it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sigmatau as st
+    >>> nu = np.random.default_rng(2).standard_normal(500)
+    >>> data = st.Innovations(time=np.arange(500) / 5, innovation=nu, variance=np.ones(500))
+    >>> [(channel, judged.verdict) for channel, judged in st.tune({"gyro_x": data}).items()]
+    [('gyro_x', 'consistent')]
+    """
+
+    __slots__ = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values by channel, for JSON."""
+        return {name: result.to_dict() for name, result in self.items()}
+
+    def plot(self, channel: str | None = None, ax: Axes | None = None) -> Figure:
+        """Draw the Allan deviations of the normalised innovations, with that of white noise.
+
+        Parameters
+        ----------
+        channel : str, optional
+            Default: all.
+        ax : matplotlib axes, optional
+            Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
+
+        Raises
+        ------
+        OptionError
+            For a channel without a result.
+        """
+        from sigmatau.plot.tuning import draw_whiteness
+
+        if channel is not None and channel not in self:
+            raise OptionError(f"{{option}} must be one of {', '.join(self)}, not {channel!r}", option="channel")
+        return draw_whiteness(self if channel is None else {channel: self[channel]}, ax=ax)
+
+    def __repr__(self) -> str:
+        return "\n\n".join(map(repr, self.values()))

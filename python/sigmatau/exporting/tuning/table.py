@@ -1,0 +1,287 @@
+"""Innovations from a table of text: columns by their names, or as stated."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.tuning.innovations import Innovations
+from sigmatau.frozen import frozen
+from sigmatau.hints import Hint
+from sigmatau.units import if_known, to_si
+
+_TIMES = {"t", "time", "timestamp", "stamp", "seconds", "sec"}
+_INNOVATION = {"innovation", "innovations", "innov", "nu", "residual"}
+_VARIANCE = {"s", "variance", "var", "variances"}
+_DEVIATION = {"std", "sigma", "stddev", "deviation"}
+_UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
+_SECONDS = ("s", "ms", "us", "µs", "ns")
+_LONGEST_INTERVAL = 1e4  # s; the times of a longer one are in another unit
+_LISTED = 12  # columns in a message
+
+
+@frozen
+class _Columns:
+    """Which columns a channel is in."""
+
+    innovation: int
+    variance: int
+    is_deviation: bool
+
+
+@frozen(eq=False)
+class _Table:
+    """A table: names of columns and their units, and values; NaN where a cell is empty."""
+
+    place: Path
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Floats
+    lines: tuple[int, ...]
+
+    @property
+    def listed(self) -> str:
+        """The columns, for a message."""
+        return ", ".join(self.names[:_LISTED]) + (", …" if len(self.names) > _LISTED else "")
+
+    def index(self, name: str, option: str) -> int:
+        """Place of a column by its name, or by its number from 1."""
+        if name in self.names:
+            return self.names.index(name)
+        if name.isdigit() and 1 <= int(name) <= len(self.names):
+            return int(name) - 1
+        raise OptionError(f"{Hint(option)}: no column {name!r}. {self.place} has {self.listed}", option=option)
+
+
+def read_innovations(
+    place: Path, *, columns: Mapping[str, str] | None = None, time: str | None = None
+) -> dict[str, Innovations]:
+    """Read the innovations of all channels of a table.
+
+    Parameters
+    ----------
+    place : Path
+        Text with a header, separated by commas, semicolons, tabs or blanks.
+    columns : mapping of str to str, optional
+        By channel the columns of innovation and variance, ``"nu:S"``. Default: by their names.
+    time : str, optional
+        Column of the time. Default: by its name.
+
+    Returns
+    -------
+    dict of str to Innovations
+
+    Raises
+    ------
+    DataError
+        For a table that cannot be read, or innovations that no filter writes.
+    OptionError
+        For columns that are not recognised, or do not exist.
+    """
+    table = _read(place)
+    times = _times(table, time)
+    chosen = _stated(table, columns) if columns else _recognised(table)
+    result = {}
+    for channel, of_channel in chosen.items():
+        innovation, variance = (table.values[:, k] for k in (of_channel.innovation, of_channel.variance))
+        used = ~(np.isnan(innovation) & np.isnan(variance))
+        lines = np.array(table.lines)[used]
+        for k, values in ((of_channel.innovation, innovation), (of_channel.variance, variance)):
+            wrong = np.flatnonzero(~np.isfinite(values[used]))
+            if wrong.size:
+                raise DataError(
+                    f"{table.names[k]} is not a finite number. Remove this row", place=f"line {lines[wrong[0]]}"
+                ).about(str(place))
+        scale, square = _scales(table, of_channel)
+        stated = variance[used] * square
+        if of_channel.is_deviation:
+            stated = np.where(stated > 0, stated**2, stated)
+        moments = times[used]
+        places = (
+            (np.flatnonzero(stated <= 0), f"{table.names[of_channel.variance]} is not positive. Write S = H·P·Hᵀ + R"),
+            (
+                1 + np.flatnonzero(np.diff(moments) <= 0),
+                "the time does not increase. Sort the rows, remove repeated ones",
+            ),
+        )
+        for wrong, text in places:
+            if wrong.size:
+                raise DataError(text, place=f"line {lines[wrong[0]]}").about(str(place))
+        try:
+            result[channel] = Innovations(time=moments, innovation=innovation[used] * scale, variance=stated)
+        except DataError as error:
+            raise error.about(channel).about(str(place)) from None
+    return result
+
+
+def _read(place: Path) -> _Table:
+    try:
+        rows = place.read_text(encoding="utf-8-sig").splitlines()
+    except OSError as error:
+        raise DataError(f"cannot be read: {error.strerror or error}").about(str(place)) from None
+    except UnicodeDecodeError:
+        raise DataError("is not text. Write the innovations as CSV with a header").about(str(place)) from None
+    numbered = [(k, row.strip()) for k, row in enumerate(rows, 1) if row.strip()]
+    if not numbered:
+        raise DataError("is empty. Write the innovations as CSV with a header").about(str(place))
+    head = numbered[0][1].lstrip("#% ")
+    delimiter = next((mark for mark in ",;\t" if mark in head), None)
+    cells = [cell.strip().strip('"') for cell in head.split(delimiter)]
+    if all(_number(cell) is not None for cell in cells):
+        raise DataError(
+            "has no header. Name the columns in the first line: t,innovation,S", place=f"line {numbered[0][0]}"
+        ).about(str(place))
+    values, lines = [], []
+    for line, row in numbered[1:]:
+        if row.startswith(("#", "%")):
+            continue
+        numbers = [_number(cell.strip()) for cell in row.split(delimiter)]
+        if len(numbers) != len(cells):
+            raise DataError(
+                f"{len(numbers)} columns, but the header has {len(cells)}. Mend or remove this row",
+                place=f"line {line}",
+            ).about(str(place))
+        wrong = [k for k, number in enumerate(numbers) if number is None]
+        if wrong:
+            text = row.split(delimiter)[wrong[0]].strip()
+            raise DataError(
+                f"{cells[wrong[0]]} is not a number: {text!r}. Mend or remove this row", place=f"line {line}"
+            ).about(str(place))
+        values.append(numbers)
+        lines.append(line)
+    units = tuple(match[1].strip() if (match := _UNIT.search(cell)) else "" for cell in cells)
+    return _Table(
+        place=place,
+        names=tuple(_UNIT.sub("", cell) for cell in cells),
+        units=units,
+        values=np.array(values, dtype=np.float64).reshape(len(values), len(cells)),
+        lines=tuple(lines),
+    )
+
+
+def _number(cell: str) -> float | None:
+    """The number of a cell, NaN of an empty one; None for anything else."""
+    if not cell:
+        return float("nan")
+    try:
+        number = float(cell)
+    except ValueError:
+        return None
+    return number if number == number else float("inf")  # a written NaN is wrong, an empty cell is not
+
+
+def _times(table: _Table, name: str | None) -> Floats:
+    """Times in seconds from the first; raises `OptionError` for a unit that is not known."""
+    if name is not None:
+        k = table.index(name, "time")
+    else:
+        matching = [k for k, words in enumerate(map(_words, table.names)) if words and words[0] in _TIMES]
+        if len(matching) != 1:
+            raise OptionError(
+                f"{table.place}: no column is recognised as the time among {table.listed}."
+                f" Name it, {Hint('time', value=table.names[0])}",
+                option="time",
+            )
+        (k,) = matching
+    words = _words(table.names[k])
+    unit = table.units[k] or (words[-1] if words[-1] in _SECONDS and len(words) > 1 else "s")
+    if unit not in _SECONDS:
+        raise OptionError(
+            f"{table.place}: the time has the unit {unit!r}. Use one of {', '.join(_SECONDS)}", option="time"
+        )
+    times = table.values[:, k]
+    wrong = np.flatnonzero(~np.isfinite(times))
+    if wrong.size:
+        raise DataError(
+            f"{table.names[k]} is not a finite number. Remove this row", place=f"line {table.lines[wrong[0]]}"
+        ).about(str(table.place))
+    seconds = (times - times[:1]) * to_si(1.0, unit)
+    if len(seconds) > 1 and (step := float(np.median(np.diff(seconds)))) > _LONGEST_INTERVAL:
+        raise OptionError(
+            f"{table.place}: the rows of {table.names[k]} are {step:.3g} s apart. Write its unit in the header,"
+            f" {table.names[k]} [ns]",
+            option="time",
+        )
+    return seconds
+
+
+def _recognised(table: _Table) -> dict[str, _Columns]:
+    """Pairs of columns by their names: a word for the innovation or its variance, and the channel."""
+    innovations: dict[str, int] = {}
+    variances: dict[str, tuple[int, bool]] = {}
+    for k, words in enumerate(map(_words, table.names)):
+        if words and words[0] in _TIMES:
+            continue
+        kinds = set(words)
+        channel = "_".join(word for word in words if word not in _INNOVATION | _VARIANCE | _DEVIATION) or "innovation"
+        if kinds & (_VARIANCE | _DEVIATION):
+            if channel in variances:
+                raise _not_recognised(table, f"two columns of the variance of {channel}")
+            variances[channel] = (k, not kinds & _VARIANCE)
+        elif kinds & _INNOVATION:
+            if channel in innovations:
+                raise _not_recognised(table, f"two columns of the innovation of {channel}")
+            innovations[channel] = k
+    for channel in innovations:
+        if channel not in variances:
+            raise _not_recognised(table, f"{table.names[innovations[channel]]} has no column of its variance")
+    if not innovations:
+        raise _not_recognised(table, "no column is recognised as an innovation")
+    return {
+        channel: _Columns(innovation=k, variance=variances[channel][0], is_deviation=variances[channel][1])
+        for channel, k in innovations.items()
+    }
+
+
+def _not_recognised(table: _Table, what: str) -> OptionError:
+    return OptionError(
+        f"{table.place}: {what}; it has {table.listed}. Name the columns, {Hint('columns', 'gyro_x', 'INNOVATION:S')}",
+        option="columns",
+    )
+
+
+def _stated(table: _Table, columns: Mapping[str, str]) -> dict[str, _Columns]:
+    chosen = {}
+    for channel, text in columns.items():
+        innovation, colon, variance = text.partition(":")
+        if not colon:
+            raise OptionError(
+                f"{Hint('columns')} of {channel} must name the innovation and its variance,"
+                f" {Hint('columns', channel, 'INNOVATION:S')}, not {text!r}",
+                option="columns",
+            )
+        chosen[channel] = _Columns(
+            innovation=table.index(innovation, "columns"),
+            variance=table.index(variance, "columns"),
+            is_deviation=bool(set(_words(variance)) & _DEVIATION) and not set(_words(variance)) & _VARIANCE,
+        )
+    return chosen
+
+
+def _words(name: str) -> Sequence[str]:
+    return [word for word in re.split(r"[^a-z0-9µ]+", name.lower()) if word]
+
+
+def _scales(table: _Table, chosen: _Columns) -> tuple[float, float]:
+    """Factors to SI of the innovation and of its variance; raises `OptionError` if one of both has a unit."""
+    unit, stated = table.units[chosen.innovation], table.units[chosen.variance]
+    names = table.names[chosen.innovation], table.names[chosen.variance]
+    if not unit and not stated:
+        return 1.0, 1.0
+    square = stated if chosen.is_deviation else re.sub(r"\s*(\^2|²)$", "", stated)
+    has_square = chosen.is_deviation or square != stated
+    if square.strip("()") != unit or not has_square:
+        raise OptionError(
+            f"{table.place}: {names[0]} has the unit {unit or 'none'!r}, {names[1]} {stated or 'none'!r}."
+            f" Write {unit or 'rad'} and ({unit or 'rad'})^2 in the header, or none for SI",
+            option="columns",
+        )
+    if (known_unit := if_known(unit)) is None:
+        raise OptionError(f"{table.place}: {names[0]} has the unknown unit {unit!r}. Write it in SI", option="columns")
+    factor = known_unit.factor
+    return factor, factor if chosen.is_deviation else factor**2

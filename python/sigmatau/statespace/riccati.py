@@ -1,0 +1,45 @@
+"""The stationary covariance of a Kalman filter with constant matrices.
+
+References
+----------
+E. K. Chu, H.-Y. Fan, W.-W. Lin, "A structure-preserving doubling algorithm for continuous-time algebraic Riccati equations,"
+Linear Algebra Appl. 396, 2005: the doubling that solves the Riccati equation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+
+_DOUBLINGS = 60  # which converge quadratically once the time constant of the filter is covered
+_TOLERANCE = 1e-13  # relative, of the covariance and of that of the prediction
+
+
+def stationary_covariance(transition: Floats, noise: Floats, *, row: Floats, variance: float) -> Floats:
+    """Solve the Riccati equation for the covariance of the state before a measurement.
+
+    Parameters
+    ----------
+    transition, noise : ndarray, shape (n_states, n_states)
+        F, and Q of a step.
+    row : ndarray, shape (n_states,)
+        H of the measurement.
+    variance : float
+        R of the measurement.
+
+    Returns
+    -------
+    ndarray, shape (n_states, n_states)
+    """
+    n = len(transition)
+    a, g, h = transition.T, np.outer(row, row) / variance, noise
+    for _ in range(_DOUBLINGS):
+        solved = np.linalg.solve(np.eye(n) + g @ h, np.hstack((a, g)))
+        wa, wg = solved[:, :n], solved[:, n:]
+        added = a.T @ h @ wa
+        a, g, h = a @ wa, g + a @ wg @ a.T, h + (added + added.T) / 2
+        measured = row @ added @ row <= _TOLERANCE * (row @ h @ row)
+        if measured and np.abs(added).max() <= _TOLERANCE * np.abs(h).max():
+            break
+    return h

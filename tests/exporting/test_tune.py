@@ -1,0 +1,282 @@
+"""`tune`: the wrong noise of a filter from its innovations; against an exact likelihood and simulated Kalman filters."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from studies.tune import SETTINGS, WRONG, Setting, cell, innovations
+
+import sigmatau as st
+from known import seed_of
+from sigmatau.exporting.tuning.filters import MEASUREMENT, SLOW, WHITE
+from sigmatau.exporting.tuning.tune import _nis
+
+GYRO = SETTINGS["consumer gyro, 20 min"]
+RUNS = 12  # of each wrong number
+
+
+def data(name, *, factors=(1.0, 1.0, 1.0), runs=1, duration=1200.0, setting=GYRO):
+    """Innovations of a filter that assumes the true numbers times factors: of √R, N and K."""
+    assumed = Setting(
+        deviation=factors[0] * setting.deviation,
+        noise=factors[1] * setting.noise,
+        walk=factors[2] * setting.walk,
+        interval=setting.interval,
+        duration=duration,
+    )
+    true = Setting(
+        deviation=setting.deviation,
+        noise=setting.noise,
+        walk=setting.walk,
+        interval=setting.interval,
+        duration=duration,
+    )
+    values, stated = innovations(true, assumed, runs, np.random.default_rng(seed_of(f"tune: {name}")))
+    time = np.arange(len(values)) * setting.interval
+    filter_ = st.BiasFilter(noise=assumed.noise, walk=assumed.walk)
+    return [st.Innovations(time=time, innovation=series, variance=stated) for series in values.T], filter_
+
+
+def judged(name, **options):
+    (series,), filter_ = data(name, **options)
+    return st.tune(series, filters=filter_)["innovation"]
+
+
+def test_cause_direction_and_coverage():
+    """Right in 90 %, nothing found in 95 %, factors covered in 95 %, each less 3 standard errors of this small number."""
+    counts = {
+        wrong: cell("consumer gyro, 20 min", wrong, RUNS, np.random.default_rng(seed_of(f"tune: {wrong}")))
+        for wrong in WRONG
+    }
+    n = RUNS * (len(WRONG) - 1)
+    right = sum(counts[wrong][0] for wrong in WRONG if wrong != "nothing")
+    assert right / n > 0.90 - 3 * math.sqrt(0.9 * 0.1 / n)
+    assert counts["nothing"][0] / RUNS > 0.95 - 3 * math.sqrt(0.95 * 0.05 / RUNS)
+    covered = np.sum(list(counts.values()), axis=0)[2:] / (RUNS * len(WRONG))
+    assert (covered > 0.95 - 3 * math.sqrt(0.95 * 0.05 / (RUNS * len(WRONG)))).all()
+
+
+def test_exact_likelihood():
+    """A Kalman filter with other numbers reruns the measurements that the innovations imply: same factors, in its errors."""
+    result = judged("exact", factors=(0.5, 1.0, 2.0), duration=400.0)
+    (series,), filter_ = data("exact", factors=(0.5, 1.0, 2.0), duration=400.0)
+    matrices = filter_.matrices(interval=0.2, stated=series.stated)
+    gain = matrices.F @ matrices.covariance @ matrices.H / matrices.innovation_variance
+    state, measured = np.zeros(2), []
+    for normalised in series.normalised:
+        measured.append(state[0] + normalised)
+        state = matrices.F @ state + gain * normalised
+
+    p00, p01, _, p11 = (1e3 * matrices.covariance).ravel().tolist()
+
+    def deviance(logs):
+        """Minus twice the logarithm of the likelihood, by the recursion of a filter with a vague start."""
+        r, white, slow = np.exp(2 * logs)
+        (q00, q01), (_, q11) = (white * matrices.Q[WHITE] + slow * matrices.Q[SLOW]).tolist()
+        angle, rate, a, b, c, total = 0.0, 0.0, p00, p01, p11, 0.0
+        for y in measured:
+            variance, difference = a + r * matrices.R, y - angle
+            total += math.log(variance) + difference**2 / variance
+            g, h = a / variance, b / variance
+            angle, rate = angle + rate + (g + h) * difference, rate + h * difference
+            a, b, c = a - g * a, b - g * b, c - h * b
+            a, b, c = a + 2 * b + c + q00, b + c + q01, c + q11
+        return total
+
+    exact = np.exp(minimize(deviance, np.zeros(3), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-3}).x)
+    for factor, value in zip(result.factors, exact, strict=True):
+        # The periodogram is without the mean, whose share in what is known of K is the largest.
+        limit = 0.2 if factor.noise == SLOW else 0.1  # of the interval, which is four standard errors
+        assert abs(math.log(factor.value / value)) < limit * math.log(factor.high / factor.low), factor.noise
+
+
+def test_shares_of_a_right_filter_are_white():
+    frequency = np.geomspace(1e-5, 0.5, 50)
+    bias = st.BiasFilter(noise=1e-4, walk=1e-5).matrices(interval=0.2, stated=1.5e-8)
+    turning = st.FilterMatrices(
+        F=[[1, 0.1, 0], [0, 1, 0.1], [0, 0, 0.99]], H=[1, 0, 0], R=0.3,
+        Q={"white": np.diag([0.01, 0, 0]), "jerk": np.diag([0, 0, 1e-3]), "both": 1e-4 * np.ones((3, 3))},
+    )  # fmt: skip
+    for filter_ in (bias, turning):
+        assert sum(filter_.shares(frequency).values()) == pytest.approx(
+            np.ones(50), rel=1e-7
+        )  # of the Riccati equation
+
+
+def test_measurement_noise_from_the_stated_variance():
+    (series,), filter_ = data("stated")
+    result = st.tune(series, filters=filter_)["innovation"]
+    assert result.factors[0].assumed == pytest.approx(GYRO.deviation, rel=1e-3)  # S is stationary to 1e-3
+    assert [factor.assumed for factor in result.factors[1:]] == [GYRO.noise, GYRO.walk]
+    stated = st.BiasFilter(noise=filter_.noise, walk=filter_.walk, deviation=GYRO.deviation)
+    again = st.tune(series, filters=stated)["innovation"]
+    assert again.factors[0].value == pytest.approx(result.factors[0].value, rel=1e-3)
+    with pytest.raises(st.OptionError, match="times that of the filter"):
+        st.tune(series, filters=st.BiasFilter(noise=1e-4, walk=1e-5, deviation=1e-3))
+
+
+def test_matrices_are_the_same_filter():
+    (series,), filter_ = data("matrices", factors=(1.0, 1.0, 0.3))
+    dt = GYRO.interval
+    matrices = st.FilterMatrices(
+        F=[[1, dt], [0, 1]], H=[1, 0], R=GYRO.deviation**2,
+        Q={
+            "white": np.diag([filter_.noise**2 * dt, 0.0]),
+            "slow": filter_.walk**2 * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]]),
+        },
+    )  # fmt: skip
+    ours, theirs = (st.tune(series, filters=each)["innovation"] for each in (filter_, matrices))
+    assert [cause.noise for cause in ours.causes] == [cause.noise for cause in theirs.causes] == [SLOW]
+    for a, b in zip(ours.factors, theirs.factors, strict=True):
+        assert b.value == pytest.approx(a.value, rel=0.01)  # R differs by the error of a stationary S
+
+
+def test_two_noises_are_wrong():
+    result = judged("two", factors=(1 / 3, 1 / 3, 1.0), duration=2400.0)
+    assert [(cause.noise, cause.direction) for cause in result.causes] == [
+        (MEASUREMENT, "too small"), (WHITE, "too small"),
+    ]  # fmt: skip
+    assert result.nis_low > 5  # of 9, less what is of K
+    assert "white process noise N is too small: multiply it by" in " ".join(repr(result).split())
+
+
+def test_a_short_run_does_not_tell():
+    """Of twenty short runs of a filter whose N is hardly in its innovations none has a wrong cause."""
+    hidden = Setting(noise=1e-3, walk=1e-4, deviation=0.01, interval=0.2, duration=0.0)
+    series, filter_ = data("short", setting=hidden, factors=(1.0, 1 / 5, 1.0), runs=20, duration=400.0)
+    results = [st.tune(each, filters=filter_)["innovation"] for each in series]
+    assert any(result.verdict == "ambiguous" for result in results)
+    assert sum(result.verdict == "wrong" and result.causes[0].noise != WHITE for result in results) <= 2
+    unsure = next(result for result in results if result.verdict == "ambiguous")
+    assert "does not tell the cause" in repr(unsure)
+
+
+def test_a_line_is_not_explained():
+    (series,), filter_ = data("line")
+    shaken = st.Innovations(
+        time=series.time,
+        innovation=series.innovation + 1e-4 * np.sin(2 * np.pi * 0.3 * series.time),
+        variance=series.variance,
+    )
+    result = st.tune(shaken, filters=filter_)["innovation"]
+    assert result.verdict == "not explained"
+    assert not result.causes
+    assert "Check the delay and the scale" in " ".join(repr(result).split())
+
+
+def test_without_a_filter():
+    (series,), _ = data("unknown")
+    assert st.tune(series)["innovation"].verdict == "consistent"
+    (series,), _ = data("unknown", factors=(1.0, 1.0, 1 / 3))
+    result = st.tune({"gyro_x": series})["gyro_x"]
+    assert (result.verdict, result.factors, result.p_misfit) == ("inconsistent", (), None)
+    assert "larger than stated at averaging times from" in " ".join(repr(result).split())
+    assert "Give N and K of the filter" in repr(result)
+    (series,), _ = data("unknown", factors=(3.0, 1.0, 1.0))
+    assert "smaller than stated" in repr(st.tune(series))
+
+
+def test_whiteness_of_white_innovations():
+    """Of 40 white series each ratio is in its interval in 95 %, less 3 standard errors of its averages."""
+    rng = np.random.default_rng(seed_of("tune: white"))
+    time = np.arange(1000.0)
+    ones = np.ones(1000)
+    curves = [
+        st.tune(st.Innovations(time=time, innovation=rng.standard_normal(1000), variance=ones))["innovation"].whiteness
+        for _ in range(40)
+    ]
+    assert curves[0].m.tolist() == [1, 2, 4, 8, 16, 32, 64]
+    inside = 1 - np.mean([curve.is_outside for curve in curves], axis=0)
+    assert (inside > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 40)).all()
+
+
+def test_interval_of_the_nis_counts_the_correlation():
+    """A first-order process with φ = 0.8: its mean square has 1 − φ⁴ over 1 + … fewer independent squares."""
+    rng = np.random.default_rng(seed_of("tune: correlated"))
+    phi, held, widths = 0.8, 0, []
+    for _ in range(200):
+        x = np.empty(1000)
+        x[0] = rng.standard_normal()
+        steps = math.sqrt(1 - phi**2) * rng.standard_normal(1000)
+        for k in range(1, 1000):
+            x[k] = phi * x[k - 1] + steps[k]
+        nis, low, high = _nis(x, 0.95)
+        held += low < 1 < high
+        widths.append((high - low) / nis)
+    assert held / 200 > 0.95 - 3 * math.sqrt(0.95 * 0.05 / 200)
+    # Σφ^{2|k|} = (1 + φ²)/(1 − φ²) squares for one independent; 2·1.96·√(2/n) for white noise.
+    expected = 2 * 1.96 * math.sqrt(2 / 1000 * (1 + phi**2) / (1 - phi**2))
+    assert np.median(widths) == pytest.approx(expected, rel=0.1)
+
+
+def test_several_channels_and_their_time():
+    series, filter_ = data("channels", runs=2)
+    named = dict(zip(("gyro_x", "gyro_y"), series, strict=True))
+    result = st.tune(named, filters={"gyro_x": filter_}, skip=100.0)
+    assert list(result) == ["gyro_x", "gyro_y"]
+    assert (len(result["gyro_x"].factors), len(result["gyro_y"].factors)) == (3, 0)
+    assert result["gyro_x"].n == len(series[0].time) - 500
+    assert result.plot().axes[0].get_xscale() == "log"
+    content = result.to_dict()["gyro_x"]
+    assert content["interval_s"] == 0.2
+    assert [factor["noise"] for factor in content["factors"]] == [MEASUREMENT, WHITE, SLOW]
+
+
+def arrays(n=200, **changed):
+    rng = np.random.default_rng(seed_of("tune: arrays"))
+    return {"time": np.arange(n) / 5, "innovation": rng.standard_normal(n), "variance": np.ones(n)} | changed
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "words"),
+    [
+        ({"variance": np.r_[np.ones(150), 0.0, np.ones(49)]}, st.DataError, "not positive at index 150"),
+        ({"variance": -np.ones(200)}, st.DataError, "not positive at index 0"),
+        ({"innovation": np.r_[np.zeros(7), np.nan, np.ones(192)]}, st.DataError, "not finite, the first at index 7"),
+        ({"time": np.arange(200)[::-1]}, st.DataError, "does not increase at index 1"),
+        ({"time": np.r_[np.arange(199), 198]}, st.DataError, "does not increase at index 199"),
+        ({"innovation": np.full(200, 0.25)}, st.DataError, "constant, 0.25"),
+        ({"variance": np.ones(199)}, st.DataError, "`time` has"),
+        ({"innovation": 1e12 * np.arange(200)}, st.DataError, "Check the units of it"),
+    ],
+)
+def test_bad_innovations(changed, error, words):
+    with pytest.raises(error, match=words):
+        st.Innovations(**arrays(**changed))
+
+
+def test_too_few_innovations():
+    with pytest.raises(st.RecordTooShortError, match="At least 100") as caught:
+        st.Innovations(**arrays(n=99))
+    assert (caught.value.need, caught.value.got) == (100, 99)
+    with pytest.raises(st.RecordTooShortError):
+        st.tune(st.Innovations(**arrays()), skip=39.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"filters": {"gyro_q": st.BiasFilter(noise=1, walk=1)}}, "the innovations are of innovation"),
+        ({"filters": "px4"}, "must be a BiasFilter or FilterMatrices, not str"),
+        ({"filters": st.BiasFilter(noise=5.0, walk=1.0)}, "make a larger S than the stated 1"),
+        ({"filters": st.FilterMatrices(F=[[1]], H=[1], Q={"q": [[1]]}, R=1)}, "times that of the filter"),
+        ({"skip": -1.0}, "not negative"),
+        ({"level": 95}, "between 0 and 1"),
+    ],
+)
+def test_wrong_options(options, words):
+    with pytest.raises(st.OptionError, match=words):
+        st.tune(st.Innovations(**arrays()), **options)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"F": [[1, 2]]}, "must be"), ({"R": 0.0}, "positive variance"), ({"Q": {}}, "mapping"), ({"Q": [[1.0]]}, "mapping"),
+        ({"Q": {"q": [[-1.0]]}}, "covariance"), ({"Q": {"q": np.eye(2)}}, "shape"), ({"H": [np.nan]}, "finite"),
+    ],
+)  # fmt: skip
+def test_wrong_matrices(changed, words):
+    with pytest.raises(st.OptionError, match=words):
+        st.FilterMatrices(**({"F": [[1.0]], "H": [1.0], "Q": {"q": [[1.0]]}, "R": 1.0} | changed))

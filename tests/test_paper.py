@@ -41,7 +41,7 @@ def test_tables_are_those_of_the_code(name):
 def test_every_item_of_the_paper_is_there():
     text = "".join(TEXTS.values())
     assert {name.removesuffix(".md") for name in TEXTS} == {
-        "README", "equations", "errata", "noise-terms", "repeatability", "sampling", "units",
+        "README", "authors-day", "equations", "errata", "noise-terms", "repeatability", "sampling", "units",
     }  # fmt: skip
     heads = re.findall(r"^## (.*)$", TEXTS["equations.md"], flags=re.MULTILINE)
     named = set()

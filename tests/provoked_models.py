@@ -183,7 +183,9 @@ PROVOKED = {
             lambda: st.tune(innovations(), skip=-1.0),
             lambda: st.tune(innovations(), level=95),
         ),
-        st.DataError: (lambda: st.tune(innovations(variance=np.full(200, -1.0))),),
+        st.DataError: (
+            lambda: st.tune(innovations(variance=np.arange(1.0, 201.0)), filters=st.BiasFilter(noise=0.1, walk=0.01)),
+        ),
         st.RecordTooShortError: (lambda: st.tune(innovations(), skip=150.0),),
     },
     "Tunings.plot": {st.OptionError: (lambda: st.tune(innovations()).plot("gyro_q"),)},

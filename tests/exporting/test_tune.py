@@ -165,6 +165,20 @@ def test_a_line_is_not_explained():
     assert "Check the delay and the scale" in " ".join(repr(result).split())
 
 
+def test_an_offset_is_not_consistent():
+    (series,), filter_ = data("offset")
+    biased = st.Innovations(
+        time=series.time,
+        innovation=series.innovation + 0.2 * np.sqrt(series.variance),
+        variance=series.variance,
+    )
+    for known_filter in (filter_, None):
+        result = st.tune(biased, filters=known_filter)["innovation"]
+        assert (result.verdict, result.causes) == ("offset", ())
+        assert result.mean == pytest.approx(0.2, abs=3 * math.sqrt(1 / result.n))
+        assert "has an offset that the filter does not estimate" in " ".join(repr(result).split())
+
+
 def test_without_a_filter():
     (series,), _ = data("unknown")
     assert st.tune(series)["innovation"].verdict == "consistent"
@@ -244,6 +258,20 @@ def arrays(n=200, **changed):
 def test_bad_innovations(changed, error, words):
     with pytest.raises(error, match=words):
         st.Innovations(**arrays(**changed))
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"variance": np.geomspace(10, 1, 200)}, "S varies from 1.12 to 8.91"),
+        ({"time": np.cumsum(np.tile([0.1, 0.2], 100))}, "the time between two innovations varies from 0.1 to 0.2"),
+    ],
+)
+def test_a_filter_that_is_not_stationary(changed, words):
+    series = st.Innovations(**arrays(**changed))
+    assert st.tune(series)["innovation"].verdict == "consistent" or "variance" in changed
+    with pytest.raises(st.DataError, match=words):
+        st.tune(series, filters=st.BiasFilter(noise=0.1, walk=0.01))
 
 
 def test_too_few_innovations():

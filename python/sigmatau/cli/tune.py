@@ -53,8 +53,7 @@ def tune_command(
 ) -> int:
     """Find which noise of a filter is wrong, and by which factor, from its innovations.
 
-    The filter estimates an attitude with the bias of a gyro, or a velocity with the bias of an accelerometer. Its
-    measurement noise R follows from N, K and the stated variance S. Other filters: sigmatau.tune in Python, with matrices.
+    Other filters: sigmatau.tune in Python, with matrices.
 
     Parameters
     ----------
@@ -62,8 +61,9 @@ def tune_command(
         Table with a header: time, innovation and its stated variance S = H·P·Hᵀ + R, in SI or with units in the header.
         Several channels are pairs of columns with the same ending: nu_gyro_x,S_gyro_x.
     noise
-        N of the filter by sensor or channel, with its unit: gyro="0.3 deg/sqrt(h)". Default: unknown; then only the NIS and
-        the whiteness are judged.
+        N of the filter by sensor or channel, with its unit: gyro="0.3 deg/sqrt(h)". The filter estimates an attitude with
+        the bias of a gyro, or a velocity with that of an accelerometer; its measurement noise follows from N, K and S.
+        Default: unknown; then only the NIS and the whiteness are judged.
     walk
         K of the filter: gyro="20 deg/h/sqrt(h)". Required with --noise.
     model
@@ -172,7 +172,7 @@ def _filters_of_model(data: Mapping[str, Innovations], model: Path) -> dict[str,
 
 
 def _exports(result: Tunings, model: Path) -> list[str]:
-    """Commands that write files with the factors, by sensor: those of the largest channel."""
+    """The command that writes a file with the largest factors of the channels."""
     lines = []
     for option, name in (("noise-factor", "white"), ("walk-factor", "slow")):
         causes = [
@@ -184,4 +184,10 @@ def _exports(result: Tunings, model: Path) -> list[str]:
         ]
         if causes:
             lines.append(f"--{option} {max(causes):.3g}")
-    return [f"a file with these factors: sigmatau export {model} --to TARGET {' '.join(lines)}"] if lines else []
+    return (
+        [
+            f"a file with these factors, for all sensors of the model: sigmatau export {model} --to TARGET {' '.join(lines)}"
+        ]
+        if lines
+        else []
+    )

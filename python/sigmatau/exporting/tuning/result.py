@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Verdict = Literal["consistent", "wrong", "ambiguous", "not explained", "inconsistent"]
+Verdict = Literal["consistent", "wrong", "ambiguous", "not explained", "offset", "inconsistent"]
 
 _NAMES = {MEASUREMENT: "measurement noise", WHITE: "white process noise", SLOW: "slow process noise"}
 _LETTERS = {MEASUREMENT: "√R", WHITE: "N", SLOW: "K"}
@@ -126,6 +126,8 @@ class Tuning(Printed):
         Innovations.
     interval : float
         Median time between two. [s]
+    mean : float
+        Mean of the normalised innovations. [1]
     nis, nis_low, nis_high : float
         Mean of the squared normalised innovations, the NIS, with its interval, which counts their correlation. 1 in a
         consistent filter. [1]
@@ -134,9 +136,9 @@ class Tuning(Printed):
         Factors on each noise of the filter; empty without a filter.
     causes : tuple of NoiseFactor
         Those that are wrong; with the verdict ``"ambiguous"`` those of which one is wrong.
-    verdict : {"consistent", "wrong", "ambiguous", "not explained", "inconsistent"}
-        Nothing found; `causes` are wrong; one of `causes` is; no factors explain the innovations; not as stated, and no
-        filter is known.
+    verdict : {"consistent", "wrong", "ambiguous", "not explained", "offset", "inconsistent"}
+        Nothing found; `causes` are wrong; one of `causes` is; no factors explain the innovations; their mean is not zero;
+        not as stated, and no filter is known.
     p_value : float
         Of the innovations if the filter is right. [1]
     p_misfit : float or None
@@ -162,6 +164,7 @@ class Tuning(Printed):
     channel: str
     n: int
     interval: float
+    mean: float
     nis: float
     nis_low: float
     nis_high: float
@@ -175,7 +178,7 @@ class Tuning(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, for JSON."""
-        names = "channel n interval_s=interval nis nis_low nis_high verdict p_value p_misfit level"
+        names = "channel n interval_s=interval mean nis nis_low nis_high verdict p_value p_misfit level"
         return plain(self, names, "causes factors whiteness")
 
     def plot(self, ax: Axes | None = None) -> Figure:
@@ -205,6 +208,11 @@ class Tuning(Printed):
         if self.verdict == "ambiguous":
             names = " or ".join(f"the {factor.name} {factor.direction}" for factor in self.causes)
             return (f"The filter is wrong, and the run does not tell the cause: {names}. Use a longer run",)
+        if self.verdict == "offset":
+            return (
+                f"The mean of the innovations is {two_digits(self.mean)} stated deviations, not 0."
+                " The measurement has an offset that the filter does not estimate",
+            )
         if self.verdict == "not explained":
             return (
                 f"No factors on the noises explain the innovations (p = {self.p_misfit:.2g})."

@@ -15,6 +15,7 @@ from sigmatau.exporting.tuning.filters import MEASUREMENT, SLOW, WHITE, BiasFilt
 from sigmatau.exporting.tuning.innovations import Innovations
 from sigmatau.exporting.tuning.likelihood import Periodogram, Shares, coarse
 from sigmatau.exporting.tuning.result import NoiseFactor, Tuning, Tunings, Verdict, Whiteness
+from sigmatau.hints import Hint
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
 
 _CHANCE = 0.04
@@ -23,7 +24,10 @@ _CHANCE = 0.04
 _REJECTION = 0.01  # probability that the true single cause is rejected
 
 _CLUSTERS = 8  # fewest independent averages; the interval of fewer is wider than a factor of 3
+_OFFSET = 0.001  # probability that the mean of innovations without an offset is called one
 _MISFIT = 0.003  # probability that a filter whose factors alone are wrong is called not explained
+_TAILS = (0.05, 0.95)  # quantiles of S and of the intervals of time, without rare gaps
+_VARIATION = 1.5  # ratio of these quantiles, above which the gain of the filter is not constant
 _EVIDENCE = 6.0  # rise of the deviance, a likelihood ratio of 20, by which the second best single cause is worse
 
 
@@ -58,7 +62,7 @@ def tune(
         For anything but `Innovations`, a filter of a channel that does not exist, a filter whose S is not the stated one,
         a `skip` that is negative, or a level outside 0 … 1.
     DataError
-        For innovations that no filter writes.
+        For a filter whose S or interval is not constant.
     RecordTooShortError
         If fewer than 100 innovations are left.
 
@@ -126,14 +130,17 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
     verdict: Verdict
     if filter_ is None:
         p_value = wide.misfit(np.ones(len(wide.power)), 0)
+        slowest = 1.0
         verdict = "inconsistent" if p_value < _CHANCE else "consistent"
     else:
+        _require_stationary(data)
         matrices = filter_.matrices(interval=data.interval, stated=data.stated)
         names = (MEASUREMENT, *matrices.Q)
         shares = Shares(whole, list(matrices.shares(whole.frequency).values()))
         best = shares.fit(range(len(names)))
         density = np.exp(best.logs) @ np.array(list(matrices.shares(wide.frequency).values()))
         p_misfit = wide.misfit(density, len(names))
+        slowest = float(shares.density(best.logs)[0])
         alone = np.array([shares.fit((k,)).deviance for k in range(len(names))])
         p_value = _significance(shares.fit(()).deviance, alone, best.deviance)
         assumed = _assumed(filter_, matrices, data.stated)
@@ -150,10 +157,14 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
             causes = tuple(factors[k] for k in chosen) or tuple(factor for factor in factors if factor.has_error)
             if len(chosen) > 1 or not causes:
                 verdict, causes = "ambiguous", causes or factors
+    p_mean = float(chi2_above(1, series.mean() ** 2 * len(series) / slowest))
+    if p_mean < _OFFSET:
+        verdict, causes = "offset", ()
     return Tuning(
         channel=channel,
         n=len(series),
         interval=data.interval,
+        mean=float(series.mean()),
         nis=nis,
         nis_low=nis_low,
         nis_high=nis_high,
@@ -165,6 +176,17 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
         p_misfit=p_misfit,
         level=level,
     )
+
+
+def _require_stationary(data: Innovations) -> None:
+    """Refuse innovations of a filter that is not stationary, whose density is not a sum of constant shares."""
+    for values, what in ((data.variance, "S"), (np.diff(data.time), "the time between two innovations")):
+        low, high = (float(value) for value in np.quantile(values, _TAILS))
+        if high > _VARIATION * low:
+            raise DataError(
+                f"{what} varies from {low:.3g} to {high:.3g}, so that the filter is not stationary."
+                f" Leave out its convergence, {Hint('skip', value=60)}, or use a stretch in which it is constant"
+            )
 
 
 def _significance(unchanged: float, alone: Floats, best: float) -> float:

@@ -1,0 +1,21 @@
+"""Files of docs/how-to/tune.md."""
+
+from pathlib import Path
+
+from filter_runs import write_innovations
+
+MODEL = """\
+[channels.gyro_x]
+random_walk = "0.34 deg/sqrt(h)"
+rate_random_walk = "41 deg/h/sqrt(h)"
+
+[channels.accel_x]
+random_walk = "0.03 m/s/sqrt(h)"
+rate_random_walk = "50 ug/sqrt(h)"
+"""
+
+
+def make(folder: Path) -> None:
+    """Innovations of a filter whose K is a third of the true one, and the model with its N and K."""
+    write_innovations(folder / "innovations.csv", {"gyro_x": ("nu_gyro_x", "S_gyro_x")}, walk=1e-5)
+    (folder / "imu.toml").write_text(MODEL)

@@ -10,8 +10,6 @@ measurement.
 References
 ----------
 A. Gelb (ed.), "Applied Optimal Estimation," 1974, section 7.2: covariance of a suboptimal filter.
-E. K. Chu, H.-Y. Fan, W.-W. Lin, "A structure-preserving doubling algorithm for continuous-time algebraic Riccati equations,"
-Linear Algebra Appl. 396, 2005: the doubling that solves the Riccati equation.
 """
 
 from __future__ import annotations
@@ -26,6 +24,7 @@ from numpy.typing import NDArray
 
 from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, Resonance
+from sigmatau.statespace.riccati import stationary_covariance
 
 Floats = NDArray[np.float64]
 Criterion = Literal["horizon", "bias"]
@@ -36,7 +35,6 @@ _FASTEST_PROCESS = 1e-3  # Intervals of aiding; a process with a shorter correla
 _SETTLED = 2e4  # s; the least time that the filter runs before its error is computed
 _TIME_CONSTANTS = 20.0  # Of the filter, in which its error becomes stationary
 _TERMS = 16  # Of the power series of a step with ‖A‖·t ≤ 1/2: the last is below 1e-17
-_DOUBLINGS = 60  # Of the Riccati equation, which converges quadratically once its time constant is covered
 _FLOOR = 0.01  # Least K, in N/horizon: it adds 1 % to the stated variance at the horizon
 _WIDEST = 1e20  # Largest K, in the same unit
 _FIRST_TIME = 10.0  # s; from which a filter with a third state is fitted
@@ -420,7 +418,7 @@ class _Filter:
             sigma, time = units.rate(assumed.process.sigma), assumed.process.time / units.time
             parts.processes(np.array([sigma**2]), np.array([time]))
         transition, driven = parts.step()
-        before = _riccati(transition, driven)
+        before = stationary_covariance(transition, driven, row=np.eye(len(driven))[0], variance=1.0)
         gain = before[:, 0] / (before[0, 0] + 1)
         updated = before - np.outer(gain, before[0])
         slowest = max(noise / walk if walk else 0.0, assumed.process.time / units.time if assumed.process else 0.0)
@@ -433,21 +431,6 @@ class _Filter:
     def stated_coasting(self, steps: int) -> float:
         transition, noise = _repeat(self.transition, self.noise, steps)
         return float(transition[0] @ self.updated @ transition[0] + noise[0, 0])
-
-
-def _riccati(transition: Floats, noise: Floats) -> Floats:
-    """The stationary covariance before a measurement of the first state with variance 1, by structured doubling."""
-    n = len(transition)
-    a, g, h = transition.T, np.zeros((n, n)), noise
-    g[0, 0] = 1.0
-    for _ in range(_DOUBLINGS):
-        solved = np.linalg.solve(np.eye(n) + g @ h, np.hstack((a, g)))
-        wa, wg = solved[:, :n], solved[:, n:]
-        added = a.T @ h @ wa
-        a, g, h = a @ wa, g + a @ wg @ a.T, h + (added + added.T) / 2
-        if np.abs(added).max() <= 1e-13 * np.abs(h).max() and abs(added[0, 0]) <= 1e-13 * h[0, 0]:
-            break
-    return h
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -33,8 +33,9 @@ pub(crate) const LEAST: f64 = 0.002;
 /// Degrees of freedom of Student's t where a model is not adequate: the size of the wiggle is known from about as many bands.
 const WIGGLE_FREEDOM: f64 = 7.0;
 
-/// Fall of the deviance from which slow noise is behind a running mean.
-const BEHIND_MEAN: f64 = 4.0;
+/// Fall of the deviance from which slow noise is in front of a running mean: the density of its zeros is then a number more. Without
+/// this price, quantization noise took the place of slow noise behind the mean in 45 % of records.
+const IN_FRONT: f64 = 4.0;
 
 /// Searches for lines.
 pub(crate) const LINE_SEARCHES: usize = 3;
@@ -91,7 +92,7 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
     let total = |attempt: &Attempt| cost(&attempt.fit) + prices(&attempt.fit, &attempt.bins);
     let better = match of_white.lines.len().cmp(&all.lines.len()) {
         Ordering::Less => true,
-        Ordering::Equal => total(&of_white) + BEHIND_MEAN < total(&all),
+        Ordering::Equal => total(&of_white) < total(&all) + IN_FRONT,
         Ordering::Greater => false,
     };
     let attempt = if better { of_white } else { all };

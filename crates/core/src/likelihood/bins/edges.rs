@@ -95,6 +95,10 @@ pub(crate) fn spacing_of(record: &Summary, mask: &[bool], kept: &[usize]) -> usi
 /// Modes that count, less 1: those of a short record that are not masked, and all below the band of the periodogram, unless the
 /// mask goes on there.
 pub(crate) fn modes_kept(record: &Summary, mask: &[bool]) -> Vec<usize> {
+    if record.masked.is_some() {
+        // What is expected of their bins is that of all modes, and the matrix has the lines.
+        return (0..record.modes.len()).collect();
+    }
     let (first, last) = (first_density(record), record.density.len() - 1);
     let nearest =
         |k: usize| (record.mode_frequency(k) * record.segment as f64 * record.tau0).round() as usize;

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from known import seed_of
 from scipy.signal import lfilter
 
 import sigmatau as st
+from known import seed_of
 
 LENGTH, SAMPLES = 20, 20_000
 

@@ -82,7 +82,8 @@ def compare_command(
         With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
     show
         Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
-        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI.
+        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI. Default:
+        the usual units.
     quiet
         Print only errors on standard error.
     """

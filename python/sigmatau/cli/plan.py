@@ -76,7 +76,8 @@ def plan_command(
         Channels to plan for. Default: all channels that have other noise terms and the unit of the value.
     show
         Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
-        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI.
+        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI. Default:
+        the usual units.
     json
         Print JSON instead of text.
     quiet

@@ -168,7 +168,7 @@ class SensorBandwidth(Printed):
     >>> white = np.random.default_rng(1).standard_normal(20_000)
     >>> record = st.Record.from_arrays(rate=100, gyro_x=(white[3:] + white[2:-1] + white[1:-2] + white[:-3]) / 4)
     >>> result = st.bandwidth(record)["gyro_x"]
-    >>> result.shape, result.bandwidth.low < 11.07 < result.bandwidth.high  # 0.443 / (4 · 10 ms)
+    >>> result.shape, result.bandwidth.low < 11.074 < result.bandwidth.high  # 0.44295 / (4 · 10 ms)
     ('running mean', True)
     """
 

@@ -176,6 +176,11 @@ PROVOKED = {
             lambda: st.FilterMatrices(F=[[1.0]], H=[1.0], Q={"q": [[1.0]]}, R=0.0),
         )
     },
+    "FilterMatrices.matrices": {
+        st.OptionError: (
+            lambda: st.FilterMatrices(F=[[1.0]], H=[1.0], Q={"q": [[1.0]]}, R=1.0).matrices(interval=1.0, stated=100.0),
+        )
+    },
     "tune": {
         st.OptionError: (
             lambda: st.tune(1.0),

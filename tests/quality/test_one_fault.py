@@ -106,7 +106,10 @@ def test_a_start_from_zero_is_told_once():
 def test_a_warm_up_is_told_once(time):
     gyro, accel = six(f"warm-up {time}")
     gyro[:, 0] += (1e-3 if time > 100 else 2e-4) * np.exp(-T / time)
-    assert [(f.code, f.severity) for f in told(gyro, accel)] == [("warm_up", "info")]
+    findings = [(f.code, f.severity) for f in told(gyro, accel)]
+    assert findings.count(("warm_up", "info")) == 1
+    # A rate random walk is seen in one of twenty records without it; it has its other explanation.
+    assert {*findings} <= {("warm_up", "info"), ("second_explanation", "info")}
 
 
 def test_each_of_several_steps_is_told_and_is_the_reason():

@@ -8,6 +8,7 @@ from test_public_names import of_command_line, of_python
 
 import sigmatau
 from conftest import ROOT
+from sigmatau.exporting.tuning.table import read_innovations
 from sigmatau.hints import SPELLED, Hint, as_options
 from sigmatau.store.naming import Naming
 
@@ -34,6 +35,7 @@ ARGUMENTS = {
     *(one.rpartition("(")[2].rstrip("=)") for one in of_python() if "(" in one),
     *inspect.signature(sigmatau.Choices).parameters,
     *inspect.signature(Naming).parameters,
+    *inspect.signature(read_innovations).parameters,
 }
 TYPED = {one.rpartition(" ")[2] for one in of_command_line()}
 

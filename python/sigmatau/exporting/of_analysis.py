@@ -33,7 +33,7 @@ def source_of_analysis(
     every = tuple(findings)
     filters = [finding for finding in every if finding.code == LowPassFilter.code and finding.size is not None]
     corners = {name: f.size for f in filters for name in f.channels if name in model.channels and f.size}
-    samples = {name: _sample_variance(curves[name]) for name in names if name in curves}
+    samples = {name: _sample_variance(curve) for name, curve in curves.items() if name in model.channels}
     topic = {"topic": origin.topics[0]} if len(origin.topics) == 1 and origin.topics[0].startswith("/") else {}
     chosen = {name: fits[name] for name in names}
     return Source(
@@ -42,7 +42,7 @@ def source_of_analysis(
         corners=corners,
         samples={name: sample for name, sample in samples.items() if sample is not None},
         names=topic,
-        poor=tuple(name for name in names if fits[name].trust == "poor"),
+        poor=tuple(name for name, fit in chosen.items() if fit.trust == "poor"),
         head=(_origin_line(origin, next(iter(chosen.values())), version), *_fit_lines(chosen), *_lines(every, chosen)),
     )
 

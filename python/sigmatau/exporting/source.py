@@ -164,7 +164,8 @@ def sensor_rates(rates: Mapping[str, float]) -> dict[str, float]:
     """The highest sampling rate of each gyro and accelerometer, by sensor; of the other signals if there are none. [Hz]"""
     found: dict[str, float] = {}
     for channel, rate in rates.items():
-        found[stream_name(channel)] = max(rate, found.get(stream_name(channel), 0.0))
+        sensor = stream_name(channel)
+        found[sensor] = max(rate, found.get(sensor, 0.0))
     return {name: rate for name, rate in found.items() if name in ("gyro", "accel")} or found
 
 

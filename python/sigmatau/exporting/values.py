@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal, TypeVar
 
 from sigmatau.digits import limit_text, round_to_error
@@ -92,7 +93,15 @@ class Numbers:
 
     def known_rate(self) -> float | None:
         """Sampling rate; None if unknown or ambiguous. [Hz]"""
+        return self._known_rate
+
+    @cached_property
+    def _known_rate(self) -> float | None:
         return known_filter_rate(self.source.rates, self.choices)
+
+    @cached_property
+    def _doubts(self) -> dict[str, str]:
+        return {name: doubt_text(model) for name, model in self.model.channels.items() if not model.adequate}
 
     def rate_text(self) -> str:
         """The sampling rate for a file: as given, or with four digits of that of the record."""
@@ -104,7 +113,7 @@ class Numbers:
 
     def doubt(self, channel: str) -> str:
         """End of a comment for a channel whose fit is not adequate; else empty."""
-        doubt = doubt_text(self.model.channels[channel])
+        doubt = self._doubts.get(channel)
         return f"; {doubt}" if doubt else ""
 
     def has_slow_noise(self, channel: str) -> bool:

@@ -133,7 +133,8 @@ class RandomEffects(Printed):
             ends = (None, None) if self.tau_high == 0 else (self.tau_low, self.tau_high)
             scale = 100 if self._percent else 1
             spread = round_to_error(scale * self.tau, *(None if end is None else scale * end for end in ends))
-            lines.append(f"  between runs         {spread.with_unit('%' if self._percent else '')}")
+            text = spread.with_unit("%" if self._percent else "") if self.tau_high > 0 else self._size(0.0)
+            lines.append(f"  between runs         {text}")
             lines.append(f"  next run             within ±{self._size(self.next_error)}")
         if self.p_value is not None:
             lines.append(f"  homogeneity          p {p_text(self.p_value)}")

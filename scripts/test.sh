@@ -12,8 +12,9 @@ find_rust
 export PYO3_PYTHON=$PWD/$PY # one interpreter for every cargo command, or the binding is compiled again and again
 export PATH="$PWD/.venv/bin:$PATH"
 
-# One process per core. BLAS gets one thread: the matrices are small, and threads would wait for each other.
-python_tests() { OPENBLAS_NUM_THREADS=1 python -m pytest --numprocesses "$(nproc)" --dist worksteal; }
+# A process more than cores, because some tests wait for workers that were killed. BLAS gets one thread: the matrices are small,
+# and threads would wait for each other.
+python_tests() { OPENBLAS_NUM_THREADS=1 python -m pytest --numprocesses "$(($(nproc) + 1))" --dist worksteal; }
 
 run() {
     case $1 in

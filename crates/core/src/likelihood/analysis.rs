@@ -20,7 +20,7 @@ use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
 use crate::likelihood::pass::Summary;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part, of_resonance, of_time};
 use crate::likelihood::running_mean::RunningMean;
-use crate::likelihood::select::{Allowed, cost};
+use crate::likelihood::select::{Allowed, cost, is_needed};
 use crate::likelihood::slow_lines::{prices, slow_lines};
 use crate::likelihood::white_levels::white_levels;
 use std::cmp::Ordering;
@@ -33,8 +33,9 @@ pub(crate) const LEAST: f64 = 0.002;
 /// Degrees of freedom of Student's t where a model is not adequate: the size of the wiggle is known from about as many bands.
 const WIGGLE_FREEDOM: f64 = 7.0;
 
-/// Fall of the deviance from which slow noise is in front of a running mean: the density of its zeros is then a number more. Without
-/// this price, quantization noise took the place of slow noise behind the mean in 45 % of records.
+/// Deviance by which slow noise in front of a running mean must be better than behind it: the density of the zeros is then a number
+/// more. Without this price, quantization noise took the place of slow noise behind the mean in 45 % of records. Without slow
+/// noise the side is only a matter of what fills the zeros, and must be better by as much the other way.
 const IN_FRONT: f64 = 4.0;
 
 /// Searches for lines.
@@ -92,7 +93,9 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
     let total = |attempt: &Attempt| cost(&attempt.fit) + prices(&attempt.fit, &attempt.bins);
     let better = match of_white.lines.len().cmp(&all.lines.len()) {
         Ordering::Less => true,
-        Ordering::Equal => total(&of_white) < total(&all) + IN_FRONT,
+        Ordering::Equal => {
+            total(&of_white) < total(&all) + if shows_slow(&of_white) { IN_FRONT } else { -IN_FRONT }
+        }
         Ordering::Greater => false,
     };
     let attempt = if better { of_white } else { all };
@@ -103,6 +106,13 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
         }
     }
     drifting(attempt, &regressors, options)
+}
+
+/// Whether a fit needs noise that is slower than white noise.
+fn shows_slow(attempt: &Attempt) -> bool {
+    let (fit, bins) = (&attempt.fit, &attempt.bins);
+    fit.model.processes().next().is_some()
+        || [Part::BiasInstability, Part::RateRandomWalk].into_iter().any(|part| is_needed(fit, part, bins))
 }
 
 /// The same with no filter but a series.

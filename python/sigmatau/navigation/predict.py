@@ -389,7 +389,7 @@ def _error(
         key: np.divide(part, square, out=np.zeros_like(square), where=square > 0) for key, part in of_parts.items()
     }
     # The second is without what is undecided, which at its limit is as large as it can be.
-    spread, of_seen, as_known, beside = np.zeros_like(square), np.zeros_like(square), [], []
+    spread, observed_part, as_known, beside = np.zeros_like(square), np.zeros_like(square), [], []
     any_known = False
     for channel in dict.fromkeys(channel for channel, _ in sources):
         covariance = _known(model, channel)
@@ -419,7 +419,9 @@ def _error(
             )
             index = [k for k, _ in rows]
             added = np.einsum("pt,pq,qt->t", gradient, covariance.matrix[np.ix_(index, index)], gradient)
-            spread, of_seen = (spread + added, of_seen) if rows is parts else (spread, of_seen + added)
+            spread, observed_part = (
+                (spread + added, observed_part) if rows is parts else (spread, observed_part + added)
+            )
     z = NormalDist().inv_cdf(0.5 + level / 2)
     rms = np.sqrt(square)
     low = high = None
@@ -437,7 +439,7 @@ def _error(
         undecided = [part for key, part in limited.items() if key in sources]
         if undecided:
             most = _square(seen, undecided)
-            size = np.maximum(size, np.sqrt(most) * np.exp(_over(z * np.sqrt(np.maximum(of_seen, 0)), 2 * most)))
+            size = np.maximum(size, np.sqrt(most) * np.exp(_over(z * np.sqrt(np.maximum(observed_part, 0)), 2 * most)))
         not_seen = [part for key, part in limited.items() if key not in sources]
         drift = np.asarray(sum(np.abs(m) for m, _ in not_seen))
         more = np.asarray(sum(v for _, v in not_seen))

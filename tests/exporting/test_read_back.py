@@ -9,8 +9,8 @@ from sigmatau.analysis.inputs import read_source
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
+from sigmatau.exporting.rates import filter_rate
 from sigmatau.exporting.source import common_rate, read_yaml
-from sigmatau.exporting.values import filter_rate
 from vio import IMU_UTILS, KALIBR
 
 

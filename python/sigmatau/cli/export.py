@@ -20,8 +20,8 @@ from sigmatau.exporting.choices import Choices, not_of_a_log
 from sigmatau.exporting.export import Prepared, check_all, check_path, prepare
 from sigmatau.exporting.inflation import inflation
 from sigmatau.exporting.stated import prepare_stated
+from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import NAMES, target
-from sigmatau.exporting.values import Target
 from sigmatau.hints import worded
 
 

@@ -12,11 +12,14 @@ from typing import Protocol
 
 from sigmatau._version import __version__
 from sigmatau.errors import OptionError
+from sigmatau.exporting.axes import three_axes
 from sigmatau.exporting.choices import KINDS, Choices, Unplaced
+from sigmatau.exporting.rates import filter_rate, filter_step
 from sigmatau.exporting.source import Source, common_rate, have_several_rates, sensor_rates, source_of
+from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
-from sigmatau.exporting.values import Numbers, Target, filter_rate, filter_step, three_axes
+from sigmatau.exporting.values import Numbers
 from sigmatau.findings.exporting import ChoiceWithoutPlace, FastestRate, NotAdequate, OnlyLimits, OtherRate, PoorTrust
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint, worded

@@ -16,7 +16,10 @@ import numpy as np
 from sigmatau._native import kernels
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import OptionError
-from sigmatau.exporting.values import Number, Numbers, Unused, by_axis, noises, of_channel, slow_avar
+from sigmatau.exporting.axes import by_axis, noises, of_channel
+from sigmatau.exporting.matching import slow_avar
+from sigmatau.exporting.target import Unused
+from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.exporting import OmittedTerm, SlowNoiseLeftOut
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint

@@ -7,19 +7,20 @@ states it, and no coefficient is written under the name of another.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, TypeVar
 
 from sigmatau.digits import limit_text, round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS, RANGES, Choices
-from sigmatau.exporting.consistent import HORIZON, AssumedNoise, assume_noise, consistent_walk, judge_pair
-from sigmatau.exporting.source import Source, common_rate, have_several_rates, sensor_rates
+from sigmatau.exporting.consistent import HORIZON, AssumedNoise, assume_noise, consistent_walk
+from sigmatau.exporting.matching import matching_walk, sampled
+from sigmatau.exporting.rates import filter_rate, known_filter_rate
+from sigmatau.exporting.source import Source
 from sigmatau.exporting.text import digits, measured, number
-from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten, PairConsistency, QuantizationInSamples
-from sigmatau.findings.finding import Finding, Severity
+from sigmatau.findings.exporting import ChoiceNotUsed, LimitWritten
+from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
@@ -30,7 +31,6 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import duration_text, seconds
 
 _CHOICE_OF = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of `Choices` by term
-_DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a finding
 _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
 
@@ -144,71 +144,6 @@ class Numbers:
         """K of one channel, or its replacement."""
         return self._noted(self._of(channel, "rate_random_walk"), "rate_random_walk")
 
-    def omitted_terms(self) -> list[str]:
-        """Remarks of a target with fields for N and K only: the terms that it does not take, and what its filter states."""
-        said = []
-        for sensor in ("gyro", "accel"):
-            found = list(self._sensors.get(sensor, {}).values())
-            fast = ["quantization"] if any("quantization" in c.terms for c in found) else []
-            fast += ["bandwidth"] if any(c.bandwidth is not None for c in found) else []
-            fast += ["sinusoids"] if any(c.sinusoid for c in found) else []
-            if fast:
-                terms = f"{', '.join(fast[:-1])} and {fast[-1]}" if len(fast) > 1 else fast[0]
-                said.append(f"This format has no field for {terms} of the {KINDS[sensor]}; omitted.")
-            if found:
-                said += self._states(sensor)
-        return said
-
-    def _states(self, sensor: str) -> list[str]:
-        """A remark on what a filter with the numbers of a sensor states of its errors; adds it as a finding."""
-        names = list(self.channels(sensor))
-        self._add_quantization(sensor, names)
-        if self.choices.axes == "each":
-            pairs = [([name], self.noise_of(name).value, self.walk_of(name).value) for name in names]
-        else:
-            pairs = [(names, self.noise(sensor).value, self.walk(sensor).value)]
-        if self.missing or not any(map(self._may_have_slow_noise, names)):
-            return []
-        judged = [self._judged(sensor, *pair) for pair in pairs]
-        worst = max(judged, key=lambda pair: -pair.stated[1].share)
-        if not worst.is_honest():
-            severity: Severity = "warning" if worst.is_overconfident() else "info"
-            self.add_finding(Finding(severity=severity, details=worst))
-        every = f" (the worst of {len(judged)} axes)" if len(judged) > 1 else ""
-        assumed = any(self._truth(name).assumed for name in names)
-        text = worst.text()
-        return [f"{text[0].upper()}{text[1:]}{every}.{self._assumed() * assumed}"]
-
-    def _judged(self, sensor: str, names: Iterable[str], noise: float, walk: float) -> PairConsistency:
-        return judge_pair(
-            [self._truth(name) for name in names],
-            sensor=sensor,
-            noise=noise,
-            walk=walk,
-            horizon=self.choices.horizon or HORIZON,
-            mean=self.choices.axes == "mean",
-        )
-
-    def _assumed(self) -> str:
-        """A sentence on the terms that were not observed."""
-        share = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
-        return f" Terms that were not observed count {share.get(self.choices.unobserved, '')}."
-
-    def _add_quantization(self, sensor: str, names: Iterable[str]) -> None:
-        """Add a finding if quantization makes the noise of a sample much larger than N does."""
-        rate = self.known_rate()
-        ratios: dict[str, float] = {}
-        for name in names:
-            model = self.model.channels[name]
-            terms = model.terms
-            noise = terms.get("random_walk", model.limits.get("random_walk"))  # with a limit the ratio is the least
-            if rate is not None and noise and "quantization" in terms:
-                ratios[name] = math.sqrt(2 * rate) * terms["quantization"] / noise
-        dominated = {name: ratio for name, ratio in ratios.items() if ratio > _DOMINATED}
-        if dominated:
-            details = QuantizationInSamples(ratio=max(dominated.values()))
-            self.add_finding(Finding(severity="warning", channels=tuple(dominated), details=details))
-
     def _noted(self, number: Number, term: str) -> Number:
         """The number, with a note of the upper limits that it is made of."""
         if number.limits:
@@ -250,7 +185,7 @@ class Numbers:
         if term == "rate_random_walk" and self._is_consistent(sensor):
             wanted = "consistent"
         if wanted in ("horizon", "consistent"):  # axes without slow noise do not count
-            has_slow = self.has_slow_noise if wanted == "horizon" else self._may_have_slow_noise
+            has_slow = self.has_slow_noise if wanted == "horizon" else self.may_have_slow_noise
             slow = [name for name in names if has_slow(name)] or names
             number = self._one({name: self._of(name, term) for name in slow})
             quiet = [name for name in names if name not in slow]
@@ -316,13 +251,14 @@ class Numbers:
         """Whether K is that of a consistent filter: if it is chosen, or nothing else is and the slow noise is known."""
         wanted = self.choices.walk.get(sensor)
         if wanted is None and self.pair and not self.choices.strict:
-            return any(map(self._may_have_slow_noise, self.channels(sensor)))
+            return any(map(self.may_have_slow_noise, self.channels(sensor)))
         return wanted == "consistent"
 
-    def _may_have_slow_noise(self, channel: str) -> bool:
-        return self._truth(channel).slow
+    def may_have_slow_noise(self, channel: str) -> bool:
+        """Whether the bias of a channel changes, or may change within the limits of terms that were not observed."""
+        return self.truth(channel).slow
 
-    def _truth(self, channel: str) -> AssumedNoise:
+    def truth(self, channel: str) -> AssumedNoise:
         """The noise of a channel with the terms that were not observed, by `Choices.unobserved`."""
         if channel not in self._truths:
             self._truths[channel] = assume_noise(self.model.channels[channel], self.choices.unobserved)
@@ -333,14 +269,14 @@ class Numbers:
         if channel in self._consistent:
             return self._consistent[channel]
         sensor, model = self._sensor[channel], self.model.channels[channel]
-        if not self._may_have_slow_noise(channel):
+        if not self.may_have_slow_noise(channel):
             return self._missing(sensor, "rate_random_walk")
         horizon = self.choices.horizon or HORIZON
         noise = model.terms.get("random_walk")
         if noise is None:
             noise = self._of_sensor(sensor, "random_walk").value / self.choices.noise_factor
         chosen = consistent_walk(
-            self._truth(channel), sensor=sensor, noise=noise, horizon=horizon, criterion=self.choices.consistent
+            self.truth(channel), sensor=sensor, noise=noise, horizon=horizon, criterion=self.choices.consistent
         )
         right = "its bias" if self.choices.consistent == "bias" else f"its error after {duration_text(horizon)}"
         if chosen.walk == model.terms.get("rate_random_walk"):
@@ -442,146 +378,3 @@ def _number(estimate: float, words: str, factor: float) -> Number:
     return Number(
         value=factor * estimate, words=words if factor == 1 else f"{words} = {measured(estimate)}, times {factor:g}"
     )
-
-
-_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov", "resonance")
-_SAMPLES_WITHOUT_RATE = 10**6  # samples per horizon if no rate is known: flicker noise is then exact to 4e-12
-
-
-def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) -> float:
-    """K of the random walk that has the Allan variance of the slow noise at a horizon; 0 without slow noise.
-
-    Slow noise is bias instability, rate random walk, ramp, Gauss-Markov processes and resonances: K² = 3·σ²(T)/T of these.
-    Random walk, quantization and sinusoids are excluded: the Allan variance of a sinusoid at T depends on its phase there,
-    and the bias state of a filter does not follow it.
-
-    `horizon`: averaging time; rounded to whole samples, see `sampled` [s]; `rate`: sampling rate; without one the
-    horizon is not rounded [Hz]; the result is in rad/s²/√Hz or m/s³/√Hz.
-    """
-    return math.sqrt(3 * slow_avar(model, tau=horizon, rate=rate) / sampled(horizon, rate))
-
-
-def slow_avar(model: ChannelModel, *, tau: float, rate: float | None) -> float:
-    """Allan variance of the slow noise of the model at an averaging time; see `matching_walk`. [(rate unit)²]"""
-    m, tau0 = _samples(tau, rate)
-    parts = model.avar_of_parts(m=[m], tau0=tau0)
-    return sum(float(parts[term][0]) for term in _SLOW if term in parts)
-
-
-def sampled(horizon: float, rate: float | None) -> float:
-    """The horizon rounded to whole samples, at least one: the averaging time that is matched. [s]"""
-    m, tau0 = _samples(horizon, rate)
-    return m * tau0
-
-
-def _samples(horizon: float, rate: float | None) -> tuple[int, float]:
-    if rate is None:
-        return _SAMPLES_WITHOUT_RATE, horizon / _SAMPLES_WITHOUT_RATE
-    return max(round(horizon * rate), 1), 1 / rate
-
-
-T = TypeVar("T")
-
-
-def filter_rate(rates: Mapping[str, float], choices: Choices) -> float:
-    """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
-    rate = known_filter_rate(rates, choices)
-    if rate is None:
-        listed = ", ".join(f"{name} {hertz:.6g} Hz" for name, hertz in sensor_rates(rates).items())
-        why = (
-            f"the channels have several sampling rates ({listed})"
-            if rates
-            else ("the rate of the filter is needed; a model file has none")
-        )
-        raise OptionError(f"{why}: give {{option}} in Hz", option="filter_rate")
-    return rate
-
-
-def known_filter_rate(rates: Mapping[str, float], choices: Choices) -> float | None:
-    """Rate of the filter by the user, or of the record; None if unknown or ambiguous. [Hz]"""
-    return common_rate(rates) if choices.filter_rate is None else choices.filter_rate
-
-
-def filter_step(rates: Mapping[str, float], choices: Choices) -> float:
-    """Step of the filter by the user, or one over the rate of all channels; raises `OptionError` if unknown. [s]"""
-    if choices.step is not None:
-        return choices.step
-    if choices.filter_rate is None and (not rates or have_several_rates(rates)):
-        of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
-        more = f"; the channels have several rates ({of_record})" if rates else ""
-        raise OptionError(
-            f"the step of the filter is needed: give {{option}} in seconds, or {Hint('filter_rate')} in Hz{more}",
-            option="step",
-        )
-    return 1 / filter_rate(rates, choices)
-
-
-def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
-    """The names of x, y and z of a sensor; raises `OptionError` if one is not there."""
-    names = [f"{sensor}_{axis}" for axis in "xyz"]
-    missing = [name for name in names if name not in channels]
-    if missing:
-        raise OptionError(
-            f"{Hint('axes', value='each')} needs three axes, and there is no {', '.join(missing)};"
-            f" {Hint('axes', value='worst')} writes one value for all",
-            option="axes",
-        )
-    return names
-
-
-def of_channel(numbers: Numbers, channel: str) -> Numbers:
-    """The same choices for one channel alone."""
-    return numbers.of(channel)
-
-
-def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[T, T, T]:
-    """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``."""
-    channels = numbers.channels(sensor)
-    if numbers.choices.axes != "each":
-        one = of(numbers)
-        return one, one, one
-    names = three_axes(sensor, channels)
-    x, y, z = (of(of_channel(numbers, name)) for name in names)
-    return x, y, z
-
-
-def noises(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number]:
-    """N of x, y and z."""
-    return by_axis(numbers, sensor, lambda one: one.noise(sensor))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Unused:
-    """Choices that a target has no place for."""
-
-    choices: tuple[str, ...]  # attributes of `Choices`
-    why: str
-    when: Callable[[Numbers], bool] | None = None  # for which models and other choices; None: for all
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Target:
-    """A target of ``sigmatau export``."""
-
-    name: str  # As it is typed
-    summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
-    ending: str  # File name extension, with the dot
-    write: Callable[[Numbers], str | bytes]  # From `Numbers` to the text of the file; bytes where the file is binary
-    sensors: Literal["both", "either", "any"] = "both"  # Gyro and accelerometer, one of them, or any signals
-    needs_axes: bool = False  # Whether ``axes="each"`` needs x, y and z of each sensor
-    needs_step: bool = False  # Whether the file depends on a step that only the record or the user states
-    may_need_rate: bool = False  # Whether some noise needs the rate of the filter, so that it is asked for beforehand
-    needs_rate: bool = False  # Whether the file depends on the rate of the filter
-    has_rate_field: bool = False  # Whether the file has this rate in a field only: its densities do not depend on it
-    has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
-    has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
-    has_unobserved: bool = False  # Whether the file depends on `Choices.unobserved`, beside one with N and K
-    has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
-    has_horizon: bool = False  # Whether the file depends on ``horizon`` without ``walk="horizon"`` too
-    unused: tuple[Unused, ...] = ()  # Choices beside these without a place, and why
-    per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen
-    every_axis: bool = False  # Whether the file always has each axis separately
-    # Writers of other forms of the file, by extension, from `Numbers` to bytes
-    binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)
-    # Fields beside the noise parameters, with their defaults: ``{"topic": "/imu0"}``
-    names: Mapping[str, str] = field(default_factory=dict)

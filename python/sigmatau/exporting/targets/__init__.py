@@ -10,8 +10,8 @@ from difflib import get_close_matches
 from importlib import import_module
 
 from sigmatau.errors import OptionError
+from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import templates
-from sigmatau.exporting.values import Target
 
 _OTHERS = {
     "gtsam": "gtsam.TARGET",

@@ -12,8 +12,10 @@ import math
 from dataclasses import dataclass
 
 from sigmatau.errors import OptionError
+from sigmatau.exporting.statements import pair_remarks
+from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, number, remark, single
-from sigmatau.exporting.values import Numbers, Target
+from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 from sigmatau.results import seconds
 
@@ -61,7 +63,7 @@ def _write_px4(numbers: Numbers) -> str:
         f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms, EKF2_PREDICT_US ="
         f" {round(1e6 * step)}; {_STEP} changes it.",
         "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2. Single precision.",
-        *map(remark, numbers.omitted_terms()),
+        *map(remark, pair_remarks(numbers)),
         "# vehicle\tcomponent\tname\tvalue\ttype",
     ]
     for name, value, words in _rows(numbers, _PX4_PARAMETERS, step):
@@ -76,7 +78,7 @@ def _write_ardupilot(numbers: Numbers) -> str:
         f"# EK3 noise for a filter step of {seconds(1000 * step)} ms. Steps by SCHED_LOOP_RATE: 12.5 ms at 400 Hz, 13.33"
         f" at 300, 10 at 200 or 100, 20 at 50; set it with {_STEP}.",
         "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2 and (dt^2*p)^2.",
-        *map(remark, numbers.omitted_terms()),
+        *map(remark, pair_remarks(numbers)),
     ]
     for name, value, words in _rows(numbers, _ARDUPILOT_PARAMETERS, step):
         lines += [f"# {words}", f"{name},{single(value, name)}"]

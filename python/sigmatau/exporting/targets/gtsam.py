@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from sigmatau.exporting.statements import pair_remarks
+from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits, measured, remark
-from sigmatau.exporting.values import Number, Numbers, Target
+from sigmatau.exporting.values import Number, Numbers
 from sigmatau.units import STANDARD_GRAVITY
 
 _AXES = "xyz"
@@ -19,7 +21,7 @@ def write(numbers: Numbers) -> str:
         ("ACCELEROMETER_WALK", "accel", numbers.walk, numbers.walk_of, "K, m/s^3/sqrt(Hz)"),
         ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.walk_of, "K, rad/s^2/sqrt(Hz)"),
     ]
-    lines = [*map(remark, numbers.omitted_terms()), "# x, y, z"]
+    lines = [*map(remark, pair_remarks(numbers)), "# x, y, z"]
     for name, sensor, one, of, unit in rows:
         lines += [f"{name} = (", *_axes(numbers, sensor, one, of, unit), ")"]
     gravity = numbers.number("gravity", digits(STANDARD_GRAVITY))

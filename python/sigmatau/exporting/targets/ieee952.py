@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from sigmatau.digits import limit_text, round_to_error
+from sigmatau.exporting.target import Target, Unused
 from sigmatau.exporting.text import comment, measured
-from sigmatau.exporting.values import Numbers, Target, Unused
+from sigmatau.exporting.values import Numbers
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import doubt_text
 from sigmatau.noise.terms import TERMS

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
+from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import digits, joined, measured, number, remark, vector
-from sigmatau.exporting.values import Numbers, Target
+from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 from sigmatau.results import seconds
 from sigmatau.units import find

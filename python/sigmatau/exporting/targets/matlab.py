@@ -13,9 +13,11 @@ import math
 
 from sigmatau.digits import limit_text, two_digits
 from sigmatau.errors import DataError, OptionError
+from sigmatau.exporting.axes import by_axis, noises
 from sigmatau.exporting.gauss_markov import exact_at
+from sigmatau.exporting.target import Target, Unused
 from sigmatau.exporting.text import comment, joined, vector
-from sigmatau.exporting.values import Number, Numbers, Target, Unused, by_axis, noises
+from sigmatau.exporting.values import Number, Numbers
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
 from sigmatau.results import seconds

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from sigmatau.exporting.values import Numbers, Target, Unused
+from sigmatau.exporting.target import Target, Unused
+from sigmatau.exporting.values import Numbers
 
 
 def write(numbers: Numbers) -> str:

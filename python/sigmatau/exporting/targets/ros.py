@@ -12,8 +12,10 @@ import functools
 import numpy as np
 
 from sigmatau.errors import DataError
+from sigmatau.exporting.axes import by_axis
+from sigmatau.exporting.target import Target, Unused
 from sigmatau.exporting.text import joined, vector
-from sigmatau.exporting.values import Number, Numbers, Target, Unused, by_axis
+from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.exporting import CorrelatedSamples
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint

@@ -16,8 +16,9 @@ import re
 from xml.sax.saxutils import quoteattr
 
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
+from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits, joined, measured, number, plain_name, remark, vector
-from sigmatau.exporting.values import Number, Numbers, Target
+from sigmatau.exporting.values import Number, Numbers
 from sigmatau.hints import Hint
 from sigmatau.results import seconds
 from sigmatau.units import find

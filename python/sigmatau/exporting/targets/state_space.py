@@ -19,7 +19,9 @@ from sigmatau._version import __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import KINDS
 from sigmatau.exporting.consistent import HORIZON, judge_third_state, third_state
-from sigmatau.exporting.values import Numbers, Target, Unused, filter_step
+from sigmatau.exporting.rates import filter_step
+from sigmatau.exporting.target import Target, Unused
+from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text

@@ -21,8 +21,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
+from sigmatau.exporting.statements import pair_remarks
+from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import digits, number_with_comment, remark, topic
-from sigmatau.exporting.values import Numbers, Target
+from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 from sigmatau.units import STANDARD_GRAVITY
 
@@ -218,7 +220,7 @@ def _write(template: _Template, numbers: Numbers) -> str:
     lines: list[str] = []
     for line in template.text.splitlines():
         if line.lstrip() == "{omitted}":
-            lines += [line.replace("{omitted}", remark(sentence)) for sentence in numbers.omitted_terms()]
+            lines += [line.replace("{omitted}", remark(sentence)) for sentence in pair_remarks(numbers)]
         else:
             lines.append(_PLACE.sub(value, line))
     return "\n".join(lines) + "\n"

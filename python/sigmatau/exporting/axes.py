@@ -1,0 +1,46 @@
+"""Numbers of x, y and z of a sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TypeVar
+
+from sigmatau.errors import OptionError
+from sigmatau.exporting.values import Number, Numbers
+from sigmatau.hints import Hint
+
+T = TypeVar("T")
+
+
+def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
+    """The names of x, y and z of a sensor; raises `OptionError` if one is not there."""
+    names = [f"{sensor}_{axis}" for axis in "xyz"]
+    missing = [name for name in names if name not in channels]
+    if missing:
+        raise OptionError(
+            f"{Hint('axes', value='each')} needs three axes, and there is no {', '.join(missing)};"
+            f" {Hint('axes', value='worst')} writes one value for all",
+            option="axes",
+        )
+    return names
+
+
+def of_channel(numbers: Numbers, channel: str) -> Numbers:
+    """The same choices for one channel alone."""
+    return numbers.of(channel)
+
+
+def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[T, T, T]:
+    """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``."""
+    channels = numbers.channels(sensor)
+    if numbers.choices.axes != "each":
+        one = of(numbers)
+        return one, one, one
+    names = three_axes(sensor, channels)
+    x, y, z = (of(of_channel(numbers, name)) for name in names)
+    return x, y, z
+
+
+def noises(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number]:
+    """N of x, y and z."""
+    return by_axis(numbers, sensor, lambda one: one.noise(sensor))

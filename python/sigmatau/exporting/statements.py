@@ -1,0 +1,81 @@
+"""Remarks of a file with N and K only: the noise that it does not take, and what a filter with its numbers states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from sigmatau.exporting.choices import KINDS
+from sigmatau.exporting.consistent import HORIZON, judge_pair
+from sigmatau.exporting.values import Numbers
+from sigmatau.findings.exporting import PairConsistency, QuantizationInSamples
+from sigmatau.findings.finding import Finding, Severity
+
+_DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a finding
+_SHARE = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
+
+
+def pair_remarks(numbers: Numbers) -> list[str]:
+    """Remarks of a target with fields for N and K only: the terms that it does not take, and what its filter states."""
+    remarks = []
+    for sensor in filter(numbers.has, ("gyro", "accel")):
+        models = numbers.channels(sensor).values()
+        fast = ["quantization"] if any("quantization" in model.terms for model in models) else []
+        fast += ["bandwidth"] if any(model.bandwidth is not None for model in models) else []
+        fast += ["sinusoids"] if any(model.sinusoid for model in models) else []
+        if fast:
+            terms = f"{', '.join(fast[:-1])} and {fast[-1]}" if len(fast) > 1 else fast[0]
+            remarks.append(f"This format has no field for {terms} of the {KINDS[sensor]}; omitted.")
+        remarks += _states(numbers, sensor)
+    return remarks
+
+
+def _states(numbers: Numbers, sensor: str) -> list[str]:
+    """A remark on what a filter with the numbers of a sensor states of its errors; adds it as a finding."""
+    names = list(numbers.channels(sensor))
+    _add_quantization(numbers, names)
+    if numbers.choices.axes == "each":
+        pairs = [([name], numbers.noise_of(name).value, numbers.walk_of(name).value) for name in names]
+    else:
+        pairs = [(names, numbers.noise(sensor).value, numbers.walk(sensor).value)]
+    if numbers.missing or not any(map(numbers.may_have_slow_noise, names)):
+        return []
+    judged = [_judged(numbers, sensor, *pair) for pair in pairs]
+    worst = max(judged, key=lambda pair: -pair.stated[1].share)
+    if not worst.is_honest():
+        severity: Severity = "warning" if worst.is_overconfident() else "info"
+        numbers.add_finding(Finding(severity=severity, details=worst))
+    every = f" (the worst of {len(judged)} axes)" if len(judged) > 1 else ""
+    assumed = any(numbers.truth(name).assumed for name in names)
+    share = _SHARE.get(numbers.choices.unobserved, "")
+    text = worst.text()
+    return [
+        f"{text[0].upper()}{text[1:]}{every}." + f" Terms that were not observed count {share}." * assumed,
+    ]
+
+
+def _judged(numbers: Numbers, sensor: str, names: Iterable[str], noise: float, walk: float) -> PairConsistency:
+    return judge_pair(
+        [numbers.truth(name) for name in names],
+        sensor=sensor,
+        noise=noise,
+        walk=walk,
+        horizon=numbers.choices.horizon or HORIZON,
+        mean=numbers.choices.axes == "mean",
+    )
+
+
+def _add_quantization(numbers: Numbers, names: Iterable[str]) -> None:
+    """Add a finding if quantization makes the noise of a sample much larger than N does."""
+    rate = numbers.known_rate()
+    ratios: dict[str, float] = {}
+    for name in names:
+        model = numbers.model.channels[name]
+        terms = model.terms
+        noise = terms.get("random_walk", model.limits.get("random_walk"))  # with a limit the ratio is the least
+        if rate is not None and noise and "quantization" in terms:
+            ratios[name] = math.sqrt(2 * rate) * terms["quantization"] / noise
+    dominated = {name: ratio for name, ratio in ratios.items() if ratio > _DOMINATED}
+    if dominated:
+        details = QuantizationInSamples(ratio=max(dominated.values()))
+        numbers.add_finding(Finding(severity="warning", channels=tuple(dominated), details=details))

@@ -1,0 +1,46 @@
+"""`Target`: what a target of an export declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from sigmatau.exporting.values import Numbers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unused:
+    """Choices that a target has no place for."""
+
+    choices: tuple[str, ...]  # attributes of `Choices`
+    why: str
+    when: Callable[[Numbers], bool] | None = None  # for which models and other choices; None: for all
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A target of ``sigmatau export``."""
+
+    name: str  # As it is typed
+    summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
+    ending: str  # File name extension, with the dot
+    write: Callable[[Numbers], str | bytes]  # From `Numbers` to the text of the file; bytes where the file is binary
+    sensors: Literal["both", "either", "any"] = "both"  # Gyro and accelerometer, one of them, or any signals
+    needs_axes: bool = False  # Whether ``axes="each"`` needs x, y and z of each sensor
+    needs_step: bool = False  # Whether the file depends on a step that only the record or the user states
+    may_need_rate: bool = False  # Whether some noise needs the rate of the filter, so that it is asked for beforehand
+    needs_rate: bool = False  # Whether the file depends on the rate of the filter
+    has_rate_field: bool = False  # Whether the file has this rate in a field only: its densities do not depend on it
+    has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
+    has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
+    has_unobserved: bool = False  # Whether the file depends on `Choices.unobserved`, beside one with N and K
+    has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
+    has_horizon: bool = False  # Whether the file depends on ``horizon`` without ``walk="horizon"`` too
+    unused: tuple[Unused, ...] = ()  # Choices beside these without a place, and why
+    per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen
+    every_axis: bool = False  # Whether the file always has each axis separately
+    # Writers of other forms of the file, by extension, from `Numbers` to bytes
+    binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)
+    # Fields beside the noise parameters, with their defaults: ``{"topic": "/imu0"}``
+    names: Mapping[str, str] = field(default_factory=dict)

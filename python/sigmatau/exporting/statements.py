@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping, Sequence
 
 from sigmatau.exporting.choices import KINDS
-from sigmatau.exporting.consistent import HORIZON, judge_pair
+from sigmatau.exporting.consistent import HORIZON, AssumedNoise, judge_pair
 from sigmatau.exporting.values import Numbers
 from sigmatau.findings.exporting import PairConsistency, QuantizationInSamples
 from sigmatau.findings.finding import Finding, Severity
+from sigmatau.model.channel import ChannelModel
 
 _DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a finding
 _SHARE = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
@@ -18,27 +19,34 @@ _SHARE = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their
 def pair_remarks(numbers: Numbers) -> list[str]:
     """Remarks of a target with fields for N and K only: the terms that it does not take, and what its filter states."""
     remarks = []
-    for sensor in filter(numbers.has, ("gyro", "accel")):
-        models = numbers.channels(sensor).values()
+    for sensor in KINDS:
+        channels = numbers.sensors.get(sensor, {})
+        if not channels:
+            continue
+        models = channels.values()
         fast = ["quantization"] if any("quantization" in model.terms for model in models) else []
         fast += ["bandwidth"] if any(model.bandwidth is not None for model in models) else []
         fast += ["sinusoids"] if any(model.sinusoid for model in models) else []
         if fast:
             terms = f"{', '.join(fast[:-1])} and {fast[-1]}" if len(fast) > 1 else fast[0]
             remarks.append(f"This format has no field for {terms} of the {KINDS[sensor]}; omitted.")
-        remarks += _states(numbers, sensor)
+        if "quantization" in fast:
+            _add_quantization(numbers, channels)
+        remarks += _states(numbers, sensor, list(channels))
     return remarks
 
 
-def _states(numbers: Numbers, sensor: str) -> list[str]:
+def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
     """A remark on what a filter with the numbers of a sensor states of its errors; adds it as a finding."""
-    names = list(numbers.channels(sensor))
-    _add_quantization(numbers, names)
+    truths = numbers.truths(names)
     if numbers.choices.axes == "each":
-        pairs = [([name], numbers.noise_of(name).value, numbers.walk_of(name).value) for name in names]
+        pairs = [
+            ([truth], numbers.noise_of(name).value, numbers.walk_of(name).value)
+            for name, truth in zip(names, truths, strict=True)
+        ]
     else:
-        pairs = [(names, numbers.noise(sensor).value, numbers.walk(sensor).value)]
-    if numbers.missing or not any(map(numbers.may_have_slow_noise, names)):
+        pairs = [(truths, numbers.noise(sensor).value, numbers.walk(sensor).value)]
+    if numbers.missing or not any(truth.slow for truth in truths):
         return []
     judged = [_judged(numbers, sensor, *pair) for pair in pairs]
     worst = max(judged, key=lambda pair: -pair.stated[1].share)
@@ -46,7 +54,7 @@ def _states(numbers: Numbers, sensor: str) -> list[str]:
         severity: Severity = "warning" if worst.is_overconfident() else "info"
         numbers.add_finding(Finding(severity=severity, details=worst))
     every = f" (the worst of {len(judged)} axes)" if len(judged) > 1 else ""
-    assumed = any(numbers.truth(name).assumed for name in names)
+    assumed = any(truth.assumed for truth in truths)
     share = _SHARE.get(numbers.choices.unobserved, "")
     text = worst.text()
     return [
@@ -54,9 +62,11 @@ def _states(numbers: Numbers, sensor: str) -> list[str]:
     ]
 
 
-def _judged(numbers: Numbers, sensor: str, names: Iterable[str], noise: float, walk: float) -> PairConsistency:
+def _judged(
+    numbers: Numbers, sensor: str, truths: Sequence[AssumedNoise], noise: float, walk: float
+) -> PairConsistency:
     return judge_pair(
-        [numbers.truth(name) for name in names],
+        truths,
         sensor=sensor,
         noise=noise,
         walk=walk,
@@ -65,12 +75,11 @@ def _judged(numbers: Numbers, sensor: str, names: Iterable[str], noise: float, w
     )
 
 
-def _add_quantization(numbers: Numbers, names: Iterable[str]) -> None:
+def _add_quantization(numbers: Numbers, channels: Mapping[str, ChannelModel]) -> None:
     """Add a finding if quantization makes the noise of a sample much larger than N does."""
     rate = numbers.known_rate()
     ratios: dict[str, float] = {}
-    for name in names:
-        model = numbers.model.channels[name]
+    for name, model in channels.items():
         terms = model.terms
         noise = terms.get("random_walk", model.limits.get("random_walk"))  # with a limit the ratio is the least
         if rate is not None and noise and "quantization" in terms:

@@ -57,9 +57,9 @@ class Numbers:
         self._truths: dict[str, AssumedNoise] = {}  # by channel
         self._consistent: dict[str, Number] = {}  # K by channel
         self._sensor = {name: stream_name(name) for name in self.model.channels}
-        self._sensors: dict[str, dict[str, ChannelModel]] = {}  # channels of the model by sensor
+        self.sensors: dict[str, dict[str, ChannelModel]] = {}  # channels of the model by sensor
         for name, sensor in self._sensor.items():
-            self._sensors.setdefault(sensor, {})[name] = self.model.channels[name]
+            self.sensors.setdefault(sensor, {})[name] = self.model.channels[name]
 
     @property
     def model(self) -> NoiseModel:
@@ -79,17 +79,18 @@ class Numbers:
 
     def has(self, sensor: str) -> bool:
         """Whether the model has any channel of ``"gyro"`` or ``"accel"``."""
-        return sensor in self._sensors
+        return sensor in self.sensors
 
     def channels(self, sensor: str) -> dict[str, ChannelModel]:
         """The channels of a sensor; raises `DataError` if there is none."""
-        if sensor not in self._sensors:
+        if sensor not in self.sensors:
             raise DataError(f"the model has no {KINDS[sensor]}, which this target requires")
-        return dict(self._sensors[sensor])
+        return dict(self.sensors[sensor])
 
     def rate(self) -> float:
         """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
-        return filter_rate(self.source.rates, self.choices)
+        known = self._known_rate
+        return filter_rate(self.source.rates, self.choices) if known is None else known
 
     def known_rate(self) -> float | None:
         """Sampling rate; None if unknown or ambiguous. [Hz]"""
@@ -166,7 +167,7 @@ class Numbers:
         found = []
         for term, chosen in (("random_walk", self.choices.noise), ("rate_random_walk", self.choices.walk)):
             for sensor, wanted in chosen.items():
-                models = list(self._sensors.get(sensor, {}).values())
+                models = list(self.sensors.get(sensor, {}).values())
                 if wanted in ("horizon", "consistent", "observed") or any(term not in model for model in models):
                     continue
                 details = ChoiceNotUsed(sensor=sensor, term=term, observed=bool(models))
@@ -185,7 +186,7 @@ class Numbers:
         if term == "rate_random_walk" and self._is_consistent(sensor):
             wanted = "consistent"
         if wanted in ("horizon", "consistent"):  # axes without slow noise do not count
-            has_slow = self.has_slow_noise if wanted == "horizon" else self.may_have_slow_noise
+            has_slow = self.has_slow_noise if wanted == "horizon" else self._may_have_slow_noise
             slow = [name for name in names if has_slow(name)] or names
             number = self._one({name: self._of(name, term) for name in slow})
             quiet = [name for name in names if name not in slow]
@@ -251,14 +252,17 @@ class Numbers:
         """Whether K is that of a consistent filter: if it is chosen, or nothing else is and the slow noise is known."""
         wanted = self.choices.walk.get(sensor)
         if wanted is None and self.pair and not self.choices.strict:
-            return any(map(self.may_have_slow_noise, self.channels(sensor)))
+            return any(map(self._may_have_slow_noise, self.channels(sensor)))
         return wanted == "consistent"
 
-    def may_have_slow_noise(self, channel: str) -> bool:
-        """Whether the bias of a channel changes, or may change within the limits of terms that were not observed."""
-        return self.truth(channel).slow
+    def _may_have_slow_noise(self, channel: str) -> bool:
+        return self._truth(channel).slow
 
-    def truth(self, channel: str) -> AssumedNoise:
+    def truths(self, channels: Iterable[str]) -> list[AssumedNoise]:
+        """The noise of channels as a filter will meet it."""
+        return [self._truth(name) for name in channels]
+
+    def _truth(self, channel: str) -> AssumedNoise:
         """The noise of a channel with the terms that were not observed, by `Choices.unobserved`."""
         if channel not in self._truths:
             self._truths[channel] = assume_noise(self.model.channels[channel], self.choices.unobserved)
@@ -269,24 +273,30 @@ class Numbers:
         if channel in self._consistent:
             return self._consistent[channel]
         sensor, model = self._sensor[channel], self.model.channels[channel]
-        if not self.may_have_slow_noise(channel):
+        if not self._may_have_slow_noise(channel):
             return self._missing(sensor, "rate_random_walk")
         horizon = self.choices.horizon or HORIZON
         noise = model.terms.get("random_walk")
         if noise is None:
             noise = self._of_sensor(sensor, "random_walk").value / self.choices.noise_factor
         chosen = consistent_walk(
-            self.truth(channel), sensor=sensor, noise=noise, horizon=horizon, criterion=self.choices.consistent
+            self._truth(channel), sensor=sensor, noise=noise, horizon=horizon, criterion=self.choices.consistent
         )
-        right = "its bias" if self.choices.consistent == "bias" else f"its error after {duration_text(horizon)}"
         if chosen.walk == model.terms.get("rate_random_walk"):
             words = self._words(channel, "rate_random_walk")
         elif chosen.least:
-            words = f"{channel}: the least K in use, 0.01*N/horizon: N alone states {right}{self.doubt(channel)}"
+            words = f"{channel}: the least K in use, 0.01*N/horizon: N alone states {self._right_error}{self.doubt(channel)}"
         else:
-            words = f"{channel}: consistent, a filter with it states {right} right{self.doubt(channel)}"
+            words = f"{channel}: consistent, a filter with it states {self._right_error} right{self.doubt(channel)}"
         self._consistent[channel] = _number(chosen.walk, words, self.choices.walk_factor)
         return self._consistent[channel]
+
+    @cached_property
+    def _right_error(self) -> str:
+        """What a filter with the consistent walk states right."""
+        if self.choices.consistent == "bias":
+            return "its bias"
+        return f"its error after {duration_text(self.choices.horizon or HORIZON)}"
 
     def _missing(self, sensor: str, term: str) -> Number:
         """Note a coefficient that must be chosen for all axes of a sensor that lack it; any number stands for it."""
